@@ -1,0 +1,127 @@
+"""One spelling of the elementary functions for Python floats, NumPy arrays and CasADi symbols.
+
+Equations are written on components. A component is a float (one pose), an array (a batch) or a CasADi symbol.
+"""
+
+import math
+
+import numpy as np
+
+EPS = np.finfo(float).eps
+
+
+def is_symbolic(x):
+    """Whether x is a CasADi matrix (without importing CasADi for those who do not use it)."""
+    return type(x).__module__.startswith("casadi")
+
+
+def _module(x):
+    if isinstance(x, float):
+        return math
+    if is_symbolic(x):
+        import casadi
+
+        return casadi
+    return np
+
+
+def sin(x):
+    return _module(x).sin(x)
+
+
+def cos(x):
+    return _module(x).cos(x)
+
+
+def sqrt(x):
+    return _module(x).sqrt(x)
+
+
+def atan2(y, x):
+    """The angle of (x, y) in (-pi, pi]."""
+    angle = _module(y).atan2(y, x)
+    if isinstance(angle, float):
+        return math.pi if angle == -math.pi else angle
+    if is_symbolic(angle):
+        return angle
+    return np.where(angle == -np.pi, np.pi, angle)
+
+
+def sqrt_or_nan(square, floor):
+    """sqrt(square), 0 for rounding errors in [floor, 0), nan below; CasADi symbols get a bare sqrt."""
+    if isinstance(square, float):
+        return math.sqrt(max(square, 0.0)) if square >= floor else math.nan
+    if is_symbolic(square):
+        return sqrt(square)
+    if square.size == 0 or square.min() >= 0:
+        return np.sqrt(square)
+    return np.where(square >= floor, np.sqrt(np.maximum(square, 0.0)), np.nan)
+
+
+def reciprocal_or_nan(x, floor):
+    """1 / x, nan where x <= floor; CasADi symbols get a bare division."""
+    if isinstance(x, float):
+        return 1.0 / x if x > floor else math.nan
+    if is_symbolic(x) or x.size == 0 or x.min() > floor:
+        return 1.0 / x
+    return 1.0 / np.where(x > floor, x, np.nan)
+
+
+def sign(x, tolerance):
+    """+1, -1, or 0 where |x| <= tolerance or x is nan, as int8; CasADi's own sign for symbols."""
+    if is_symbolic(x):
+        return _module(x).sign(x)
+    return np.subtract(x > tolerance, x < -tolerance, dtype=np.int8)
+
+
+def unpack(v, name):
+    """The two components of v, shape (*batch, 2): floats without a batch, else contiguous arrays."""
+    if is_symbolic(v):
+        if v.numel() != 2:
+            raise ValueError(f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}")
+        return v[0], v[1]
+    array = np.asarray(v, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != 2:
+        raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {array.shape}")
+    if array.ndim == 1:
+        x, y = array.tolist()
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError(f"{name} must be finite, not ({x}, {y})")
+        return x, y
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name} must be finite, but {name}[{', '.join(map(str, index))}] is {array[index]}")
+    return np.ascontiguousarray(array[..., 0]), np.ascontiguousarray(array[..., 1])
+
+
+def pack(*components):
+    """Components as one array (*batch, n), or a CasADi n x 1 vector: the inverse of unpack."""
+    symbol = next((c for c in components if is_symbolic(c)), None)
+    if symbol is not None:
+        return _module(symbol).vertcat(*components)
+    if all(isinstance(c, float) for c in components):
+        return np.array(components)
+    return np.stack(np.broadcast_arrays(*components), axis=-1)
+
+
+def pack_matrix(a, b, c, d):
+    """[[a, b], [c, d]] as one array (*batch, 2, 2), or a CasADi 2 x 2 matrix."""
+    flat = pack(a, b, c, d)
+    if is_symbolic(flat):
+        return _module(flat).horzcat(_module(flat).vertcat(a, c), _module(flat).vertcat(b, d))
+    return flat.reshape(*flat.shape[:-1], 2, 2)
+
+
+def check_modes(modes, name):
+    """Refuse any mode other than +1 and -1."""
+    modes = np.asarray(modes)
+    wrong = ~((modes == 1) | (modes == -1))
+    if wrong.any():
+        raise ValueError(f"{name} must be +1 or -1, not {modes[wrong].flat[0]}")
+    return modes
+
+
+def first_index(mask):
+    """(how many, index of the first) true entries, the index as a tuple of ints."""
+    mask = np.asarray(mask)
+    return int(mask.sum()), tuple(int(i) for i in np.argwhere(mask)[0])

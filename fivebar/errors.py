@@ -1,0 +1,19 @@
+"""What the models raise when a pose does not exist or a model has no answer there."""
+
+
+class UnreachableError(ValueError):
+    """No pose closes the mechanism; `gap` is by how many metres, `index` where in a batch (None for one pose)."""
+
+    def __init__(self, message, gap, index=None):
+        super().__init__(message)
+        self.gap = gap
+        self.index = index
+
+
+class SingularityError(ArithmeticError):
+    """The model asked for has no answer at a singular pose; `margin` is the singular quantity, `index` as above."""
+
+    def __init__(self, message, margin, index=None):
+        super().__init__(message)
+        self.margin = margin
+        self.index = index

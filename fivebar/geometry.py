@@ -1,0 +1,236 @@
+"""Positions: the direct and inverse geometric models, and the pose that both give."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, sqrt, unpack
+from .dyads import RRR, SINGULAR, cross, dot
+from .errors import SingularityError, UnreachableError
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenLeg:
+    """A leg whose drive is known: coordinate, the drive's unit vector, and how to get the distal bar's."""
+
+    q: object
+    direction: tuple
+    distal_of: object
+
+    @cached_property
+    def distal(self):
+        return self.distal_of()
+
+    @cached_property
+    def sine(self):
+        return cross(self.direction, self.distal)
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedLeg:
+    """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in its dyad."""
+
+    drive: object
+    dyad: RRR
+
+    @cached_property
+    def q(self):
+        return self.drive.coordinate(self.direction)
+
+    @property
+    def direction(self):
+        return self.dyad.first
+
+    @cached_property
+    def distal(self):
+        x, y = self.dyad.second
+        return -x, -y
+
+    @property
+    def sine(self):
+        return -self.dyad.sine
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first read.
+
+    robot; q (*batch, 2) rad; xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m; q_passive (*batch, 2) rad in (-pi, pi];
+    assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B (*batch, 2, 2);
+    reach_margin (*batch,) m: how far the span of the bars is inside its limits, negative outside.
+    """
+
+    robot: object
+    _xi: tuple
+    _legs: tuple
+    _dyads: tuple  # those that were closed: on the two elbows (dgm), or one in each leg (igm)
+    _det_a: object = None  # known with full relative accuracy from dgm
+
+    @property
+    def _proximal(self):
+        return tuple(leg.direction for leg in self._legs)
+
+    @property
+    def _distal(self):
+        return tuple(leg.distal for leg in self._legs)
+
+    @property
+    def _serial(self):
+        """Per leg u_i2 . P_i' / |P_i'|; for a crank sin q_i2."""
+        return tuple(leg.sine for leg in self._legs)
+
+    @cached_property
+    def _parallel(self):
+        """det A = sin(phi_2 - phi_1)."""
+        return cross(*self._distal) if self._det_a is None else self._det_a()
+
+    @cached_property
+    def _b(self):
+        """Diagonal of B."""
+        return tuple(drive.length * s for drive, s in zip(self.robot.drives, self._serial))
+
+    @cached_property
+    def q(self):
+        return pack(*(leg.q for leg in self._legs))
+
+    @cached_property
+    def xi(self):
+        return pack(*self._xi)
+
+    @cached_property
+    def elbows(self):
+        (x1, y1), (x2, y2) = (drive.pivot(u) for drive, u in zip(self.robot.drives, self._proximal))
+        return pack_matrix(x1, y1, x2, y2)
+
+    @cached_property
+    def q_passive(self):
+        return pack(*(atan2(leg.sine, dot(leg.direction, leg.distal)) for leg in self._legs))  # AMORO eq. 5, 6
+
+    @cached_property
+    def assembly(self):
+        return -sign(self._parallel, SINGULAR)
+
+    @cached_property
+    def working(self):
+        modes = tuple(-sign(s, SINGULAR) for s in self._serial)
+        return pack(*modes) if is_symbolic(modes[0]) else np.stack(modes, axis=-1)
+
+    @cached_property
+    def A(self):
+        (x1, y1), (x2, y2) = self._distal
+        return pack_matrix(x1, y1, x2, y2)  # AMORO eq. 13
+
+    @cached_property
+    def B(self):
+        zero = 0.0 * self._b[0]
+        return pack_matrix(self._b[0], zero, zero, self._b[1])  # AMORO eq. 13
+
+    @cached_property
+    def reach_margin(self):
+        margins = []
+        for dyad in self._dyads:
+            span = sqrt(dyad.span_squared)
+            margins += [dyad.r1 + dyad.r2 - span, span - abs(dyad.r1 - dyad.r2)]
+        if is_symbolic(margins[0]):
+            import casadi
+
+            return casadi.mmin(casadi.vertcat(*margins))
+        return np.minimum.reduce(np.broadcast_arrays(*margins))
+
+
+def dgm(robot, q, assembly=-1, unreachable="raise"):
+    """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general lengths).
+
+    q: (*batch, 2) rad, or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an array of the batch's shape.
+    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows of equal distal bars leave the
+    distal bars free to turn: SingularityError, or nan.
+    """
+    q = unpack(q, "q")
+    q, (branch,) = _with_modes(q, check_modes(assembly, "assembly"), count=1)
+    pose = joint_pose(robot, q, branch)
+    _refuse_open(unreachable, pose._xi[0], pose._dyads, ("the elbows are",), ("the elbows coincide: q12 and q22 are",))
+    return pose
+
+
+def joint_pose(robot, q, assembly):
+    """`dgm` on components, unchecked: nan where it does not close."""
+    left, right = robot.drives
+    directions = left.direction(q[0]), right.direction(q[1])
+    p1, p2 = left.pivot(directions[0]), right.pivot(directions[1])
+    l12, l22 = robot.distal
+    dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly)
+    xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
+    legs = DrivenLeg(q[0], directions[0], lambda: dyad.first), DrivenLeg(q[1], directions[1], lambda: dyad.second)
+    return Pose(robot, xi, legs, (dyad,), lambda: dyad.sine)
+
+
+def igm(robot, xi, working=(-1, -1), unreachable="raise"):
+    """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general lengths).
+
+    xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left and right leg.
+    unreachable: "raise" an UnreachableError, or give "nan" there. A leg of equal bars folded on its base joint is free
+    to turn: SingularityError, or nan. Active angles lie in (-pi, pi].
+    """
+    xi = unpack(xi, "xi")
+    working = check_modes(working, "working")
+    if working.ndim == 0 or working.shape[-1] != 2:
+        raise ValueError(f"working must have shape (2,) or (*batch, 2), not {working.shape}")
+    xi, branches = _with_modes(xi, working, count=2)
+    pose = task_pose(robot, xi, branches)
+    sides = ("left", "q11"), ("right", "q21")
+    distance = [f"{side} leg: the end-effector and the base joint are" for side, _ in sides]
+    free = [f"the {side} leg is folded on its base joint: {joint} is" for side, joint in sides]
+    found = pose._dyads[0].first[0] + pose._dyads[1].first[0]
+    _refuse_open(unreachable, found, pose._dyads, distance, free)
+    return pose
+
+
+def task_pose(robot, xi, working):
+    """`igm` on components, unchecked: nan where it does not close."""
+    legs = tuple(reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working))
+    return Pose(robot, xi, legs, tuple(leg.dyad for leg in legs))
+
+
+def reach(drive, xi, bar, working):
+    """The leg of this drive and distal bar that ends in xi."""
+    return ReachedLeg(drive, drive.close(xi, bar, working))
+
+
+def _with_modes(v, modes, count):
+    """Components of v and of the modes; floats become arrays where the modes are a batch."""
+    if modes.ndim == count - 1:
+        return v, tuple(int(m) for m in np.atleast_1d(modes))
+    if is_symbolic(v[0]):
+        raise ValueError("modes must be plain ints for CasADi symbols, not a batch")
+    split = (modes,) if count == 1 else (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
+    try:
+        *v, _ = np.broadcast_arrays(*v, split[0])
+    except ValueError:
+        raise ValueError(f"modes of shape {split[0].shape} do not fit a batch of shape {np.shape(v[0])}") from None
+    return tuple(v), split
+
+
+def _refuse_open(unreachable, found, dyads, distance, free):
+    """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
+    if unreachable not in ("raise", "nan"):
+        raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
+    if unreachable == "nan" or is_symbolic(found) or not np.isnan(found).any():
+        return
+    count, index = first_index(np.isnan(found))
+    where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
+    reports = []
+    for dyad, distance_words, free_words in zip(dyads, distance, free):
+        span = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5
+        gap = max(span - (dyad.r1 + dyad.r2), abs(dyad.r1 - dyad.r2) - span)
+        reports.append((gap, span, dyad.r1, dyad.r2, distance_words, free_words))
+    gap, span, r1, r2, distance_words, free_words = max(reports)
+    if r1 == r2 and span < r1:
+        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart)", span, index or None)
+    limit, side = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
+    raise UnreachableError(
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {side} that bars of {r1:g} and {r2:g} m allow is "
+        f"{limit:.9g} m (gap {gap:.3g} m)",
+        gap,
+        index or None,
+    )

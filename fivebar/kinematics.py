@@ -1,0 +1,178 @@
+"""First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive joints'."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ._backend import first_index, is_symbolic, pack, unpack
+from .dyads import SINGULAR, dot
+from .errors import SingularityError
+from .geometry import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first read.
+
+    pose; q_dot (*batch, 2) rad/s; xi_dot (*batch, 2) m/s; q_passive_dot (*batch, 2) rad/s;
+    d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
+    """
+
+    pose: Pose
+    _q_dot: tuple
+    _xi_dot: tuple
+
+    @cached_property
+    def _frames(self):
+        """Per leg: drive, its unit vector, the distal bar's, that bar's length."""
+        robot = self.pose.robot
+        return tuple(zip(robot.drives, self.pose._proximal, self.pose._distal, robot.distal))
+
+    @cached_property
+    def _swing(self):
+        """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
+        return tuple(
+            _across(u2, self._xi_dot, drive.tangent(u1), q_dot)
+            for (drive, u1, u2, _), q_dot in zip(self._frames, self._q_dot)
+        )
+
+    @cached_property
+    def _bias(self):
+        return tuple(
+            dot(u2, drive.curvature(u1)) * q_dot * q_dot - swing * swing * (1 / bar)
+            for (drive, u1, u2, bar), q_dot, swing in zip(self._frames, self._q_dot, self._swing)
+        )
+
+    @cached_property
+    def q_dot(self):
+        return pack(*self._q_dot)
+
+    @cached_property
+    def xi_dot(self):
+        return pack(*self._xi_dot)
+
+    @cached_property
+    def q_passive_dot(self):
+        return pack(
+            *(
+                drive.relative(swing * (1 / bar), q_dot)
+                for (drive, _, _, bar), swing, q_dot in zip(self._frames, self._swing, self._q_dot)
+            )
+        )
+
+    @cached_property
+    def d(self):
+        return pack(*self._bias)
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerations:
+    """Accelerations at given velocities, from `dkm2`, `ikm2` or `forward_dynamics`.
+
+    rates; q_ddot (*batch, 2) rad/s^2; xi_ddot (*batch, 2) m/s^2; q_passive_ddot (*batch, 2) rad/s^2.
+    """
+
+    rates: Rates
+    _q_ddot: tuple
+    _xi_ddot: tuple
+
+    @cached_property
+    def q_ddot(self):
+        return pack(*self._q_ddot)
+
+    @cached_property
+    def xi_ddot(self):
+        return pack(*self._xi_ddot)
+
+    @cached_property
+    def q_passive_ddot(self):
+        """AMORO eq. 20: l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2)."""
+        passive = []
+        for (drive, u1, u2, bar), q_dot, q_ddot in zip(self.rates._frames, self.rates._q_dot, self._q_ddot):
+            swing = _across(u2, self._xi_ddot, drive.tangent(u1), q_ddot)
+            bend = drive.curvature(u1)
+            swing = swing - (u2[0] * bend[1] - u2[1] * bend[0]) * q_dot * q_dot
+            passive.append(drive.relative(swing * (1 / bar), q_ddot))
+        return pack(*passive)
+
+
+def dkm(pose, q_dot):
+    """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
+
+    q_dot: (*batch, 2) rad/s. Gives Rates. SingularityError where A is singular (Type 2).
+    """
+    q_dot = unpack(q_dot, "q_dot")
+    return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose._b, q_dot)), "dkm"))
+
+
+def ikm(pose, xi_dot):
+    """Inverse first-order model: q' = B^-1 A xi' (AMORO eq. 13).
+
+    xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
+    """
+    xi_dot = unpack(xi_dot, "xi_dot")
+    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot)
+
+
+def dkm2(rates, q_ddot):
+    """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
+
+    q_ddot: (*batch, 2) rad/s^2. Gives Accelerations. SingularityError where A is singular (Type 2).
+    """
+    q_ddot = unpack(q_ddot, "q_ddot")
+    along = tuple(b * q + d for b, q, d in zip(rates.pose._b, q_ddot, rates._bias))
+    return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
+
+
+def ikm2(rates, xi_ddot):
+    """Inverse second-order model: q'' = B^-1 (A xi'' - d) (AMORO eq. 18).
+
+    xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
+    """
+    xi_ddot = unpack(xi_ddot, "xi_ddot")
+    along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose._distal, rates._bias))
+    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot)
+
+
+def solve_a(pose, along, model):
+    """The vector whose components along the two distal bars are given: A^-1, refused where A is singular."""
+    refuse_parallel(pose, model)
+    (x1, y1), (x2, y2) = pose._distal
+    r1, r2 = along
+    inverse = 1.0 / pose._parallel
+    return (y2 * r1 - y1 * r2) * inverse, (x1 * r2 - x2 * r1) * inverse
+
+
+def solve_b(pose, along, model):
+    """B^-1, refused where B is singular."""
+    for joint, sine in zip(("q12", "q22"), pose._serial):
+        _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
+    return tuple(r / b for r, b in zip(along, pose._b))
+
+
+def refuse_parallel(pose, model):
+    """Raise where A is singular."""
+    _refuse(pose, pose._parallel, f"{model}: A is singular (Type 2)", "det A")
+
+
+def _refuse(pose, margin, problem, name):
+    if is_symbolic(margin):
+        return
+    singular = np.abs(margin) <= SINGULAR
+    if not np.any(singular):
+        return
+    count, index = first_index(singular)
+    where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
+    value = float(np.asarray(margin)[index])
+    q, xi = (np.broadcast_to(v, (*np.shape(margin), 2))[index] for v in (pose.q, pose.xi))
+    raise SingularityError(
+        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) rad, xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
+        value,
+        index or None,
+    )
+
+
+def _across(u2, velocity, tangent, rate):
+    """v_2 . (velocity - tangent rate), v_2 being u_2 turned by +90 degrees."""
+    return u2[0] * (velocity[1] - tangent[1] * rate) - u2[1] * (velocity[0] - tangent[0] * rate)
