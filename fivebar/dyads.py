@@ -101,5 +101,9 @@ class Crank(NamedTuple):
         return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working)
 
     def relative(self, absolute, own):
-        """Passive joint's rate or acceleration from the distal bar's absolute one and the drive's."""
+        """Passive joint's angle, rate or acceleration from the distal bar's absolute one and the drive's."""
         return absolute - own
+
+    def absolute(self, passive, own):
+        """The inverse of `relative`."""
+        return passive + own

@@ -79,7 +79,7 @@ def forward_dynamics(rates, tau):
 
 
 def _refuse_corner(pose, determinant):
-    if is_symbolic(determinant):
+    if is_symbolic(determinant) or (isinstance(determinant, float) and determinant > SINGULAR**2):
         return
     singular = determinant <= SINGULAR**2
     if np.any(singular):

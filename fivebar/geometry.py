@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, sqrt, unpack
+from ._backend import atan2, check_modes, cos, first_index, is_symbolic, pack, pack_matrix, sign, sin, sqrt, unpack
 from .dyads import RRR, SINGULAR, cross, dot
 from .errors import SingularityError, UnreachableError
 
@@ -147,7 +147,7 @@ def dgm(robot, q, assembly=-1, unreachable="raise"):
     distal bars free to turn: SingularityError, or nan.
     """
     q = unpack(q, "q")
-    q, (branch,) = _with_modes(q, check_modes(assembly, "assembly"), count=1)
+    q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
     _refuse_open(unreachable, pose._xi[0], pose._dyads, ("the elbows are",), ("the elbows coincide: q12 and q22 are",))
     return pose
@@ -173,10 +173,7 @@ def igm(robot, xi, working=(-1, -1), unreachable="raise"):
     to turn: SingularityError, or nan. Active angles lie in (-pi, pi].
     """
     xi = unpack(xi, "xi")
-    working = check_modes(working, "working")
-    if working.ndim == 0 or working.shape[-1] != 2:
-        raise ValueError(f"working must have shape (2,) or (*batch, 2), not {working.shape}")
-    xi, branches = _with_modes(xi, working, count=2)
+    xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
     sides = ("left", "q11"), ("right", "q21")
     distance = [f"{side} leg: the end-effector and the base joint are" for side, _ in sides]
@@ -192,22 +189,43 @@ def task_pose(robot, xi, working):
     return Pose(robot, xi, legs, tuple(leg.dyad for leg in legs))
 
 
+def four_joint_pose(robot, q, q_passive):
+    """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
+    legs = []
+    for drive, own, passive in zip(robot.drives, q, q_passive):
+        phi = drive.absolute(passive, own)
+        legs.append(DrivenLeg(own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
+    x, y = robot.drives[0].pivot(legs[0].direction)
+    ux, uy = legs[0].distal
+    return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), tuple(legs), ())
+
+
 def reach(drive, xi, bar, working):
     """The leg of this drive and distal bar that ends in xi."""
     return ReachedLeg(drive, drive.close(xi, bar, working))
 
 
-def _with_modes(v, modes, count):
-    """Components of v and of the modes; floats become arrays where the modes are a batch."""
+def _with_modes(v, modes, name, count):
+    """Components of v and `count` components of its modes; floats become arrays where the modes are a batch."""
+    plain = (modes,) if count == 1 else modes
+    if (
+        isinstance(plain, tuple)
+        and len(plain) == count
+        and all(type(mode) is int and mode * mode == 1 for mode in plain)
+    ):
+        return v, plain  # the usual call, without the cost of arrays
+    modes = check_modes(modes, name)
+    if count == 2 and (modes.ndim == 0 or modes.shape[-1] != 2):
+        raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {modes.shape}")
     if modes.ndim == count - 1:
         return v, tuple(int(m) for m in np.atleast_1d(modes))
     if is_symbolic(v[0]):
-        raise ValueError("modes must be plain ints for CasADi symbols, not a batch")
+        raise ValueError(f"{name} must be plain ints for CasADi symbols, not a batch")
     split = (modes,) if count == 1 else (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
     try:
         *v, _ = np.broadcast_arrays(*v, split[0])
     except ValueError:
-        raise ValueError(f"modes of shape {split[0].shape} do not fit a batch of shape {np.shape(v[0])}") from None
+        raise ValueError(f"{name} of shape {modes.shape} does not fit a batch of shape {np.shape(v[0])}") from None
     return tuple(v), split
 
 
@@ -215,7 +233,7 @@ def _refuse_open(unreachable, found, dyads, distance, free):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
-    if unreachable == "nan" or is_symbolic(found) or not np.isnan(found).any():
+    if unreachable == "nan" or is_symbolic(found) or not np.any(found != found):
         return
     count, index = first_index(np.isnan(found))
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
@@ -229,8 +247,8 @@ def _refuse_open(unreachable, found, dyads, distance, free):
         raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart)", span, index or None)
     limit, side = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {side} that bars of {r1:g} and {r2:g} m allow is "
-        f"{limit:.9g} m (gap {gap:.3g} m)",
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {side} that bars of {r1:g} and {r2:g} m "
+        f"allow is {limit:.9g} m (gap {gap:.3g} m)",
         gap,
         index or None,
     )

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ._backend import first_index, is_symbolic, pack, unpack
-from .dyads import SINGULAR, dot
+from .dyads import SINGULAR, cross, dot
 from .errors import SingularityError
 from .geometry import Pose
 
@@ -54,12 +54,11 @@ class Rates:
 
     @cached_property
     def q_passive_dot(self):
-        return pack(
-            *(
-                drive.relative(swing * (1 / bar), q_dot)
-                for (drive, _, _, bar), swing, q_dot in zip(self._frames, self._swing, self._q_dot)
-            )
-        )
+        return pack(*self._relative(self._swing, self._q_dot))
+
+    def _relative(self, swing, own):
+        """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the drives' own."""
+        return tuple(drive.relative(s * (1 / bar), o) for (drive, _, _, bar), s, o in zip(self._frames, swing, own))
 
     @cached_property
     def d(self):
@@ -86,15 +85,17 @@ class Accelerations:
         return pack(*self._xi_ddot)
 
     @cached_property
+    def _swing(self):
+        """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
+        swings = []
+        for (drive, u1, u2, _), q_dot, q_ddot in zip(self.rates._frames, self.rates._q_dot, self._q_ddot):
+            along = _across(u2, self._xi_ddot, drive.tangent(u1), q_ddot)
+            swings.append(along - cross(u2, drive.curvature(u1)) * q_dot * q_dot)
+        return tuple(swings)
+
+    @cached_property
     def q_passive_ddot(self):
-        """AMORO eq. 20: l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2)."""
-        passive = []
-        for (drive, u1, u2, bar), q_dot, q_ddot in zip(self.rates._frames, self.rates._q_dot, self._q_ddot):
-            swing = _across(u2, self._xi_ddot, drive.tangent(u1), q_ddot)
-            bend = drive.curvature(u1)
-            swing = swing - (u2[0] * bend[1] - u2[1] * bend[0]) * q_dot * q_dot
-            passive.append(drive.relative(swing * (1 / bar), q_ddot))
-        return pack(*passive)
+        return pack(*self.rates._relative(self._swing, self._q_ddot))
 
 
 def dkm(pose, q_dot):
@@ -157,17 +158,18 @@ def refuse_parallel(pose, model):
 
 
 def _refuse(pose, margin, problem, name):
-    if is_symbolic(margin):
+    if is_symbolic(margin) or (isinstance(margin, float) and abs(margin) > SINGULAR):
         return
     singular = np.abs(margin) <= SINGULAR
-    if not np.any(singular):
+    if not singular.any():
         return
     count, index = first_index(singular)
     where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
     value = float(np.asarray(margin)[index])
     q, xi = (np.broadcast_to(v, (*np.shape(margin), 2))[index] for v in (pose.q, pose.xi))
     raise SingularityError(
-        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) rad, xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
+        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) rad, "
+        f"xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
         value,
         index or None,
     )

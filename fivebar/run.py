@@ -1,0 +1,144 @@
+"""What a simulation leaves: a Run, with its errors and events, saved to CSV and read back."""
+
+import csv
+import json
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from .control import wrap
+from .geometry import igm
+from .robots import FiveBar
+from .singularity import Singularity
+from .trajectory import read_columns
+
+
+class Event(NamedTuple):
+    """A crossing of a singularity: time (s), type, vanished sine, modes (left, right, assembly) before, after."""
+
+    t: float
+    type: Singularity
+    margin: str
+    before: tuple
+    after: tuple
+
+
+class Control(NamedTuple):
+    """The controller's side, k samples: t (k,) s; what it measured, q, q_dot (k, 2); its torque before (commanded) and
+    after delay and limit (applied), (k, 2) N m."""
+
+    t: np.ndarray
+    q: np.ndarray
+    q_dot: np.ndarray
+    commanded: np.ndarray
+    applied: np.ndarray
+
+
+COLUMNS = ("t", "q11", "q21", "q11_dot", "q21_dot", "x", "y", "tau1", "tau2", "x_ref", "y_ref")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A simulated motion on the grid of its steps.
+
+    t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
+    xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or None; events: crossings.
+    """
+
+    robot: FiveBar
+    t: np.ndarray
+    q: np.ndarray
+    q_dot: np.ndarray
+    xi: np.ndarray
+    tau: np.ndarray
+    xi_ref: np.ndarray | None = None
+    torque_limit: float | None = None
+    control: Control | None = None
+    events: tuple = ()
+
+    @cached_property
+    def error(self):
+        """xi - xi_ref (n, 2), m."""
+        self._needs_reference()
+        return self.xi - self.xi_ref
+
+    @cached_property
+    def q_error(self):
+        """q - q_ref (n, 2), rad, in the working modes in which the run begins; nan where xi_ref is out of reach."""
+        self._needs_reference()
+        start = igm(self.robot, self.xi[0], self._working_at_start())
+        return wrap(self.q - igm(self.robot, self.xi_ref, start.working, unreachable="nan").q)
+
+    def _working_at_start(self):
+        modes = [(left, right) for left in (-1, 1) for right in (-1, 1)]
+        poses = igm(self.robot, np.broadcast_to(self.xi[0], (4, 2)), modes)
+        return modes[int(np.argmin(np.abs(wrap(poses.q - self.q[0])).sum(axis=1)))]
+
+    def _needs_reference(self):
+        if self.xi_ref is None:
+            raise ValueError("this run has no reference, so no error")
+
+    @property
+    def points(self):
+        """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m."""
+        left, right = self.robot.drives
+        elbows = [
+            np.stack(drive.pivot(drive.direction(self.q[:, k])), axis=-1) for k, drive in enumerate((left, right))
+        ]
+        bases = [np.broadcast_to((drive.x, drive.y), self.xi.shape) for drive in (left, right)]
+        return np.stack([bases[0], elbows[0], self.xi, elbows[1], bases[1]], axis=1)
+
+    def plot(self, path=None):
+        """Matplotlib figure of path, errors and torques; written to `path` (PNG, SVG, PDF) if given."""
+        from .plot.runs import tracking
+
+        figure = tracking(self)
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+    def animate(self, path):
+        """One HTML file with the motion in meshcat's viewer; needs no server and no network."""
+        from .view import write_animation
+
+        write_animation(
+            path, self.t, self.points, [(0, 1), (1, 2), (4, 3), (3, 2)], title="five-bar robot", grounded=(0, 4),
+            actuated=(0, 4), traced=2, reference=self.xi_ref,
+        )  # fmt: skip
+
+    def to_csv(self, path):
+        """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""
+        about = {
+            "robot": asdict(self.robot),
+            "torque_limit": self.torque_limit,
+            "events": [list(e) for e in self.events],
+        }
+        columns = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T]
+        if self.xi_ref is not None:
+            columns += [*self.xi_ref.T]
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            file.write(f"# fivebar run, SI units: {json.dumps(about)}\n")
+            writer = csv.writer(file)
+            writer.writerow(COLUMNS[: len(columns)])
+            writer.writerows(map(repr, row) for row in np.column_stack(columns).tolist())
+
+    @classmethod
+    def from_csv(cls, path):
+        """Read what `to_csv` wrote; the control grid is not in it."""
+        with open(path, encoding="utf-8") as file:
+            first, header = file.readline(), file.readline()
+        try:
+            about = json.loads(first.removeprefix("# fivebar run, SI units: "))
+            events = tuple(
+                Event(t, Singularity(kind), margin, tuple(before), tuple(after))
+                for t, kind, margin, before, after in about["events"]
+            )
+            robot = FiveBar(**about["robot"])
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise ValueError(f"{path}, line 1: not a file written by Run.to_csv") from None
+        names = COLUMNS if "x_ref" in header else COLUMNS[:-2]
+        table = read_columns(path, names)
+        pairs = [table[:, k : k + 2] for k in range(1, len(names), 2)]
+        return cls(robot, table[:, 0], *pairs[:4], *pairs[4:], torque_limit=about["torque_limit"], events=events)
