@@ -74,7 +74,7 @@ class Leg:
         other = reach(robot.drives[j], xi, robot.distal[j], modes[0])
         legs = [None, None]
         legs[i], legs[j] = DrivenLeg(c[0], u1, lambda: u2), other
-        pose = Pose(robot, xi, tuple(legs), (other.dyad,))
+        pose = Pose(robot, xi, lambda: (tuple(legs), (other.dyad,)))
         xi_dot = (
             tangent[0] * c_dot[0] - bar * u2[1] * c_dot[1],
             tangent[1] * c_dot[0] + bar * u2[0] * c_dot[1],

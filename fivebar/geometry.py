@@ -9,6 +9,8 @@ from ._backend import atan2, check_modes, cos, first_index, is_symbolic, pack, p
 from .dyads import RRR, SINGULAR, cross, dot
 from .errors import SingularityError, UnreachableError
 
+BLOCK = 8192  # poses
+
 
 @dataclass(frozen=True, eq=False)
 class DrivenLeg:
@@ -63,9 +65,20 @@ class Pose:
 
     robot: object
     _xi: tuple
-    _legs: tuple
-    _dyads: tuple  # those that were closed: on the two elbows (dgm), or one in each leg (igm)
-    _det_a: object = None  # known with full relative accuracy from dgm
+    _build: object  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
+    _from_dgm: bool = False
+
+    @cached_property
+    def _built(self):
+        return self._build()
+
+    @property
+    def _legs(self):
+        return self._built[0]
+
+    @property
+    def _dyads(self):
+        return self._built[1]
 
     @property
     def _proximal(self):
@@ -82,8 +95,8 @@ class Pose:
 
     @cached_property
     def _parallel(self):
-        """det A = sin(phi_2 - phi_1)."""
-        return cross(*self._distal) if self._det_a is None else self._det_a()
+        """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative accuracy."""
+        return self._dyads[0].sine if self._from_dgm else cross(*self._distal)
 
     @cached_property
     def _b(self):
@@ -149,12 +162,21 @@ def dgm(robot, q, assembly=-1, unreachable="raise"):
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
-    _refuse_open(unreachable, pose._xi[0], pose._dyads, ("the elbows are",), ("the elbows coincide: q12 and q22 are",))
+    _refuse_open(unreachable, pose._xi[0], pose, ("the elbows are",), ("the elbows coincide: q12 and q22 are",))
     return pose
 
 
 def joint_pose(robot, q, assembly):
     """`dgm` on components, unchecked: nan where it does not close."""
+    if isinstance(q[0], np.ndarray) and q[0].size > BLOCK:
+        xi = _joint_xi_in_blocks(robot, q, assembly)
+        return Pose(robot, xi, lambda: _close_on_elbows(robot, q, assembly)[1:], True)
+    xi, *parts = _close_on_elbows(robot, q, assembly)
+    return Pose(robot, xi, lambda: parts, True)
+
+
+def _close_on_elbows(robot, q, assembly):
+    """End-effector, legs and the dyad on the two elbows."""
     left, right = robot.drives
     directions = left.direction(q[0]), right.direction(q[1])
     p1, p2 = left.pivot(directions[0]), right.pivot(directions[1])
@@ -162,7 +184,19 @@ def joint_pose(robot, q, assembly):
     dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly)
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
     legs = DrivenLeg(q[0], directions[0], lambda: dyad.first), DrivenLeg(q[1], directions[1], lambda: dyad.second)
-    return Pose(robot, xi, legs, (dyad,), lambda: dyad.sine)
+    return xi, legs, (dyad,)
+
+
+def _joint_xi_in_blocks(robot, q, assembly):
+    """The end-effector alone, a stretch of the batch at a time that stays in the processor's cache."""
+    flat, modes = [np.ravel(component) for component in q], np.ravel(assembly)
+    xi = np.empty((2, flat[0].size))
+    for start in range(0, flat[0].size, BLOCK):
+        part = slice(start, start + BLOCK)
+        xi[:, part] = _close_on_elbows(
+            robot, [component[part] for component in flat], modes[part] if modes.size > 1 else assembly
+        )[0]
+    return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 
 
 def igm(robot, xi, working=(-1, -1), unreachable="raise"):
@@ -179,14 +213,14 @@ def igm(robot, xi, working=(-1, -1), unreachable="raise"):
     distance = [f"{side} leg: the end-effector and the base joint are" for side, _ in sides]
     free = [f"the {side} leg is folded on its base joint: {joint} is" for side, joint in sides]
     found = pose._dyads[0].first[0] + pose._dyads[1].first[0]
-    _refuse_open(unreachable, found, pose._dyads, distance, free)
+    _refuse_open(unreachable, found, pose, distance, free)
     return pose
 
 
 def task_pose(robot, xi, working):
     """`igm` on components, unchecked: nan where it does not close."""
     legs = tuple(reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working))
-    return Pose(robot, xi, legs, tuple(leg.dyad for leg in legs))
+    return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
 
 
 def four_joint_pose(robot, q, q_passive):
@@ -197,7 +231,7 @@ def four_joint_pose(robot, q, q_passive):
         legs.append(DrivenLeg(own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
-    return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), tuple(legs), ())
+    return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ()))
 
 
 def reach(drive, xi, bar, working):
@@ -229,7 +263,7 @@ def _with_modes(v, modes, name, count):
     return tuple(v), split
 
 
-def _refuse_open(unreachable, found, dyads, distance, free):
+def _refuse_open(unreachable, found, pose, distance, free):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
@@ -238,7 +272,7 @@ def _refuse_open(unreachable, found, dyads, distance, free):
     count, index = first_index(np.isnan(found))
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
     reports = []
-    for dyad, distance_words, free_words in zip(dyads, distance, free):
+    for dyad, distance_words, free_words in zip(pose._dyads, distance, free):
         span = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5
         gap = max(span - (dyad.r1 + dyad.r2), abs(dyad.r1 - dyad.r2) - span)
         reports.append((gap, span, dyad.r1, dyad.r2, distance_words, free_words))

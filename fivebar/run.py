@@ -1,7 +1,5 @@
 """What a simulation leaves: a Run, with its errors and events, saved to CSV and read back."""
 
-import csv
-import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -110,6 +108,9 @@ class Run:
 
     def to_csv(self, path):
         """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""
+        import csv
+        import json
+
         about = {
             "robot": asdict(self.robot),
             "torque_limit": self.torque_limit,
@@ -127,6 +128,8 @@ class Run:
     @classmethod
     def from_csv(cls, path):
         """Read what `to_csv` wrote; the control grid is not in it."""
+        import json
+
         with open(path, encoding="utf-8") as file:
             first, header = file.readline(), file.readline()
         try:

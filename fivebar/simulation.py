@@ -199,7 +199,7 @@ class _Plant:
     def refuse_jumps(self):
         """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends."""
         rows, tau = self.all_rows(), np.array(self.torques).reshape(-1, 2)
-        work = np.sum((rows[1:, Q] - rows[:-1, Q]) * tau, axis=1)
+        work = np.sum(np.diff(np.unwrap(rows[:, Q], axis=0), axis=0) * tau, axis=1)
         gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
         bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
         if len(self.charts) == 1:
@@ -240,7 +240,7 @@ def _model(robot, chart):
 
 @lru_cache(maxsize=64)
 def _block(robot, chart, step, count):
-    """(state, tau, modes) -> (states after each of `count` RK4 steps, what is seen before each, what is seen after all)."""
+    """(state, tau, modes) -> (states after each of `count` RK4 steps, what is seen before each, and after the last)."""
     import casadi
 
     model, look = _model(robot, chart)

@@ -1,6 +1,5 @@
 """Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point outside their time."""
 
-import csv
 import math
 from dataclasses import dataclass
 
@@ -116,6 +115,8 @@ def read_columns(path, names):
 
     Lines that begin with # are comments. ValueError with file and line number.
     """
+    import csv  # here, as what is not needed by every user of the models
+
     with open(path, newline="", encoding="utf-8-sig") as file:
         header, rows = None, []
         try:

@@ -1,0 +1,37 @@
+"""What several test files draw from: the source's reference numbers, robots and poses."""
+
+import json
+from pathlib import Path
+
+import hypothesis
+import numpy as np
+import pytest
+
+import fivebar as fb
+
+DATA = Path(__file__).parent / "data"
+hypothesis.settings.register_profile("fivebar", deadline=None, max_examples=60, derandomize=True)
+hypothesis.settings.load_profile("fivebar")
+
+UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09, zz1=0.003, zz2=0.0015, m=0.7)
+
+
+@pytest.fixture(scope="session")
+def five_bar_numbers():
+    return json.loads((DATA / "five_bar.json").read_text())
+
+
+@pytest.fixture(params=["amoro", "unequal"])
+def robot(request):
+    return {"amoro": fb.FiveBar(), "unequal": UNEQUAL}[request.param]
+
+
+@pytest.fixture
+def reachable(robot):
+    """(xi, working) of 500 poses of `robot` with a sine of at least 0.05 everywhere, all working modes."""
+    rng = np.random.default_rng(7)
+    xi = rng.uniform(-0.25, 0.25, (6000, 2))
+    working = rng.choice([-1, 1], (6000, 2))
+    pose = fb.igm(robot, xi, working, unreachable="nan")
+    good = (np.abs(np.stack([*pose._serial, pose._parallel])) > 0.05).all(axis=0)
+    return xi[good][:500], working[good][:500]

@@ -1,0 +1,82 @@
+"""The command line as a user meets it: tables, JSON, files, and one line for every failure."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import fivebar as fb
+from fivebar.cli import main
+
+LINE = ["track", "--from", "0.09", "0.06796322", "--to", "0", "0.1", "--duration", "2"]
+
+
+def test_demo(tmp_path, capsys):
+    assert main(["demo", "--out", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == "" and "largest error        18.43 µm" in printed.out
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"run.csv", "tracking.png", "animation.html"}
+    run = fb.Run.from_csv(tmp_path / "out" / "run.csv")
+    assert run.t[-1] == 2.0 and len(run.t) == 2001
+
+
+def test_track_a_line_as_json(capsys, tmp_path):
+    assert main([*LINE, "--json", "--torque-limit", "0.006", "--out", str(tmp_path)]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["peak_torque_Nm"][1] == 0.006 and figures["saturated_fraction"] == pytest.approx(0.875, abs=0.01)
+    assert [path.split("/")[-1] for path in figures["files"]] == ["run.csv", "tracking.png", "animation.html"]
+
+
+def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
+    path = fb.line((0.09, 0.068), (0, 0.1), 2.0)
+    rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(41) for x, y in [path(t / 20)[0].tolist()]]
+    (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]))
+    (tmp_path / "robot.toml").write_text("l11 = 0.1\nm = 0.6\n")
+    options = [
+        "--robot",
+        str(tmp_path / "robot.toml"),
+        "--l12",
+        "0.1",
+        "--kp",
+        "400",
+        "--kd",
+        "40",
+        "--period",
+        "0.005",
+    ]
+    assert main(["track", str(tmp_path / "path.csv"), *options]) == 0
+    assert "real-time factor" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "argv, code, message",
+    [
+        (["track"], 2, "track needs a CSV file, or all of --from X Y, --to X Y and --duration S"),
+        (["track", "no.csv"], 2, "No such file"),
+        ([*LINE, "--kp", "-1"], 2, "kp must be"),
+        ([*LINE, "--period", "0"], 2, "--period must be finite and > 0"),
+        ([*LINE, "--d", "9"], 2, "can never close"),
+        ([*LINE, "--robot", "gantry"], 2, "no robot 'gantry': the known ones are amoro"),
+        ([*LINE, "--robot", "no.toml"], 2, "no.toml: "),
+        (["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"], 1, "unreachable: left leg"),
+        (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
+        ([*LINE, "--kp", "1e7"], 1, "too fast for steps"),
+    ],
+)
+def test_failures_are_one_line(argv, code, message, capsys):
+    assert main(argv) == code
+    printed = capsys.readouterr().err
+    assert printed.startswith("fivebar: ") and message in printed and printed.count("\n") == 1
+
+
+def test_unknown_parameter_in_toml(tmp_path, capsys):
+    (tmp_path / "robot.toml").write_text("length = 0.1\n")
+    assert main([*LINE, "--robot", str(tmp_path / "robot.toml")]) == 2
+    assert "no parameter length; the known ones are l11, l12" in capsys.readouterr().err
+
+
+def test_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "fivebar", *LINE], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "" and "peak torque" in done.stdout
+    assert subprocess.run([sys.executable, "-m", "fivebar"], capture_output=True).returncode == 2
