@@ -4,13 +4,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 LEFT, RIGHT, INK, REFERENCE = "#0072B2", "#D55E00", "#222222", "#009E73"  # Okabe and Ito's colours
-UNITS = ((1e-6, 1e9, "nm"), (1e-3, 1e6, "µm"), (1.0, 1e3, "mm"))  # below so many m, so many units to the m
+PREFIXES = ((1e-6, 1e9, "n"), (1e-3, 1e6, "µ"), (1.0, 1e3, "m"))  # below so many units, so many of these to one
 
 
 def tracking(run):
     """Figure of a run: where it went, how far off it was (RMS and largest), and with what torques."""
-    figure = Figure(figsize=(11, 6), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15))
+    figure = Figure(figsize=(12, 6), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     _path(figure.add_subplot(grid[:, 0]), run)
     if run.xi_ref is None:
         _torques(figure.add_subplot(grid[:, 1]), run)
@@ -35,15 +35,15 @@ def _path(axes, run):
         axes.plot(*where, "x", color=INK, ms=7, zorder=5)
         axes.annotate(f"Type {int(event.type)}", where, textcoords="offset points", xytext=(6, 4), fontsize=8)
     axes.set(xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and end")
-    axes.set_aspect("equal", "datalim")
+    axes.set_aspect("equal")
     axes.grid(alpha=0.25)
-    axes.legend(loc="upper right")
+    _legend_below(axes, 2)
 
 
 def _errors(axes, run):
     size = np.linalg.norm(run.error, axis=1)
     largest, rms = size.max(), np.sqrt(np.mean(size**2))
-    scale, unit = next(((scale, unit) for limit, scale, unit in UNITS if largest < limit), (1.0, "m"))
+    scale, unit = _scale(largest, "m")
     for k, (name, colour) in enumerate((("x", LEFT), ("y", RIGHT))):
         axes.plot(run.t, scale * run.error[:, k], color=colour, lw=1.2, label=name)
     axes.plot(run.t, scale * size, color=INK, lw=1.6, label="distance")
@@ -52,21 +52,33 @@ def _errors(axes, run):
     axes.plot(run.t[peak], scale * largest, "o", color=INK, ms=5, label=f"maximum {scale * largest:.3g} {unit}")
     axes.set(ylabel=f"error ({unit})", title="tracking error of the end-effector")
     axes.grid(alpha=0.25)
-    axes.legend(ncols=3, fontsize=8)
+    _legend_below(axes, 5)
 
 
 def _torques(axes, run):
+    scale, unit = _scale(np.abs(run.tau).max(), "N m")
     for k, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
-        axes.step(run.t, run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
+        axes.step(run.t, scale * run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
     if run.torque_limit is not None:
         for limit in (-run.torque_limit, run.torque_limit):
-            axes.axhline(limit, color=INK, lw=1, ls=":", label="limit" if limit > 0 else None)
+            axes.axhline(scale * limit, color=INK, lw=1, ls=":", label="limit" if limit > 0 else None)
         saturated = (np.abs(run.tau) >= run.torque_limit).any(axis=1)
         axes.fill_between(
-            run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.8", zorder=0,
+            run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
         )  # fmt: skip
-    axes.set(xlabel="time (s)", ylabel="torque (N m)", title="motor torques")
+    axes.set(xlabel="time (s)", ylabel=f"torque ({unit})", title="motor torques")
     axes.margins(x=0)
     axes.grid(alpha=0.25)
-    axes.legend(ncols=2, fontsize=8)
+    _legend_below(axes, 4)
+
+
+def _scale(largest, unit):
+    """Factor and name of the unit in which numbers up to `largest` read well."""
+    return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
+
+
+def _legend_below(axes, columns):
+    pad = 5 if axes.get_xlabel() else 2.5  # in letters, so that it clears the labels whatever the panel's height
+    place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
+    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
