@@ -34,7 +34,7 @@ class Control(NamedTuple):
     applied: np.ndarray
 
 
-COLUMNS = ("t", "q11", "q21", "q11_dot", "q21_dot", "x", "y", "tau1", "tau2", "x_ref", "y_ref")
+COLUMNS = ("t", "q11", "q21", "q11_dot", "q21_dot", "x", "y", "tau1", "tau2", "energy", "x_ref", "y_ref")
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,8 @@ class Run:
     """A simulated motion on the grid of its steps.
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
-    xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or None; events: crossings.
+    energy (n,) J, kinetic; xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or
+    None; events: crossings.
     """
 
     robot: FiveBar
@@ -51,6 +52,7 @@ class Run:
     q_dot: np.ndarray
     xi: np.ndarray
     tau: np.ndarray
+    energy: np.ndarray
     xi_ref: np.ndarray | None = None
     torque_limit: float | None = None
     control: Control | None = None
@@ -116,7 +118,7 @@ class Run:
             "torque_limit": self.torque_limit,
             "events": [list(e) for e in self.events],
         }
-        columns = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T]
+        columns = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T, self.energy]
         if self.xi_ref is not None:
             columns += [*self.xi_ref.T]
         with open(path, "w", newline="", encoding="utf-8") as file:
@@ -143,5 +145,8 @@ class Run:
             raise ValueError(f"{path}, line 1: not a file written by Run.to_csv") from None
         names = COLUMNS if "x_ref" in header else COLUMNS[:-2]
         table = read_columns(path, names)
-        pairs = [table[:, k : k + 2] for k in range(1, len(names), 2)]
-        return cls(robot, table[:, 0], *pairs[:4], *pairs[4:], torque_limit=about["torque_limit"], events=events)
+        t, q, q_dot, xi, tau, energy, xi_ref = np.split(table, (1, 3, 5, 7, 9, 10), axis=1)
+        return cls(
+            robot, t[:, 0], q, q_dot, xi, tau, energy[:, 0], xi_ref if xi_ref.size else None, about["torque_limit"],
+            events=events,
+        )  # fmt: skip

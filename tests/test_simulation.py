@@ -40,11 +40,20 @@ def test_sampled_computed_torque_of_the_reference():
 
 
 def test_power_balance_along_a_driven_motion():
-    run = fb.simulate(
-        ROBOT, lambda t, *_: (0.02 * np.cos(t), -0.016 * np.cos(t)), duration=1.0, control_period=0.001, step=1e-3
-    )
+    def torque(t, q, q_dot, reference):
+        return 0.02 * np.cos(t), -0.016 * np.cos(t)
+
+    run = fb.simulate(ROBOT, torque, duration=1.0, control_period=0.001, step=1e-3)
     work = np.concatenate([[0], np.cumsum(np.sum(np.diff(run.q, axis=0) * run.tau[:-1], axis=1))])
+    assert run.energy == pytest.approx(work, rel=1e-9, abs=1e-16)
     assert kinetic(run)[5:-5] == pytest.approx(work[5:-5], rel=2e-4, abs=1e-8)
+
+
+def test_energy_of_the_free_motion(free_start):
+    for step, bound in ((5e-4, 1e-8), (1e-4, 1e-10)):
+        energy = fb.simulate(ROBOT, duration=10.0, start=free_start, step=step).energy
+        assert energy[0] == pytest.approx(fb.energy(free_start), rel=1e-14)
+        assert np.abs(energy / energy[0] - 1).max() <= bound
 
 
 @pytest.mark.parametrize("chart", ["joint", "task", "auto"])
@@ -122,7 +131,7 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         run.to_csv(tmp_path / "run.csv")
         back = fb.Run.from_csv(tmp_path / "run.csv")
         assert back.robot == run.robot and back.torque_limit == run.torque_limit and back.events == run.events
-        for name in ("t", "q", "q_dot", "xi", "tau", "xi_ref"):
+        for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
             np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
     (tmp_path / "other.csv").write_text("t,x,y\n0,0,0\n")
     with pytest.raises(ValueError, match="line 1: not a file written by Run.to_csv"):
