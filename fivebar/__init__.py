@@ -1,14 +1,45 @@
 """The five-bar parallel robot: exact models, singularities, simulation and control.
 
-`import fivebar as fb` loads NumPy and nothing heavier; CasADi, SciPy, Matplotlib and meshcat come with what uses them.
+`import fivebar as fb` loads NumPy and the models; everything else comes with its first use: `fb.simulate`, `fb.aspects`
+and the like, and with them CasADi, SciPy, Matplotlib and meshcat where they are needed.
 """
 
-from .control import PD, ComputedTorque
+from importlib import import_module
+
 from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
 from .errors import SingularityError, UnreachableError
 from .geometry import Pose, dgm, igm
 from .kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
 from .robots import ROBOTS, FiveBar
-from .run import Run
-from .simulation import simulate
-from .trajectory import Trajectory, circle, from_csv, line, polynomial
+from .singularity import Singularity, singularity, singularity_margins
+
+# Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
+_LATER = {
+    "PD": "control",
+    "ComputedTorque": "control",
+    "Run": "run",
+    "Trajectory": "trajectory",
+    "aspects": "singularity_free",
+    "check_path": "path_check",
+    "circle": "trajectory",
+    "compile": "engine",
+    "from_csv": "trajectory",
+    "line": "trajectory",
+    "locus_distance": "nearest_locus",
+    "polynomial": "trajectory",
+    "simulate": "simulation",
+    "simulate_many": "closed_loop",
+    "singularity_loci": "loci",
+    "singularity_map": "maps",
+}
+
+
+def __getattr__(name):
+    if name not in _LATER:
+        raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f".{_LATER[name]}", __name__), name)
+    return value
+
+
+def __dir__():
+    return sorted([*globals(), *_LATER])

@@ -47,6 +47,11 @@ def atan2(y, x):
     return np.where(angle == -np.pi, np.pi, angle)
 
 
+def wrap(angle):
+    """The angle (rad) modulo 2 pi, in (-pi, pi]; small ones to the last bit."""
+    return angle - 2 * math.pi * _module(angle).ceil(angle / (2 * math.pi) - 0.5)
+
+
 def sqrt_or_nan(square, floor):
     """sqrt(square), 0 for rounding errors in [floor, 0), nan below; CasADi symbols get a bare sqrt."""
     if isinstance(square, float):

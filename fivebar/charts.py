@@ -30,7 +30,7 @@ class Joint:
 
     def coordinates(self, rates):
         """(c, c', modes) of this chart for a motion known in another."""
-        return tuple(leg.q for leg in rates.pose._legs), rates._q_dot, (int(rates.pose.assembly), 0)
+        return tuple(leg.q for leg in rates.pose._legs), rates._q_dot, (rates.pose.assembly, 0)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Task:
         return accelerations._xi_ddot
 
     def coordinates(self, rates):
-        return rates.pose._xi, rates._xi_dot, tuple(int(w) for w in rates.pose.working)
+        return rates.pose._xi, rates._xi_dot, (rates.pose.working[..., 0], rates.pose.working[..., 1])
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Leg:
     def coordinates(self, rates):
         leg, bar = rates.pose._legs[self.i], rates.pose.robot.distal[self.i]
         c = leg.q, atan2(leg.distal[1], leg.distal[0])
-        return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (int(rates.pose.working[1 - self.i]), 0)
+        return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
 
 
 MARGIN_NAMES = ("sin q12", "sin q22", "det A")

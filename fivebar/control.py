@@ -4,14 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._backend import wrap
 from .dynamics import dynamic_model
 from .geometry import dgm, igm
-from .kinematics import dkm, ikm, ikm2
-
-
-def wrap(angle):
-    """Angles (rad) modulo 2 pi, in (-pi, pi]."""
-    return np.pi - np.mod(np.pi - np.asarray(angle), 2 * np.pi)
+from .kinematics import Accelerations, dkm, ikm, ikm2
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +31,23 @@ class _JointController:
                 )
             object.__setattr__(self, name, gain)
 
+    def target(self, t, reference) -> Accelerations:
+        """The reference in joint coordinates, at one time or many."""
+        xi, xi_dot, xi_ddot = reference(t)
+        return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
+
+    def __call__(self, t, q, q_dot, reference):
+        target = self.target(t, reference)
+        return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
+
 
 @dataclass(frozen=True, eq=False)
 class PD(_JointController):
     """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad."""
 
-    def __call__(self, t, q, q_dot, reference):
-        xi, xi_dot, _ = reference(t)
-        target = ikm(igm(self.robot, xi, self.working), xi_dot)
-        return self.kp * wrap(target.pose.q - q) + self.kd * (target.q_dot - q_dot)
+    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+        """The torques, of numbers or of CasADi symbols."""
+        return wrap(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +59,7 @@ class ComputedTorque(_JointController):
 
     assembly: int = -1
 
-    def __call__(self, t, q, q_dot, reference):
-        xi, xi_dot, xi_ddot = reference(t)
-        target = ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
-        rates = dkm(dgm(self.robot, q, self.assembly), q_dot)
-        M, c = dynamic_model(rates)
-        error, error_dot = wrap(target.rates.pose.q - q), target.rates.q_dot - q_dot
-        return M @ (target.q_ddot + self.kd * error_dot + self.kp * error) + c
+    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+        """The torques, of numbers or of CasADi symbols."""
+        M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
+        return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + wrap(q_ref - q) * self.kp) + c

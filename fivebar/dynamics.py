@@ -74,7 +74,13 @@ def forward_dynamics(rates, tau):
     mu1 = ((1 + k2) * r1 - g * r2) * inverse
     mu2 = ((1 + k1) * r2 - g * r1) * inverse
     xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
-    q_ddot = (tau[0] - m * b1 * mu1) * (1 / z1), (tau[1] - m * b2 * mu2) * (1 / z2)
+    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
+    d1, d2 = rates._bias
+    square = pose._parallel * pose._parallel
+    q_ddot = (
+        ((k2 + square) * tau[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * (1 / z1)),
+        ((k1 + square) * tau[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * (1 / z2)),
+    )
     return Accelerations(rates, q_ddot, xi_ddot)
 
 

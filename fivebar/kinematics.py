@@ -1,14 +1,14 @@
 """First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive joints'."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ._backend import first_index, is_symbolic, pack, unpack
-from .dyads import SINGULAR, cross, dot
+from .dyads import SINGULAR, Crank, cross, dot
 from .errors import SingularityError
-from .geometry import Pose
+from .geometry import Pose, ReachedLeg
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,7 @@ class Rates:
     pose: Pose
     _q_dot: tuple
     _xi_dot: tuple
+    _from_task: bool = field(default=False, kw_only=True)  # xi' was given
 
     @cached_property
     def _frames(self):
@@ -39,6 +40,14 @@ class Rates:
 
     @cached_property
     def _bias(self):
+        if self._from_task and _reached(self.pose):
+            # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where the leg is folded.
+            bias = []
+            for leg, bar, q_dot, passive in zip(self.pose._legs, self.pose.robot.distal, self._q_dot, self._passive):
+                l1 = leg.drive.length
+                reach = 0.5 / bar * (leg.dyad.span_squared + (bar - l1) * (bar + l1))
+                bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
+            return tuple(bias)
         return tuple(
             dot(u2, drive.curvature(u1)) * q_dot * q_dot - swing * swing * (1 / bar)
             for (drive, u1, u2, bar), q_dot, swing in zip(self._frames, self._q_dot, self._swing)
@@ -54,7 +63,15 @@ class Rates:
 
     @cached_property
     def q_passive_dot(self):
-        return pack(*self._relative(self._swing, self._q_dot))
+        return pack(*self._passive)
+
+    @cached_property
+    def _passive(self):
+        if not (self._from_task and _reached(self.pose)):
+            return self._relative(self._swing, self._q_dot)
+        # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
+        legs = zip(self.pose._legs, self.pose.robot.distal, self.pose._b)
+        return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, swing, own):
         """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the drives' own."""
@@ -75,6 +92,7 @@ class Accelerations:
     rates: Rates
     _q_ddot: tuple
     _xi_ddot: tuple
+    _from_task: bool = field(default=False, kw_only=True)  # xi'' was given
 
     @cached_property
     def q_ddot(self):
@@ -95,7 +113,18 @@ class Accelerations:
 
     @cached_property
     def q_passive_ddot(self):
-        return pack(*self.rates._relative(self._swing, self._q_ddot))
+        rates, pose = self.rates, self.rates.pose
+        if not (self._from_task and _reached(pose)):
+            return pack(*rates._relative(self._swing, self._q_ddot))
+        # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along joined with q_i2'^2.
+        passive = []
+        for leg, bar, b, q_dot in zip(pose._legs, pose.robot.distal, pose._b, rates._passive):
+            c, square, l1 = leg.dyad.span, leg.dyad.span_squared, leg.drive.length
+            difference = (l1 + bar) * (l1 - bar)
+            across = cross(c, rates._xi_dot)
+            bend = 0.25 * (square + difference) * (square - difference) * q_dot * q_dot
+            passive.append(-((across * across + bend) / square + dot(c, self._xi_ddot)) / (bar * b))
+        return pack(*passive)
 
 
 def dkm(pose, q_dot):
@@ -113,7 +142,7 @@ def ikm(pose, xi_dot):
     xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
     """
     xi_dot = unpack(xi_dot, "xi_dot")
-    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot)
+    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot, _from_task=True)
 
 
 def dkm2(rates, q_ddot):
@@ -133,7 +162,7 @@ def ikm2(rates, xi_ddot):
     """
     xi_ddot = unpack(xi_ddot, "xi_ddot")
     along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose._distal, rates._bias))
-    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot)
+    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
 
 
 def solve_a(pose, along, model):
@@ -173,6 +202,11 @@ def _refuse(pose, margin, problem, name):
         value,
         index or None,
     )
+
+
+def _reached(pose):
+    """Whether the legs are cranks with bars, closed on a given end-effector."""
+    return all(isinstance(leg, ReachedLeg) and isinstance(leg.drive, Crank) for leg in pose._legs)
 
 
 def _across(u2, velocity, tangent, rate):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .control import wrap
+from ._backend import wrap
 from .geometry import igm
 from .robots import FiveBar
 from .singularity import Singularity
@@ -43,7 +43,7 @@ class Run:
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
     energy (n,) J, kinetic; xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or
-    None; events: crossings.
+    None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was given a tolerance.
     """
 
     robot: FiveBar
@@ -57,6 +57,7 @@ class Run:
     torque_limit: float | None = None
     control: Control | None = None
     events: tuple = ()
+    step_error: float | None = None
 
     @cached_property
     def error(self):

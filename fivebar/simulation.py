@@ -1,6 +1,8 @@
 """Simulation: a sampled controller on the plant."""
 
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,57 +11,108 @@ from .charts import CHARTS, MARGIN_NAMES
 from .errors import SingularityError, UnreachableError
 from .geometry import dgm, igm
 from .kinematics import dkm, ikm
-from .plant import ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, Plant, Q
+from .plant import Plant
 from .run import Control, Event, Run
 from .singularity import Singularity
+from .steps import ENERGY, MARGIN_RATES, MARGINS, METHODS, Q_DOT, XI, Q
 
+HALVINGS = 10
+ORDER = {"rk4": 4, "dop8": 8}
 BLOCK = 50  # steps in one call where no controller asks for fewer
 
 
 def simulate(
     robot, controller=None, reference=None, *, duration=None, start=None, control_period=0.01, step=0.001,
-    torque_limit=None, delay=0, encoder_resolution=None, chart="auto",
+    torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method="rk4", tolerance=None,
 ):  # fmt: skip
     """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
 
     controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
     start: Rates, default at rest or in motion with the reference in working modes (-1, -1), or at rest at q = (0, 0).
-    step: s, of RK4; control_period a multiple of it. torque_limit: N m, saturates either torque.
+    step: s; control_period a multiple of it. method: "rk4", or "dop8", Dormand and Prince's of order 8.
+    tolerance: rad; halves the step until two runs say that no joint angle is farther off, which Run.step_error holds.
+    torque_limit: N m, saturates either torque.
     delay: samples between a measurement and the torque computed from it (0 until then).
     encoder_resolution: rad; the controller then gets rounded angles and their differences as velocities.
     chart: "auto" moves between joint and leg coordinates and passes through singularities; "joint" and "task" stay in
     theirs and raise SingularityError at its singularity. Raises SingularityError too where no chart is regular
     (both legs in line with parallel distal bars), ArithmeticError where the motion or the torque is not finite.
     """
-    step, sampling = _positive(step, "step"), _positive(control_period, "control_period")
-    if chart not in CHARTS:
-        raise ValueError(f"chart must be one of {', '.join(CHARTS)}, not {chart!r}")
-    if controller is not None and abs(sampling / step - round(sampling / step)) > 1e-6 * sampling / step:
-        raise ValueError(f"control_period = {sampling:g} s must be a multiple of step = {step:g} s")
-    if not (isinstance(delay, int) and delay >= 0):
-        raise ValueError(f"delay must be a whole number of samples >= 0, not {delay!r}")
-    for name, value in (("torque_limit", torque_limit), ("encoder_resolution", encoder_resolution)):
-        if value is not None:
-            _positive(value, name)
-    if duration is None:
-        if reference is None:
-            raise ValueError("simulate needs a duration, or a reference that has one")
-        duration = reference.start + reference.duration
-    steps = math.ceil(_positive(duration, "duration") / step - 1e-6)
-    block = BLOCK if controller is None else round(sampling / step)
-    plant = Plant(robot, CHARTS[chart], step, block, _start(robot, reference) if start is None else start)
-    loop = _Loop(controller, reference, torque_limit, delay, encoder_resolution, block * step)
+    if tolerance is not None:
+        options = dict(duration=duration, start=start, control_period=control_period, torque_limit=torque_limit)
+        options |= dict(delay=delay, encoder_resolution=encoder_resolution, chart=chart, method=method)
+        return _refined(_positive(tolerance, "tolerance"), step, robot, controller, reference, **options)
+    grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
+    check_options(chart=chart, method=method, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution)
+    start = start_with(robot, reference) if start is None else start
+    plant = Plant(robot, CHARTS[chart], method, grid.step, grid.block, start)
+    loop = _Loop(controller, reference, torque_limit, delay, encoder_resolution, grid.block * grid.step)
     try:
-        for k in range(0, steps, block):
-            plant.advance(k, min(block, steps - k), loop.torque(k * step, plant.observation))
+        for k in range(0, grid.steps, grid.block):
+            plant.advance(k, min(grid.block, grid.steps - k), loop.torque(k * grid.step, plant.observation))
     finally:
         # Where a step has jumped, that is the cause of whatever came after it.
         plant.refuse_jumps()
-    return _run(robot, reference, plant, loop, step, torque_limit)
+    control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
+    return assemble(robot, reference, grid.step, *plant.history(), control, torque_limit)
 
 
-def _start(robot, reference):
+def _refined(tolerance, step, *loop, **options):
+    """The run of the first halved step whose difference from the one before it is small enough."""
+    coarse = simulate(*loop, step=step, **options)
+    for _ in range(HALVINGS):
+        step /= 2
+        fine = simulate(*loop, step=step, **options)
+        common = min(len(coarse.q), (len(fine.q) + 1) // 2)
+        error = float(np.abs(fine.q[::2][:common] - coarse.q[:common]).max())
+        error /= 2 ** ORDER[options["method"]] - 1  # of the finer run, as the method's order has it
+        if error <= tolerance:
+            return replace(fine, step_error=error)
+        coarse = fine
+    raise ArithmeticError(
+        f"tolerance = {tolerance:g} rad is not reached by steps of {step:g} s: the error is {error:.2g} rad"
+    )
+
+
+class Grid(NamedTuple):
+    """Steps in all, their length in s, and steps from one call of the controller to the next."""
+
+    steps: int
+    step: float
+    block: int
+
+    @classmethod
+    def of(cls, duration, reference, step, control_period):
+        """Checked; the default duration is the reference's, and without a controller blocks are as they please."""
+        step = _positive(step, "step")
+        block = BLOCK
+        if control_period is not None:
+            ratio = _positive(control_period, "control_period") / step
+            block = round(ratio)
+            if abs(ratio - block) > 1e-6 * ratio:
+                raise ValueError(f"control_period = {control_period:g} s must be a multiple of step = {step:g} s")
+        if duration is None:
+            if reference is None:
+                raise ValueError("simulate needs a duration, or a reference that has one")
+            duration = reference.start + reference.duration
+        return cls(math.ceil(_positive(duration, "duration") / step - 1e-6), step, block)
+
+
+def check_options(chart, method, delay, torque_limit, resolution=None, charts=tuple(CHARTS)):
+    """ValueError for an option that cannot be."""
+    for name, value, known in (("chart", chart, charts), ("method", method, METHODS)):
+        if value not in known:
+            raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+    if not (isinstance(delay, int) and delay >= 0):
+        raise ValueError(f"delay must be a whole number of samples >= 0, not {delay!r}")
+    for name, value in (("torque_limit", torque_limit), ("encoder_resolution", resolution)):
+        if value is not None:
+            _positive(value, name)
+
+
+def start_with(robot, reference):
+    """Rates of the reference's start in working modes (-1, -1); without a reference at rest at q = (0, 0)."""
     if reference is None:
         return dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
     xi, xi_dot, _ = reference(0.0)
@@ -103,12 +156,9 @@ class _Loop:
         return applied
 
 
-def _run(robot, reference, plant, loop, step, torque_limit):
-    rows, torques = plant.all_rows(), np.array(plant.torques)
+def assemble(robot, reference, step, rows, torques, control, torque_limit):
+    """The Run of observations (n + 1, columns) and the torques (n, 2) held between them."""
     t = np.arange(len(rows)) * step
-    control = None
-    if loop.log:
-        control = Control(*(np.array(column) for column in zip(*loop.log)))
     return Run(
         robot=robot, t=t, q=np.unwrap(rows[:, Q], axis=0), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
         tau=np.vstack([torques, torques[-1]]), xi_ref=None if reference is None else reference(t)[0],

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
@@ -14,11 +16,17 @@ LAYERS = [
     {"robots"},
     {"geometry"},
     {"kinematics"},
-    {"singularity", "loci", "dynamics"},
-    {"maps", "regions", "aspects", "inscribed", "charts", "trajectory", "path_check"},
-    {"control"},
-    {"run", "plant"},
+    {"singularity", "dynamics", "four_bar_motion"},
+    {"loci", "charts", "trajectory", "path_check"},
+    {"nearest_locus", "maps", "regions"},
+    {"singularity_free"},
+    {"inscribed", "control"},
+    {"machine_code"},
+    {"run", "engine", "steps"},
+    {"plant"},
     {"simulation"},
+    {"closed_loop", "planner"},
+    {"tracker", "compare", "cases"},
     {"plot", "view", "amoro", "study"},
     {"__init__"},
     {"cli"},
@@ -47,6 +55,17 @@ def test_no_module_imports_from_above():
             if module == "__init__" or not at_import:
                 continue
             assert HEIGHT[name] <= HEIGHT[module], f"{path.name} imports {name}, which is above it"
+
+
+def test_every_public_name_is_found_and_none_is_hidden_by_a_module():
+    names = [
+        name for name in dir(fivebar) if not name.startswith("_") and not isinstance(getattr(fivebar, name), type(ast))
+    ]
+    assert {"dgm", "simulate", "aspects", "compile", "singularity", "locus_distance"} <= set(names)
+    modules = {path.stem for path in PACKAGE.glob("*.py")}
+    assert {name for name in names if name in modules} == {"singularity"}  # loaded with the package, so never after it
+    with pytest.raises(AttributeError, match="no attribute 'dance'"):
+        fivebar.dance  # noqa: B018
 
 
 def test_import_loads_numpy_and_nothing_heavier():

@@ -1,0 +1,137 @@
+"""Compiled models: a casadi.Function that holds the instructions of its requested outputs and no others."""
+
+import numpy as np
+
+from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
+from .geometry import dgm, igm
+from .kinematics import dkm, dkm2, ikm, ikm2
+
+# Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
+POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
+POSE_OUTPUTS = ("q", "xi", "q_passive", "elbows", "assembly", "working", "A", "B", "reach_margin")
+RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy")
+ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
+LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
+
+
+def compile(robot, inputs, outputs, assembly=-1, working=(-1, -1), jit=False):
+    """A casadi.Function of `outputs` from `inputs`, named as the attributes of Pose, Rates and Accelerations.
+
+    inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also one of q_ddot,
+    xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ... assembly is used with q, working with xi.
+    jit: True compiles to machine code with the system's C compiler, kept in the user's cache folder; "auto" does so
+    where it can and warns where it cannot. Vectors are 2 x 1, matrices 2 x 2. ValueError for names that do not fit.
+    """
+    import casadi
+
+    inputs, outputs = list(inputs), list(outputs)
+    chosen = _choose(inputs, outputs)
+    symbols = {name: casadi.SX.sym(name, 2) for name in inputs}
+    known = {}
+    if chosen[0] == "q":
+        pose = dgm(robot, symbols["q"], assembly)
+    else:
+        pose = igm(robot, symbols["xi"], working)
+    rates = acc = None
+    if len(inputs) > 1:
+        rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](pose, symbols[chosen[1]])
+    if len(inputs) > 2:
+        model = {"q_ddot": dkm2, "xi_ddot": ikm2, "tau": forward_dynamics}[chosen[2]]
+        acc = model(rates, symbols[chosen[2]])
+
+    def value(name):
+        if name in POSE_OUTPUTS:
+            return getattr(pose, name)
+        if name in ("M", "c"):
+            if not known:
+                known["M"], known["c"] = dynamic_model(rates)
+            return known[name]
+        if name == "energy":
+            return energy(rates)
+        return inverse_dynamics(acc) if name == "tau" else getattr(rates if name in RATES_OUTPUTS else acc, name)
+
+    expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
+    function = casadi.Function("fivebar", list(symbols.values()), expressions, inputs, outputs)
+    return compiled(function, jit)
+
+
+def _choose(inputs, outputs):
+    """The input of each level, or a ValueError that says which names would fit."""
+    chosen = []
+    for (names, _), what in zip(LEVELS, ("position", "velocity", "acceleration")):
+        given = [name for name in inputs if name in names]
+        if len(given) > 1:
+            raise ValueError(f"inputs have two of {what}: {' and '.join(given)}; give one")
+        chosen += given or [None]
+    unknown = [name for name in inputs if name not in chosen]
+    if unknown:
+        raise ValueError(f"no input {unknown[0]!r}; the known ones are {', '.join(POSITION + VELOCITY + ACCELERATION)}")
+    if chosen[0] is None or (chosen[2] and not chosen[1]):
+        raise ValueError(
+            f"inputs {', '.join(inputs) or '()'} need also one of {', '.join(VELOCITY if chosen[0] else POSITION)}"
+        )
+    if not outputs:
+        raise ValueError("outputs must name at least one quantity")
+    for output in outputs:
+        level = next((k for k, (_, names) in enumerate(LEVELS) if output in names), None)
+        if level is None:
+            known = ", ".join(name for _, names in LEVELS for name in names)
+            raise ValueError(f"no output {output!r}; the known ones are {known}")
+        if output in inputs:
+            raise ValueError(f"output {output} is an input already")
+        if chosen[level] is None:
+            raise ValueError(f"output {output} needs one of {', '.join(LEVELS[level][0])} among the inputs")
+    return chosen
+
+
+def compiled(function, jit):
+    """The function itself, or with jit=True or "auto" its machine code."""
+    if not jit:
+        return function
+    from .machine_code import machine_code  # here, as it brings in what compiling needs
+
+    return machine_code(function, jit)
+
+
+class Buffered:
+    """A casadi.Function called through its own arrays, without the cost of converting arguments.
+
+    `call(*inputs)` copies its arguments in and gives the output arrays, overwritten by the next call. A vector is
+    (n,), an r x c matrix (c, r): its columns as rows, as they lie in memory.
+    """
+
+    def __init__(self, function):
+        self._buffer, self._run = function.buffer()
+        shapes = (
+            [function.size_in(k) for k in range(function.n_in())],
+            [function.size_out(k) for k in range(function.n_out())],
+        )
+        self._inputs, self.outputs = ([np.empty((c, r) if c > 1 else r) for r, c in sizes] for sizes in shapes)
+        for k, array in enumerate(self._inputs):
+            self._buffer.set_arg(k, memoryview(array))
+        for k, array in enumerate(self.outputs):
+            self._buffer.set_res(k, memoryview(array))
+
+    def __call__(self, *inputs):
+        for slot, value in zip(self._inputs, inputs):
+            slot[...] = value
+        self._run()
+        return self.outputs
+
+
+def batch(function, *arrays):
+    """The outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2, 2) or (n,) out; nan where
+    there is no pose."""
+    arrays = [np.ascontiguousarray(array, dtype=float) for array in arrays]
+    count = len(arrays[0])
+    for k, array in enumerate(arrays):
+        if array.shape != (count, 2) or len(arrays) != function.n_in():
+            raise ValueError(f"input {function.name_in(k)} must have shape ({count}, 2), not {array.shape}")
+    if count == 0:
+        raise ValueError("a batch needs at least one row")
+    results = []
+    for k, value in enumerate(Buffered(function.map(count))(*(array if count > 1 else array[0] for array in arrays))):
+        rows, columns = function.size_out(k)
+        value = value.reshape(count, columns, rows).swapaxes(1, 2)
+        results.append(value.reshape((count, *(n for n in (rows, columns) if n > 1))))
+    return tuple(results)

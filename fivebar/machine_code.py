@@ -1,0 +1,93 @@
+"""CasADi functions as machine code: the system's C compiler, and a cache on disk that two processes can share."""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+
+def machine_code(function, jit=True):
+    """A casadi.Function as machine code, from the cache folder or by the system's C compiler.
+
+    jit=True: RuntimeError without a C compiler, OSError where the cache folder cannot be written. jit="auto": then a
+    RuntimeWarning, and the function itself.
+    """
+    if jit not in (True, "auto"):
+        raise ValueError(f'jit must be False, True or "auto", not {jit!r}')
+    try:
+        return _load(function)
+    except (RuntimeError, OSError) as error:
+        if jit is True:
+            raise
+        warnings.warn(f"{error}; going on in CasADi's virtual machine", RuntimeWarning, stacklevel=3)
+        return function
+
+
+FLAGS = ("-O3", "-fPIC", "-shared")
+
+
+def _load(function):
+    import casadi
+
+    generator = casadi.CodeGenerator("model.c")
+    generator.add(function)
+    source = generator.dump()
+    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if not compiler:
+        raise RuntimeError('no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without')
+    recipe = "\n".join([source, compiler, *FLAGS, platform.machine(), casadi.__version__])
+    folder = cache_folder() / hashlib.sha256(recipe.encode()).hexdigest()[:32]
+    if not _intact(folder):
+        _build(source, compiler, folder)
+    return casadi.external(function.name(), str(folder / "model.so"))
+
+
+def cache_folder():
+    """Where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's cache folder."""
+    if chosen := os.environ.get("FIVEBAR_CACHE"):
+        return Path(chosen)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "fivebar"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "fivebar"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
+
+
+def _intact(folder):
+    """Whether a finished library is there, to the last bit: loading a damaged one would end the process."""
+    try:
+        library, expected = (folder / "model.so").read_bytes(), (folder / "sha256").read_text()
+    except OSError:
+        return False
+    return hashlib.sha256(library).hexdigest() == expected
+
+
+def _build(source, compiler, folder):
+    """Compile beside `folder` and move it there in one step, so that two processes at once do not meet."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(dir=folder.parent))
+    except OSError as error:
+        problem = f"compiled models cannot be kept in {folder.parent}: {error}; set FIVEBAR_CACHE to another folder"
+        raise OSError(problem) from None
+    try:
+        (work / "model.c").write_text(source)
+        command = [compiler, *FLAGS, str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"{compiler} failed: {' '.join(done.stderr.split())[:500]}")
+        (work / "sha256").write_text(hashlib.sha256((work / "model.so").read_bytes()).hexdigest())
+        if folder.exists() and not _intact(folder):
+            shutil.rmtree(folder)
+        try:
+            work.rename(folder)
+        except OSError:
+            if not _intact(folder):  # else another process was first
+                raise
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
