@@ -41,8 +41,9 @@ class RRR:
     @cached_property
     def _moment(self):
         """Signed height of the joint over the span, times the span."""
-        # Heron's product of differences, never the cancelling l^2 - a^2 of AMORO eq. 2 and 8. Its floor is a height
-        # squared of -8 eps in units of the longer bar: one stretched leg in nine rounds to below zero.
+        # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels there is measured
+        # against the bars' product, not the longer bar's square. Its floor is a height squared of -8 eps in units of
+        # the longer bar: one stretched leg in nine rounds to below zero, and is not nan.
         square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
         return sqrt_or_nan(heron, -32 * EPS * max(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
@@ -51,25 +52,76 @@ class RRR:
     def _inverse(self):
         return reciprocal_or_nan(self.span_squared, (4 * EPS * (self.r1 + self.r2)) ** 2)
 
-    def _unit(self, lead, bar):
-        """The vector whose products with the span are `lead` (dot) and the moment (cross), over the bar's length."""
-        (x, y), scale = self.span, self._inverse * (1 / bar)
-        return (lead * x - self._moment * y) * scale, (lead * y + self._moment * x) * scale
-
+    # Both bars are written with a positive share of the span, so that equal bars share their products.
     @cached_property
     def first(self):
         """Unit vector along r1, from P1 to the joint."""
-        return self._unit(0.5 * (self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2)), self.r1)
+        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r1)
+        lead = 0.5 * (self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2))
+        return (lead * x - moment * y) * scale, (lead * y + moment * x) * scale
 
     @cached_property
+    def last(self):
+        """Unit vector along r2, from the joint to P2."""
+        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r2)
+        lead = 0.5 * (self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2))
+        return (lead * x + moment * y) * scale, (lead * y - moment * x) * scale
+
+    @property
     def second(self):
         """Unit vector along r2, from P2 to the joint."""
-        return self._unit(-0.5 * (self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2)), self.r2)
+        return -self.last[0], -self.last[1]
 
     @cached_property
     def sine(self):
         """first x second, with full relative accuracy where the bars are almost in line."""
         return self._moment * (1 / (self.r1 * self.r2))
+
+
+@dataclass(frozen=True, eq=False)
+class RRP:
+    """RRP dyad: bar r from P1 to a slider on the line through P2 = P1 + span along the unit vector guide.
+
+    branch +1: the slider is ahead of the foot of P1 on the line. It is the RRR dyad whose second bar is infinite, its
+    pivot far on the right of the guide: `second` is the guide's left normal. nan where the bar does not reach the line.
+    """
+
+    span: tuple
+    r1: float
+    guide: tuple
+    branch: object
+
+    @cached_property
+    def height(self):
+        """Signed distance of P1 from the line, positive on its left."""
+        return -cross(self.guide, self.span)
+
+    @cached_property
+    def _reach(self):
+        """The slider's distance ahead of the foot of P1, in the product form and with the floor of RRR."""
+        square = (self.r1 - self.height) * (self.r1 + self.height)
+        return sqrt_or_nan(square, -8 * EPS * self.r1 * self.r1) * self.branch
+
+    @cached_property
+    def slide(self):
+        """Coordinate of the slider along the guide, from P2."""
+        return self._reach - dot(self.guide, self.span)
+
+    @cached_property
+    def first(self):
+        """Unit vector along the bar, from P1 to the slider."""
+        (x, y), along, across = self.guide, self._reach * (1 / self.r1), self.height * (1 / self.r1)
+        return along * x + across * y, along * y - across * x
+
+    @property
+    def second(self):
+        """The guide's left normal."""
+        return -self.guide[1], self.guide[0]
+
+    @cached_property
+    def sine(self):
+        """first x second, 0 where the bar is perpendicular to the guide."""
+        return self._reach * (1 / self.r1)
 
 
 class Crank(NamedTuple):
@@ -92,9 +144,13 @@ class Crank(NamedTuple):
         """P'(q)."""
         return -self.length * direction[1], self.length * direction[0]
 
-    def curvature(self, direction):
-        """P''(q)."""
-        return -self.length * direction[0], -self.length * direction[1]
+    def slopes(self, sine, cosine):
+        """P'(q) along and across the distal bar, which the drive meets with this sine and cosine."""
+        return self.length * sine, self.length * cosine
+
+    def bends(self, sine, cosine):
+        """P''(q) along and across the distal bar."""
+        return -self.length * cosine, self.length * sine
 
     def close(self, xi, bar, working):
         """The dyad of the leg that reaches xi."""

@@ -28,6 +28,10 @@ class DrivenLeg:
     def sine(self):
         return cross(self.direction, self.distal)
 
+    @cached_property
+    def cosine(self):
+        return dot(self.direction, self.distal)
+
 
 @dataclass(frozen=True, eq=False)
 class ReachedLeg:
@@ -44,14 +48,17 @@ class ReachedLeg:
     def direction(self):
         return self.dyad.first
 
-    @cached_property
+    @property
     def distal(self):
-        x, y = self.dyad.second
-        return -x, -y
+        return self.dyad.last
 
     @property
     def sine(self):
         return -self.dyad.sine
+
+    @cached_property
+    def cosine(self):
+        return dot(self.direction, self.distal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +108,12 @@ class Pose:
     @cached_property
     def _b(self):
         """Diagonal of B."""
-        return tuple(drive.length * s for drive, s in zip(self.robot.drives, self._serial))
+        return tuple(along for along, _ in self._slopes)
+
+    @cached_property
+    def _slopes(self):
+        """Per leg P_i' along and across the distal bar."""
+        return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self._legs))
 
     @cached_property
     def q(self):
@@ -118,7 +130,7 @@ class Pose:
 
     @cached_property
     def q_passive(self):
-        return pack(*(atan2(leg.sine, dot(leg.direction, leg.distal)) for leg in self._legs))  # AMORO eq. 5, 6
+        return pack(*(atan2(leg.sine, leg.cosine) for leg in self._legs))  # AMORO eq. 5, 6
 
     @cached_property
     def assembly(self):

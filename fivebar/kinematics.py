@@ -25,18 +25,19 @@ class Rates:
     _from_task: bool = field(default=False, kw_only=True)  # xi' was given
 
     @cached_property
-    def _frames(self):
-        """Per leg: drive, its unit vector, the distal bar's, that bar's length."""
-        robot = self.pose.robot
-        return tuple(zip(robot.drives, self.pose._proximal, self.pose._distal, robot.distal))
-
-    @cached_property
     def _swing(self):
         """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
-        return tuple(
-            _across(u2, self._xi_dot, drive.tangent(u1), q_dot)
-            for (drive, u1, u2, _), q_dot in zip(self._frames, self._q_dot)
-        )
+        legs = zip(self.pose._distal, self.pose._slopes, self._q_dot)
+        return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
+
+    @cached_property
+    def _bends(self):
+        """Per leg P_i'' q_i'^2 along and across the distal bar."""
+        bends = []
+        for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose._legs, self._q_dot):
+            square = q_dot * q_dot
+            bends.append(tuple(part * square for part in drive.bends(leg.sine, leg.cosine)))
+        return tuple(bends)
 
     @cached_property
     def _bias(self):
@@ -48,10 +49,8 @@ class Rates:
                 reach = 0.5 / bar * (leg.dyad.span_squared + (bar - l1) * (bar + l1))
                 bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
             return tuple(bias)
-        return tuple(
-            dot(u2, drive.curvature(u1)) * q_dot * q_dot - swing * swing * (1 / bar)
-            for (drive, u1, u2, bar), q_dot, swing in zip(self._frames, self._q_dot, self._swing)
-        )
+        legs = zip(self._bends, self._swing, self.pose.robot.distal)
+        return tuple(along - swing * swing * (1 / bar) for (along, _), swing, bar in legs)
 
     @cached_property
     def q_dot(self):
@@ -75,7 +74,9 @@ class Rates:
 
     def _relative(self, swing, own):
         """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the drives' own."""
-        return tuple(drive.relative(s * (1 / bar), o) for (drive, _, _, bar), s, o in zip(self._frames, swing, own))
+        robot = self.pose.robot
+        legs = zip(robot.drives, robot.distal, swing, own)
+        return tuple(drive.relative(s * (1 / bar), o) for drive, bar, s, o in legs)
 
     @cached_property
     def d(self):
@@ -105,11 +106,9 @@ class Accelerations:
     @cached_property
     def _swing(self):
         """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
-        swings = []
-        for (drive, u1, u2, _), q_dot, q_ddot in zip(self.rates._frames, self.rates._q_dot, self._q_ddot):
-            along = _across(u2, self._xi_ddot, drive.tangent(u1), q_ddot)
-            swings.append(along - cross(u2, drive.curvature(u1)) * q_dot * q_dot)
-        return tuple(swings)
+        pose = self.rates.pose
+        legs = zip(pose._distal, pose._slopes, self._q_ddot, self.rates._bends)
+        return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
 
     @cached_property
     def q_passive_ddot(self):
@@ -207,8 +206,3 @@ def _refuse(pose, margin, problem, name):
 def _reached(pose):
     """Whether the legs are cranks with bars, closed on a given end-effector."""
     return all(isinstance(leg, ReachedLeg) and isinstance(leg.drive, Crank) for leg in pose._legs)
-
-
-def _across(u2, velocity, tangent, rate):
-    """v_2 . (velocity - tangent rate), v_2 being u_2 turned by +90 degrees."""
-    return u2[0] * (velocity[1] - tangent[1] * rate) - u2[1] * (velocity[0] - tangent[0] * rate)

@@ -30,7 +30,8 @@ def simulate(
     controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
     start: Rates, default at rest or in motion with the reference in working modes (-1, -1), or at rest at q = (0, 0).
-    step: s; control_period a multiple of it. method: "rk4", or "dop8", Dormand and Prince's of order 8.
+    step: s; control_period a multiple of it; the run ends with the first step at or after the duration.
+    method: "rk4", or "dop8", Dormand and Prince's of order 8.
     tolerance: rad; halves the step until two runs say that no joint angle is farther off, which Run.step_error holds.
     torque_limit: N m, saturates either torque.
     delay: samples between a measurement and the torque computed from it (0 until then).

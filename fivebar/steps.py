@@ -101,8 +101,7 @@ def _observation(rates):
 
     pose = rates.pose
     swing = [s / bar for s, bar in zip(rates._swing, pose.robot.distal)]
-    cosines = [dot(u1, u2) for u1, u2 in zip(pose._proximal, pose._distal)]
-    serial_rates = [c * (w - q_dot) for c, w, q_dot in zip(cosines, swing, rates._q_dot)]
+    serial_rates = [leg.cosine * (w - q_dot) for leg, w, q_dot in zip(pose._legs, swing, rates._q_dot)]
     parallel_rate = dot(*pose._distal) * (swing[1] - swing[0])
     return casadi.vertcat(
         pose.q, rates.q_dot, pose.xi, rates.xi_dot, *pose._serial, pose._parallel, *serial_rates, parallel_rate,

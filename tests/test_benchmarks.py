@@ -5,11 +5,13 @@ import shutil
 
 import pytest
 
-from tests.benchmarks import speed
+from tests.benchmarks import engine, speed
 
 
-def test_speed_runs(capsys):
-    if shutil.which("cc") is None and shutil.which("gcc") is None and not os.environ.get("CI"):
+@pytest.mark.parametrize("benchmark, figures", [(speed, 5), (engine, 5)])
+def test_a_benchmark_runs(benchmark, figures, capsys, tmp_path, monkeypatch):
+    if shutil.which("cc") is None and not os.environ.get("CI"):
         pytest.skip("no C compiler")
-    speed.main(quick=True)
-    assert capsys.readouterr().out.count("bound") == 5
+    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path))
+    benchmark.main(quick=True)
+    assert capsys.readouterr().out.count("bound") == figures

@@ -16,8 +16,9 @@ class FourJointRates(Rates):
 
     @property
     def _swing(self):
-        own = zip(self._frames, self._passive_dot, self._q_dot)
-        return tuple(bar * drive.absolute(passive, q_dot) for (drive, _, _, bar), passive, q_dot in own)
+        robot = self.pose.robot
+        legs = zip(robot.drives, robot.distal, self._passive_dot, self._q_dot)
+        return tuple(bar * drive.absolute(passive, q_dot) for drive, bar, passive, q_dot in legs)
 
 
 def models(robot):

@@ -40,19 +40,24 @@ def seconds(call, repeats):
     return float(np.median(times))
 
 
-def dgm_against_c(n, repeats):
-    """(ratio NumPy : C, largest difference) for dgm of n poses."""
+def compile_c(text):
+    """The C text as a library, -O3."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
-        raise SystemExit("speed: no C compiler (cc, gcc) found; it is the limit that dgm is measured against")
+        raise SystemExit("no C compiler (cc, gcc) found; C is the limit that is measured against")
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder) / "code.c", Path(folder) / "code.so"
+        source.write_text(text)
+        subprocess.run([compiler, "-O3", "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
+        return ctypes.CDLL(str(library))
+
+
+def dgm_against_c(n, repeats):
+    """(ratio NumPy : C, largest difference) for dgm of n poses."""
     rng = np.random.default_rng(0)
     q = rng.uniform(-0.4, 0.4, (n, 2)) + (0.6, 0.4)
     robot, xi = fb.FiveBar(), np.empty_like(q)
-    with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder) / "dgm.c", Path(folder) / "dgm.so"
-        source.write_text(C_LOOP)
-        subprocess.run([compiler, "-O3", "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
-        loop = ctypes.CDLL(str(library)).dgm
+    loop = compile_c(C_LOOP).dgm
     pointer = ctypes.POINTER(ctypes.c_double)
     arguments = ctypes.c_long(n), q.ctypes.data_as(pointer), xi.ctypes.data_as(pointer)
     in_c = seconds(lambda: loop(*arguments), repeats)

@@ -1,0 +1,75 @@
+"""Integrators that the cases share: a slope is (t, state (k, ...)) -> (k, ...), positions first, then rates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def explicit_euler(slope, t, state, step):
+    return state + step * slope(t, state)
+
+
+def semi_implicit_euler(slope, t, state, step):
+    """Rates first, then positions with the new rates: symplectic only where the inertia is constant."""
+    half = len(state) // 2
+    rates = state[half:] + step * slope(t, state)[half:]
+    return np.concatenate([state[:half] + step * rates, rates])
+
+
+def rk4(slope, t, state, step):
+    k1 = slope(t, state)
+    k2 = slope(t + step / 2, state + step / 2 * k1)
+    k3 = slope(t + step / 2, state + step / 2 * k2)
+    k4 = slope(t + step, state + step * k3)
+    return state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+def march(method, slope, state, duration, step):
+    """Times (n,) and states (n, k) of a fixed-step method over `duration`, both ends included."""
+    t = np.arange(round(duration / step) + 1) * step
+    states = np.empty((len(t), len(state)))
+    states[0] = state
+    for k in range(len(t) - 1):
+        states[k + 1] = method(slope, t[k], states[k], step)
+    return t, states
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a SciPy solver gave: t (n,) s, states (n, k), its own word for it, evaluations of the slope."""
+
+    t: np.ndarray
+    states: np.ndarray
+    success: bool
+    message: str
+    evaluations: int
+
+
+class _TooMany(Exception):
+    pass
+
+
+def adaptive(slope, state, t_eval, method, rtol=1e-3, atol=1e-6, limit=100_000):
+    """SciPy's solve_ivp over t_eval (n,) s, its own tolerances by default.
+
+    limit: evaluations after which it is stopped, for a solver that meets nan may go on for ever.
+    """
+    from scipy.integrate import solve_ivp
+
+    count = 0
+
+    def counted(t, y):
+        nonlocal count
+        count += 1
+        if count > limit:
+            raise _TooMany
+        return slope(t, y)
+
+    span = (t_eval[0], t_eval[-1])
+    try:
+        with np.errstate(all="ignore"):
+            found = solve_ivp(counted, span, state, method=method, t_eval=t_eval, rtol=rtol, atol=atol)
+    except (_TooMany, ValueError, np.linalg.LinAlgError) as error:
+        message = f"stopped after {limit} evaluations" if isinstance(error, _TooMany) else str(error)
+        return Solution(np.empty(0), np.empty((0, len(state))), False, message, count)
+    return Solution(found.t, found.y.T, found.success, found.message, count)
