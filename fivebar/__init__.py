@@ -24,6 +24,8 @@ _LATER = {
     "circle": "trajectory",
     "compile": "engine",
     "from_csv": "trajectory",
+    "largest_disc": "inscribed",
+    "largest_rectangle": "rectangles",
     "line": "trajectory",
     "locus_distance": "nearest_locus",
     "polynomial": "trajectory",

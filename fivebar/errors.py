@@ -17,3 +17,7 @@ class SingularityError(ArithmeticError):
         super().__init__(message)
         self.margin = margin
         self.index = index
+
+
+class UsageError(Exception):
+    """What the user typed on the command line, or a file named there, cannot be used."""

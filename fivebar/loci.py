@@ -111,8 +111,8 @@ class Locus:
     kind: str
     working: tuple
     assembly: tuple
-    points: np.ndarray
-    parameters: np.ndarray
+    points: np.ndarray = field(repr=False)
+    parameters: np.ndarray = field(repr=False)
     closed: bool
     _curve: object = field(repr=False)
     _angles: bool = field(default=False, repr=False)

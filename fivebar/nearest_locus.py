@@ -106,6 +106,7 @@ def _nearest(segments, points):
     distance = np.minimum(d_low, d_high)
     rounding = 2 * EPS * segments.size
     active = np.flatnonzero((f_low < -rounding) & (f_high > rounding))
+    before = np.zeros(len(x), dtype=int)  # the end that moved last, -1 or +1
     for _ in range(100):
         if not len(active):
             break
@@ -113,10 +114,13 @@ def _nearest(segments, points):
         t = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
         f, d = segments.slope(k[active], t, x[active])
         distance[active] = np.minimum(distance[active], d)
-        # Illinois: an end that stays counts half next time, so that both ends close in.
+        # Illinois: an end that stays a second time counts half, so that both ends close in.
         left = f < 0
-        low[active], f_low[active] = np.where(left, t, a), np.where(left, f, 0.5 * fa)
-        high[active], f_high[active] = np.where(left, b, t), np.where(left, 0.5 * fb, f)
+        moved = np.where(left, -1, 1)
+        again = np.where(before[active] == moved, 0.5, 1.0)
+        low[active], f_low[active] = np.where(left, t, a), np.where(left, f, again * fa)
+        high[active], f_high[active] = np.where(left, b, t), np.where(left, again * fb, f)
+        before[active] = moved
         active = active[(np.abs(f) > rounding) & (t > a) & (t < b)]
     order = np.lexsort((distance, row))
     first = order[np.searchsorted(row, np.arange(len(points)))]

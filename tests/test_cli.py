@@ -61,6 +61,11 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         ([*LINE, "--robot", "no.toml"], 2, "no.toml: "),
         (["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"], 1, "unreachable: left leg"),
         (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
+        (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
+        (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
+        (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
+        (["map", "--nodes", "10000000"], 2, "memory"),
+        (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
         ([*LINE, "--kp", "1e7"], 1, "too fast for steps"),
     ],
 )
@@ -68,6 +73,31 @@ def test_failures_are_one_line(argv, code, message, capsys):
     assert main(argv) == code
     printed = capsys.readouterr().err
     assert printed.startswith("fivebar: ") and message in printed and printed.count("\n") == 1
+
+
+def test_map_of_task_2(tmp_path, capsys):
+    """The lab's task 2, given as samples: it crosses Type 2 off the criterion, in its own mode when the source says."""
+    path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
+    rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [path(t / 20)[0].tolist()]]
+    (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
+    out, data = tmp_path / "map.svg", tmp_path / "map.csv"
+    options = ["--out", str(out), "--data", str(data), "--path", str(tmp_path / "task2.csv"), "--nodes", "31"]
+    assert main(["map", *options]) == 0
+    printed = capsys.readouterr().out
+    assert "10       --         +    30040.5101" in printed
+    assert "path in working mode --: crosses Type 2 at t = 3.172591077" in printed and "the torque diverges" in printed
+    assert out.read_text().startswith("<?xml") and data.read_text().startswith("# fivebar map")
+    assert main(["map", *options, "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(3.17259107746439, abs=1e-9)
+
+
+def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
+    out = str(tmp_path / "map.png")
+    assert main(["map", "--space", "joint", "--out", out, "--nodes", "41", "--data", str(tmp_path / "map.npz")]) == 0
+    assert main(["map", "--robot", "hoang-2015", "--field", "condition_J", "--out", out, "--nodes", "41"]) == 0
+    assert "     8       --" in capsys.readouterr().out
+    assert (tmp_path / "map.npz").stat().st_size > 1000
 
 
 def test_unknown_parameter_in_toml(tmp_path, capsys):

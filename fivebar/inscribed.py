@@ -1,0 +1,137 @@
+"""The largest disc in an aspect, touching its exact boundary.
+
+It is searched on samples of the whole aspect, for the global optimum, then solved for on the exact curves.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from .regions import roomiest
+
+CANDIDATES = 4  # of the search, that are solved for exactly
+
+
+@dataclass(frozen=True, eq=False)
+class Disc:
+    """center (2,) m, radius m."""
+
+    center: np.ndarray
+    radius: float
+
+
+def largest_disc(aspect, margin=0.0):
+    """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
+
+    Its center is the point farthest from the boundary: there the disc touches three arcs, or two on opposite sides.
+    ValueError where no disc keeps the margin.
+    """
+    margin = checked_margin(margin)
+    best, room = None, 0.0
+    for z, coarse in roomiest(aspect.boundary, punctures(aspect), aspect.area, CANDIDATES):
+        if coarse <= room:
+            break  # samples are never nearer than the boundary itself
+        polished = _polished(aspect, z)
+        if room_at(aspect, polished) > room:
+            best, room = polished, room_at(aspect, polished)
+    if room <= margin:
+        raise ValueError(too_narrow(aspect, "disc", margin, room))
+    return Disc(np.array([best.real, best.imag]), room - margin)
+
+
+def checked_margin(margin):
+    if not (np.ndim(margin) == 0 and np.isfinite(margin) and margin >= 0):
+        raise ValueError(f"margin must be finite and >= 0, not {margin!r}")
+    return float(margin)
+
+
+def too_narrow(aspect, what, margin, room):
+    return (
+        f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: "
+        f"its roomiest point is {room:.6g} m from the next singularity"
+    )
+
+
+def punctures(aspect):
+    return aspect.punctures @ (1, 1j)
+
+
+def arcs_of(aspect):
+    return [arc for loop in aspect.boundary for arc in loop]
+
+
+def room_at(aspect, z):
+    """Exact distance of a point to the boundary and the punctures."""
+    # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more than half a step.
+    samples = [(np.abs(arc.z - z).min(), np.abs(np.diff(arc.z)).max(), arc) for arc in arcs_of(aspect)]
+    room = min([least for least, _, _ in samples] + np.abs(punctures(aspect) - z).tolist())
+    near = [arc.nearest(np.array([z]))[1][0] for least, step, arc in samples if least - 0.51 * step <= room]
+    return float(min([room, *near]))
+
+
+def _polished(aspect, z):
+    """The point near z that is farthest from all, by equal distances to two or three feet on the exact curves."""
+    for _ in range(4):
+        room = room_at(aspect, z)
+        proposals = [z]
+        feet = _feet(aspect, z, 1.2 * room)
+        for count in (2, 3):
+            for chosen in combinations(feet, count):
+                proposals.append(_equidistant(z, room, [foot[1:] for foot in chosen]))
+        proposals = [p for p in proposals if abs(p - z) < room]
+        best = max(proposals, key=lambda p: room_at(aspect, p))
+        if room_at(aspect, best) <= room * (1 + 1e-14):
+            return best
+        z = best
+    return z
+
+
+def _feet(aspect, z, within, most=6):
+    """(distance, arc or None, parameter or point) of the nearest points that block the way from z."""
+    feet = [(abs(point - z), None, complex(point)) for point in punctures(aspect) if abs(point - z) <= within]
+    for arc in arcs_of(aspect):
+        for s, distance in zip(*arc.feet(z, within)):
+            if distance > within:
+                continue
+            feet.append((distance, arc, float(s)))
+            if s in (arc.start, arc.end):  # where arcs join, their curvatures differ and the foot can rest
+                feet.append((distance, None, complex(arc.at(s))))
+    feet.sort(key=lambda foot: foot[0])
+    return feet[:most]
+
+
+def _equidistant(z, room, feet):
+    """Newton for the center, its distance to all feet, and their parameters; two feet are to be on opposite sides."""
+    curves = [k for k, (arc, _) in enumerate(feet) if arc is not None]
+
+    def residual(v):
+        center, residuals, ways = complex(v[0], v[1]), [], []
+        at = 3
+        for arc, where in feet:
+            if arc is None:
+                way = center - where
+            else:
+                on, tangent = map(complex, arc.curve(v[at]))
+                way = center - on
+                residuals.append((way * tangent.conjugate()).real / abs(tangent))
+                at += 1
+            residuals.append(abs(way) - v[2])
+            ways.append(way)
+        if len(feet) == 2:
+            residuals.append((ways[0] * ways[1].conjugate()).imag / room)
+        return np.array(residuals)
+
+    v = np.array([z.real, z.imag, room, *(feet[k][1] for k in curves)])
+    steps = 1e-6 * np.array([room, room, room, *(1.0 for _ in curves)])
+    for _ in range(12):
+        jacobian = np.stack(
+            [(residual(v + h) - residual(v - h)) / (2 * step) for h, step in zip(np.diag(steps), steps)], axis=1
+        )
+        change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
+        v = v + change
+        if not abs(complex(v[0], v[1]) - z) < room:
+            return z
+        if np.abs(change / steps).max() < 1e-8:
+            break
+    return complex(v[0], v[1])

@@ -1,0 +1,283 @@
+"""Regions of the plane bounded by exact curves: arcs, the faces of their graph, and what lies inside.
+
+Points are complex numbers, x + i y, m.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .loci import Locus
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
+SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding errors
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A part of a locus, run through from parameter `start` to `end`, which may be the lower one."""
+
+    locus: Locus
+    start: float
+    end: float
+
+    @cached_property
+    def s(self):
+        """Parameters (n,) in running order between which the direction turns by less than 1 degree."""
+        low, high = sorted((self.start, self.end))
+        own = self.locus.parameters
+        s = np.concatenate([[low], own[(own > low) & (own < high)], [high]])
+        return s if self.start <= self.end else s[::-1]
+
+    @cached_property
+    def z(self):
+        """Points (n,) of these parameters."""
+        return self.at(self.s)
+
+    @property
+    def reversed(self):
+        return Arc(self.locus, self.end, self.start)
+
+    def curve(self, s):
+        """Points and their derivative by the parameter, turned into the running direction."""
+        z, dz = self.locus._curve(np.atleast_1d(s))
+        return z.reshape(np.shape(s)), (dz if self.start <= self.end else -dz).reshape(np.shape(s))
+
+    def at(self, s):
+        return self.curve(s)[0]
+
+    def tangent(self, s):
+        return self.curve(s)[1]
+
+    @cached_property
+    def moment(self):
+        """Line integral of (x dy - y dx) / 2: the area swept from the origin."""
+        s = self.s[np.unique(np.append(np.arange(0, len(self.s), PANEL), len(self.s) - 1))]
+        half = np.diff(s)[:, None] / 2
+        nodes = s[:-1, None] + half * (1 + NODES)
+        z, dz = self.curve(nodes.ravel())
+        swept = (z.conj() * dz).imag.reshape(nodes.shape)
+        return float((swept * WEIGHTS * np.abs(half)).sum() / 2)
+
+    def dense(self, spacing):
+        """Points on the arc not much farther apart than `spacing`, its start but not its end among them."""
+        counts = np.maximum(np.ceil(np.abs(np.diff(self.z)) / spacing), 1).astype(int)
+        part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        return self.at(np.repeat(self.s[:-1], counts) + part * np.repeat(np.diff(self.s) / counts, counts))
+
+    def feet(self, z, within=np.inf):
+        """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
+        distance = np.abs(self.z - z)
+        left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
+        part, _ = self._on_chords(np.array([z]))
+        # The curve is straight enough to be nearest where its chords are; ends of long chords can hide that.
+        inner = np.flatnonzero((part[0] > 0) & (part[0] < 1))
+        lowest = np.flatnonzero((distance <= left) & (distance <= right))
+        index = np.union1d(lowest, inner + (part[0][inner] > 0.5))
+        s, distance = self._feet(z, index)
+        s, first = np.unique(s, return_index=True)
+        distance = distance[first]
+        return s[distance <= within], distance[distance <= within]
+
+    def nearest(self, z):
+        """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z (n,)."""
+        found = [self._nearest(z[first : first + 1024]) for first in range(0, len(z), 1024)]
+        return tuple(np.concatenate([np.empty(0), *each]) for each in zip(*found)) if found else (np.empty(0),) * 2
+
+    def _nearest(self, z):
+        part, distance = self._on_chords(z)
+        # All chords that can be nearest: an arc of 1 degree stays within a two-hundredth of its chord.
+        slack = 0.005 * np.abs(np.diff(self.z))
+        rows, k = np.nonzero(distance - slack <= (distance + slack).min(axis=1)[:, None])
+        s, distance = self._feet(z[rows], k + (part[rows, k] > 0.5))
+        order = np.lexsort((distance, rows))
+        first = order[np.searchsorted(rows[order], np.arange(len(z)))]
+        return s[first], distance[first]
+
+    def _on_chords(self, z):
+        """For points (n,) and each chord between samples, the part of it up to the nearest point, and the distance."""
+        start, chord = self.z[:-1], np.diff(self.z)
+        away = z[:, None] - start
+        part = np.clip((away * chord.conj()).real / np.abs(chord) ** 2, 0, 1)
+        return part, np.abs(away - part * chord)
+
+    def _feet(self, z, index):
+        """Where the tangent is across the way from z, between the neighbours of sample points of these indices."""
+        s = self.s[index]
+        ahead = self._slope(s, z) < 0
+        low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
+        high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
+        f_low, f_high = (self._slope(each, z) for each in (low, high))
+        open_ = (f_low < 0) & (f_high > 0)
+        before = np.full(len(s), -1)
+        small = 1e-12 * np.maximum(np.abs(f_low), np.abs(f_high))
+        for _ in range(60):
+            if not open_.any():
+                break
+            step = np.where(open_, f_low, -1.0) / np.where(open_, f_low - f_high, -2.0)
+            new = low + step * (high - low)
+            f = self._slope(new, z)
+            s = np.where(open_, new, s)
+            left = f < 0
+            # Illinois: the value at an end that stays a second time counts half, so that both ends close in.
+            halved = np.where(left == before, 0.5, 1.0)
+            f_high, f_low, before = np.where(left, halved * f_high, f), np.where(left, f, halved * f_low), left
+            low, high = np.where(left, new, low), np.where(left, high, new)
+            open_ &= (np.abs(f) > small) & (np.abs(high - low) > 1e-14 * (1 + np.abs(s)))
+        return s, np.abs(self.at(s) - z)
+
+    def _slope(self, s, z):
+        on, tangent = self.curve(s)
+        return ((on - z) * tangent.conj()).real
+
+    def leaves(self, radius):
+        """The first point of the arc at this distance from its start."""
+        outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
+        low, high = self.s[max(outside - 1, 0)], self.s[outside]
+        for _ in range(5):
+            s = np.linspace(low, high, 33)
+            k = max(int(np.argmax(np.abs(self.at(s) - self.z[0]) >= radius)), 1)
+            low, high = s[k - 1], s[k]
+        return complex(self.at(high))
+
+
+def faces(arcs, size, tolerance):
+    """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the face on their left.
+
+    size: of the whole, m; tolerance: ends closer than this are one vertex. The first loop is the outer one. A hole
+    belongs to the innermost outer loop around it.
+    """
+    vertices, corners = [], []
+    for arc in arcs:
+        for z in (arc.z[0], arc.z[-1]):
+            near = [k for k, vertex in enumerate(vertices) if abs(vertex - z) <= tolerance]
+            corners.append(near[0] if near else len(vertices))
+            vertices += [] if near else [z]
+    parts = _parts(len(vertices), corners)
+    sides = [side for arc in arcs for side in (arc, arc.reversed)]  # side k starts at corners[k], its twin is k ^ 1
+    outer, holes = [], []
+    for cycle in _cycles(sides, corners, size):
+        loop = tuple(sides[k] for k in cycle)
+        area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
+        if area > SLIVER * size**2:
+            outer.append((area, part, [loop]))
+        else:
+            holes.append((area, part, loop))
+    inner = [0.0] * len(outer)
+    for area, part, loop in holes:
+        start = loop[0].z[:1]
+        around = [k for k, other in enumerate(outer) if other[1] != part and crossings(other[2][:1], start)[0]]
+        if around:
+            owner = min(around, key=lambda k: outer[k][0])
+            outer[owner][2].append(loop)
+            inner[owner] += area
+    found = [(area + hole, tuple(loops)) for (area, _, loops), hole in zip(outer, inner)]
+    return [(area, loops) for area, loops in found if area > SLIVER * size**2]
+
+
+def _parts(count, corners):
+    """For each vertex the number of the connected part of the graph it is in."""
+    part = list(range(count))
+    for a, b in zip(corners[::2], corners[1::2]):
+        old, new = part[a], part[b]
+        part = [new if p == old else p for p in part]
+    return part
+
+
+def _cycles(sides, corners, size):
+    """Closed walks along the sides that keep the face on their left: at a vertex, the first side clockwise."""
+    at = {}
+    for k in range(len(sides)):
+        at.setdefault(corners[k], []).append(k)
+    follows = {}
+    for outgoing in at.values():
+        # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are told apart.
+        radius = min(1e-3 * size, 0.3 * min(np.abs(sides[k].z - sides[k].z[0]).max() for k in outgoing))
+        order = sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))
+        for k, clockwise in zip(order, [order[-1], *order[:-1]]):
+            follows[k ^ 1] = clockwise
+    cycles, left = [], set(range(len(sides)))
+    while left:
+        cycle = [min(left)]
+        while follows[cycle[-1]] != cycle[0]:
+            cycle.append(follows[cycle[-1]])
+        left -= set(cycle)
+        cycles.append(cycle)
+    return cycles
+
+
+def crossings(loops, z):
+    """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd number of times."""
+    found = np.zeros(len(z), dtype=bool)
+    for loop in loops:
+        polygon = np.concatenate([arc.z[:-1] for arc in loop])
+        a, b = polygon, np.roll(polygon, -1)
+        for first in range(0, len(z), 4096):
+            p = z[first : first + 4096, None]
+            spans = (a.imag > p.imag) != (b.imag > p.imag)
+            rows, k = np.nonzero(spans)
+            x = a.real[k] + (p.imag[rows, 0] - a.imag[k]) / (b.imag[k] - a.imag[k]) * (b.real[k] - a.real[k])
+            hits = np.bincount(rows[x > p.real[rows, 0]], minlength=len(p))
+            found[first : first + 4096] ^= hits % 2 == 1
+    return found
+
+
+def inside(loops, z):
+    """Whether points z (n,) are inside the loops, exactly."""
+    arcs = [arc for loop in loops for arc in loop]
+    found = crossings(loops, z)
+    # A polyline that turns by 1 degree is nearer to its arc than a hundredth of its longest step.
+    doubtful = 0.02 * max(np.abs(np.diff(arc.z)).max() for arc in arcs)
+    near = np.zeros(len(z), dtype=bool)
+    for arc in arcs:
+        for first in range(0, len(z), 4096):
+            part = z[first : first + 4096]
+            step = np.abs(np.diff(arc.z)).max()
+            near[first : first + 4096] |= np.abs(arc.z - part[:, None]).min(axis=1) <= doubtful + 0.51 * step
+    if near.any():
+        found[near] = _left_of_nearest(arcs, z[near])
+    return found
+
+
+def _left_of_nearest(arcs, z):
+    """Whether points are on the left of the arc that is nearest, of all of them where the nearest point is a corner."""
+    s, distance = (np.array(each) for each in zip(*(arc.nearest(z) for arc in arcs)))
+    nearest = distance.min(axis=0)
+    left = np.ones(len(z), dtype=bool)
+    for arc, own, length in zip(arcs, s, distance):
+        away = z - arc.at(own)
+        right = (arc.tangent(own).conj() * away).imag <= 0
+        left &= ~((length <= nearest * (1 + 1e-9) + 1e-15) & right)
+    return left
+
+
+def roomiest(loops, obstacles, area, count=1):
+    """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
+
+    At most `count`, the best first, each a Voronoi vertex of samples of the boundary: good to their spacing.
+    """
+    from scipy.spatial import Voronoi
+
+    arcs = [arc for loop in loops for arc in loop]
+    length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
+    spacing = max(min(length / 500, area / length), length / 4000)
+    samples = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
+    diagram = Voronoi(np.stack([samples.real, samples.imag], axis=-1))
+    # Any ridge names two samples and the vertices equally far from them.
+    ridges = np.array([(v, pair[0]) for pair, ends in zip(diagram.ridge_points, diagram.ridge_vertices) for v in ends])
+    ridges = ridges[ridges[:, 0] >= 0]
+    z = diagram.vertices @ (1, 1j)
+    distance = np.full(len(z), 0.0)
+    distance[ridges[:, 0]] = np.abs(z[ridges[:, 0]] - samples[ridges[:, 1]])
+    order = np.argsort(-distance)
+    found = []
+    for first in range(0, len(order), 256):
+        chunk = order[first : first + 256]
+        for k in chunk[crossings(loops, z[chunk])]:
+            if all(abs(z[k] - other) > 0.5 * room for other, room in found):
+                found.append((complex(z[k]), float(distance[k])))
+                if len(found) == count:
+                    return found
+    return found
