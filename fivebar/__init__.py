@@ -19,6 +19,7 @@ _LATER = {
     "ComputedTorque": "control",
     "Run": "run",
     "Trajectory": "trajectory",
+    "aspect": "singularity_free",
     "aspects": "singularity_free",
     "check_path": "path_check",
     "circle": "trajectory",
