@@ -63,3 +63,22 @@ class ComputedTorque(_JointController):
         """The torques, of numbers or of CasADi symbols."""
         M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
         return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + wrap(q_ref - q) * self.kp) + c
+
+
+@dataclass(frozen=True, eq=False)
+class FeedForward(_JointController):
+    """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
+
+    It inverts no model, so that it holds a plan that crosses Type 2. ahead: s, half the control period, by which the
+    held torque is read in advance.
+    """
+
+    ahead: float = 0.005
+
+    def __call__(self, t, q, q_dot, reference):
+        if not hasattr(reference, "tau"):
+            raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
+        xi, xi_dot, _ = reference(t)
+        target = ikm(igm(self.robot, xi, self.working), xi_dot)
+        push = reference.tau(min(t + self.ahead, reference.start + reference.duration))
+        return push + wrap(target.pose.q - q) * self.kp + (target.q_dot - q_dot) * self.kd

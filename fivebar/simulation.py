@@ -29,7 +29,7 @@ def simulate(
 
     controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
-    start: Rates, default at rest or in motion with the reference in working modes (-1, -1), or at rest at q = (0, 0).
+    start: Rates, default as the reference starts, in a plan's working modes or (-1, -1), or at rest at q = (0, 0).
     step: s; control_period a multiple of it; the run ends with the first step at or after the duration.
     method: "rk4", or "dop8", Dormand and Prince's of order 8.
     tolerance: rad; halves the step until two runs say that no joint angle is farther off, which Run.step_error holds.
@@ -113,11 +113,11 @@ def check_options(chart, method, delay, torque_limit, resolution=None, charts=tu
 
 
 def start_with(robot, reference):
-    """Rates of the reference's start in working modes (-1, -1); without a reference at rest at q = (0, 0)."""
+    """Rates of the reference's start, a plan's in its working modes; without a reference at rest at q = (0, 0)."""
     if reference is None:
         return dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
     xi, xi_dot, _ = reference(0.0)
-    return ikm(igm(robot, xi), xi_dot)
+    return ikm(igm(robot, xi, getattr(reference, "working", (-1, -1))), xi_dot)
 
 
 class _Loop:

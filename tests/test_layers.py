@@ -27,6 +27,8 @@ LAYERS = [
     {"plant"},
     {"simulation"},
     {"closed_loop", "collocation", "tracker_model", "tracker_qp"},
+    {"transcription", "plans"},
+    {"plan_arguments", "first_guess"},
     {"planner", "tracker"},
     {"comparison", "cases"},
     {"plot", "view", "amoro", "study", "linkages"},

@@ -1,0 +1,116 @@
+"""Direct collocation of a motion in task space: schemes, piecewise polynomial motions, and the problem on one mesh.
+
+In each interval the acceleration is the polynomial through its values at the collocation points; velocity and position
+are its exact integrals, so that a planned motion is its own derivative everywhere, as collocation of a second-order
+equation should have it (Moreno-Martin, Ros, Celaya 2022). The controls are the two bar forces: m xi'' = A^T lambda,
+tau = Z q'' + B^T lambda, with no division by det A.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+METHODS = ("hermite-simpson", "legendre-gauss")
+LIMITS = ("torque", "joint_speed", "acceleration", "workspace", "serial", "parallel")
+
+
+class Scheme:
+    """Collocation points c in [0, 1] of an interval and what integrates the polynomial through values at them.
+
+    to_power (s, s): values -> coefficients of 1, sigma, ...; to_bezier (s, s): values -> Bezier points, which hold the
+    polynomial in their hull. shared: the last point is the first of the next interval.
+    """
+
+    def __init__(self, c, shared):
+        self.c, self.shared = np.asarray(c, dtype=float), shared
+        k = np.arange(len(self.c))
+        self.to_power = np.linalg.inv(self.c[:, None] ** k)
+        binomials = np.array([[math.comb(i, j) / math.comb(len(k) - 1, j) for j in k] for i in k])
+        self.to_bezier = binomials @ self.to_power
+        # Factors of the integrals over [0, 1] of the squares of a polynomial and of its slope.
+        self.square = np.linalg.cholesky(1 / (k[:, None] + k + 1.0)).T
+        i = k[1:]
+        self.square_slope = np.linalg.cholesky(i[:, None] * i / (i[:, None] + i - 1.0)).T @ np.eye(len(k))[1:]
+
+    def powers(self, sigma):
+        """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the values at the points."""
+        k, sigma = np.arange(len(self.c)), np.asarray(sigma)[..., None]
+        terms = sigma**k, sigma ** (k + 1) / (k + 1), sigma ** (k + 2) / ((k + 1) * (k + 2))
+        return tuple(term @ self.to_power for term in terms)
+
+    def points(self, intervals):
+        """Indices (intervals, s) of every interval's points among all points of the mesh."""
+        s = len(self.c)
+        return np.arange(intervals)[:, None] * (s - self.shared) + np.arange(s)
+
+    def nodes(self, knots):
+        """Times of all points, by the times of the knots."""
+        own = self.c[:-1] if self.shared else self.c
+        times = (knots[:-1, None] + np.diff(knots)[:, None] * own).ravel()
+        return np.append(times, knots[-1]) if self.shared else times
+
+
+def scheme(method, degree):
+    """Hermite-Simpson, or Legendre-Gauss with `degree` points in an interval."""
+    if method == "hermite-simpson":
+        return Scheme((0.0, 0.5, 1.0), True)
+    return Scheme((np.polynomial.legendre.leggauss(degree)[0] + 1) / 2, False)
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """A motion and its torques, polynomials in each interval.
+
+    knots (n + 1,) s; xi, xi_dot (n, 2) at the beginning of each interval; xi_ddot, tau (n, s, 2) at its points.
+    """
+
+    scheme: Scheme
+    knots: np.ndarray
+    xi: np.ndarray
+    xi_dot: np.ndarray
+    xi_ddot: np.ndarray
+    tau: np.ndarray
+
+    @classmethod
+    def through(cls, scheme, knots, xi, xi_dot, xi_ddot, tau):
+        """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and tau as above."""
+        h, first = np.diff(knots)[:, None], scheme.points(len(knots) - 1)[:, 0]
+        _, single, double = (row @ xi_ddot for row in scheme.powers(scheme.c[0]))
+        v0 = xi_dot[first] - h * single
+        return cls(scheme, knots, xi[first] - h * (scheme.c[0] * v0 + h * double), v0, xi_ddot, tau)
+
+    @cached_property
+    def widths(self):
+        return np.diff(self.knots)
+
+    def locate(self, t):
+        """Interval and place in it, in [0, 1], of times (...) in s."""
+        k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.xi) - 1)
+        return k, np.clip((t - self.knots[k]) / self.widths[k], 0.0, 1.0)
+
+    @cached_property
+    def _table(self):
+        """Coefficients (n, s + 2, 8) of powers of the place in each interval."""
+        s, h = len(self.scheme.c), self.widths[:, None, None]
+        a, tau = (self.scheme.to_power @ values for values in (self.xi_ddot, self.tau))
+        k = np.arange(s)[:, None]
+        table = np.zeros((len(h), s + 2, 8))
+        table[:, 0, :2], table[:, 1, :2], table[:, 0, 2:4] = self.xi, h[:, 0] * self.xi_dot, self.xi_dot
+        table[:, 2:, :2], table[:, 1:-1, 2:4] = h**2 * a / ((k + 1) * (k + 2)), h * a / (k + 1)
+        table[:, :-2, 4:6], table[:, :-2, 6:] = a, tau
+        return table
+
+    def motion(self, k, sigma):
+        """Position, velocity, acceleration and torque (..., 8) at places sigma (...) of intervals k (...)."""
+        powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
+        return (powers[..., None, :] @ self._table[k])[..., 0, :]
+
+
+def bar_force_dynamics(acc, forces):
+    """m xi'' - A^T lambda and tau = Z q'' + B^T lambda, on components."""
+    pose = acc.rates.pose
+    robot, columns = pose.robot, zip(*pose._distal)
+    push = tuple(robot.m * a - (u1 * forces[0] + u2 * forces[1]) for a, (u1, u2) in zip(acc._xi_ddot, columns))
+    return push, tuple(z * a + b * f for z, a, b, f in zip(robot.inertias, acc._q_ddot, pose._b, forces))

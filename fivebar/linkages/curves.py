@@ -1,0 +1,65 @@
+"""Coupler curves: all that a coupler point can trace, on both branches; and the five-bar's Type-2 locus as such."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .four_bar import FourBar
+from .limits import crank_range
+from .moving import move
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A closed curve, points (n, 2) m, with its label."""
+
+    label: str
+    points: np.ndarray
+
+
+def coupler_curves(four_bar, label="coupler curve", samples=1440):
+    """Every closed curve that the coupler point M can trace: a tuple of Curve.
+
+    A crank that turns gives one for each branch; a crank that rocks goes back on the other branch.
+    """
+    allowed, curves = crank_range(four_bar), []
+    if allowed.full:
+        q = np.linspace(-np.pi, np.pi, samples + 1)
+        curves = [move(four_bar, q, branch=branch).position("M") for branch in (1, -1)]
+    for low, high in () if allowed.full else allowed.intervals:
+        # The dyad's height is a square root at either end: even steps of this angle are nearly even on the curve.
+        turn = np.linspace(0, 2 * np.pi, samples + 1)
+        q = (low + high) / 2 - (high - low) / 2 * np.cos(turn)
+        branch = np.where(turn < np.pi, 1, -1)
+        points = move(four_bar, q, branch=branch, unreachable="nan").position("M")
+        curves.append(points[np.isfinite(points).all(axis=1)])
+    return tuple(Curve(label, points) for points in curves)
+
+
+def type_2_curves(robot, samples=1440):
+    """The Type-2 locus of a five-bar in task space as coupler curves: a tuple of Curve.
+
+    Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with the end-effector on it
+    at l12 from the left elbow. Equal distal bars fold to a point: circles of self-motion.
+    """
+    curves, base = [], (-robot.d / 2, 0.0)
+    for label, reach in (("Type 2, stretched", robot.l12 + robot.l22), ("Type 2, folded", robot.l12 - robot.l22)):
+        sides = robot.d, robot.l11, abs(reach), robot.l21
+        if robot.d == 0:
+            raise ValueError("type_2_curves: with d = 0 the ground of the four-bar has no length")
+        if reach == 0:
+            curves += _self_motion(robot, samples)
+        elif 2 * max(sides) <= sum(sides):
+            point = (robot.l12 if reach > 0 else -robot.l12, 0.0)
+            curves += coupler_curves(FourBar(*sides, point=point, base=base), label, samples)
+    return tuple(curves)
+
+
+def _self_motion(robot, samples):
+    """Circles about the points in which the elbows of equal distal bars coincide."""
+    along = (robot.d**2 + robot.l11**2 - robot.l21**2) / (2 * robot.d)
+    square = robot.l11**2 - along**2
+    turn = np.linspace(0, 2 * np.pi, samples + 1)
+    circle = robot.l12 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    heights = (np.sqrt(square), -np.sqrt(square)) if square > 0 else (0.0,) * (square == 0)
+    return [Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, height)) for height in heights]

@@ -1,0 +1,147 @@
+"""How a crank is driven: turning evenly, up to where it locks, or to and fro; and two motors together."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import UnreachableError
+from .limits import TURN, crank_range
+
+DRIVES = ("turn", "until-lock", "swing")
+MARGIN = 0.02  # of the range that a swing keeps from a lock, where rates have no limit
+AMPLITUDE = 0.4  # rad, of two motors that swing
+
+
+class Law(NamedTuple):
+    """t (n,) s; q, q_dot, q_ddot (n,) or, for two motors, (n, 2); lock: (crank angle, time) where it locks, or None."""
+
+    t: np.ndarray
+    q: np.ndarray
+    q_dot: np.ndarray
+    q_ddot: np.ndarray
+    lock: tuple | None = None
+
+
+def law(linkage, drive, speed, turns, samples, branch, start, between):
+    """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with angle and time."""
+    if drive not in DRIVES:
+        raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
+    allowed = crank_range(linkage, branch)
+    if not allowed.intervals:
+        raise UnreachableError(f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan)
+    t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
+    if drive == "swing":
+        return _swing(t, speed, *_inside(allowed, start, between))
+    start = usual_start(linkage, allowed) if start is None else start
+    interval = allowed.interval(start)
+    lock = None
+    if interval is None:
+        raise UnreachableError(
+            f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the nearest allowed "
+            f"angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn {allowed}",
+            math.nan,
+        )
+    if not allowed.full:
+        end = interval[1] if speed > 0 else interval[0]
+        lock = end, abs(end - start) / abs(speed)
+    if lock and lock[1] <= t[-1]:
+        if drive == "turn":
+            raise UnreachableError(
+                f"unreachable: the {linkage.driven} cannot turn: from {math.degrees(start):.9g} deg at "
+                f"{math.degrees(speed):.9g} deg/s it locks at {math.degrees(lock[0]):.9g} deg after {lock[1]:.9g} s; "
+                f'it may turn {allowed} (drive "until-lock" runs up to there, "swing" goes to and fro)',
+                math.nan,
+            )
+        t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit
+    else:
+        lock = None
+    return Law(t, start + speed * t, np.full(len(t), float(speed)), np.zeros(len(t)), lock)
+
+
+def usual_start(linkage, allowed):
+    """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of its last range.
+
+    Half a degree off 0 where it passes flat poses, which have no rates: the usual samples then miss them.
+    """
+    if hasattr(linkage, "usual_start"):
+        return linkage.usual_start
+    if not allowed.full:
+        return sum(allowed.intervals[-1]) / 2
+    return math.radians(0.5) if linkage.flats else 0.0
+
+
+def smooth_branch(linkage, q, branch):
+    """The branch at each of the angles q as the linkage moves through its flat poses: there it passes to the other one.
+
+    The one given is that of the start. Where it stayed, rates would jump: a parallelogram would cross its bars.
+    """
+    flips = sum(np.floor((q - flat) / TURN) - np.floor((q[0] - flat) / TURN) for flat in linkage.flats)
+    return np.where(flips % 2, -branch, branch).astype(int)
+
+
+def _inside(allowed, start, between):
+    """The range between two angles, or else the one around the start; where an end is a lock, a bit before it."""
+    if allowed.full:
+        if between is None:
+            raise ValueError("this crank turns fully: it has no range of its own to swing in")
+        return between
+    inside = sum(between) / 2 if between else start
+    piece = None if inside is None else allowed.interval(inside)
+    low, high = piece or allowed.intervals[-1]
+    first, last = between or (low, high)
+    margin = (MARGIN / 20 if between else MARGIN) * (last - first)
+    return max(first, low + margin), min(last, high - margin)
+
+
+def _swing(t, speed, low, high):
+    """To and fro once a turn's time, harmonically, from `low`."""
+    middle, half, phase = (low + high) / 2, (high - low) / 2, abs(speed) * t
+    return Law(
+        t, middle - half * np.cos(phase), abs(speed) * half * np.sin(phase), speed * speed * half * np.cos(phase)
+    )
+
+
+def two_motors(linkage, drive, speed, turns, samples, branch, start):
+    """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
+
+    "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
+    or the half, quarter ... of it that closes.
+    """
+    from .moving import move
+
+    def closes(q):
+        motion = move(linkage, q, branch=branch, unreachable="nan")
+        return np.isfinite(motion.position("joint 3")).all(axis=-1)
+
+    if drive not in DRIVES:
+        raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
+    speed = np.broadcast_to(np.asarray(speed, dtype=float), 2)
+    fastest = np.abs(speed).max()
+    start = np.array([linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float)
+    t = np.linspace(0.0, turns * TURN / fastest, round(turns * (samples - 1)) + 1)
+    if drive == "swing":
+        phase, amplitude = np.outer(t, [fastest, fastest]) + (0.0, math.pi / 2), AMPLITUDE
+        while amplitude > AMPLITUDE / 16 and not closes(start + amplitude * np.sin(phase)).all():
+            amplitude /= 2
+        parts = [f(phase) * amplitude * fastest**k for k, f in enumerate((np.sin, np.cos, lambda x: -np.sin(x)))]
+        return Law(t, start + parts[0], *parts[1:])
+
+    open_at = np.flatnonzero(~closes(start + np.outer(t, speed)))
+    lock = None
+    if len(open_at):
+        if open_at[0] == 0:
+            raise UnreachableError(
+                f"unreachable: with the motors at {np.degrees(start)} deg the bars cannot meet", math.nan
+            )
+        low, high = t[open_at[0] - 1], t[open_at[0]]
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if closes(start + middle * speed) else (low, middle)
+        where = ", ".join(f"{angle:.6f}" for angle in np.degrees(start + low * speed))
+        lock = tuple((start + low * speed).tolist()), float(low)
+        if drive == "turn":
+            raise UnreachableError(f"unreachable: the motors lock at {where} deg after {low:.9g} s", math.nan)
+        t = np.linspace(0.0, low, len(t))[:-1]
+    q_dot = np.broadcast_to(speed, (len(t), 2))
+    return Law(t, start + np.outer(t, speed), q_dot, np.zeros((len(t), 2)), lock)

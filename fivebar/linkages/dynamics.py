@@ -1,0 +1,75 @@
+"""Driving torque of linkages with one drive: J q'' + J'(q) q'^2 / 2 + U'(q) = Q (six-bar paper, eq. 24-38)."""
+
+import numpy as np
+
+from ..dyads import dot
+from .motion import one_drive, stretch
+
+
+def equivalent_inertia(motion):
+    """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each (*batch,).
+
+    J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq. 29, 30).
+    """
+    _one_drive(motion)
+    inertia, slope = _inertia(motion.chain)
+    return motion._full(inertia), motion._full(slope)
+
+
+def potential(motion, gravity):
+    """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper, eq. 31, 37)."""
+    _one_drive(motion)
+    energy, slope = 0.0, 0.0
+    for link in motion.chain.links.values():
+        if link.body.mass:
+            energy = energy - link.body.mass * dot(gravity, link.centre.p)
+            slope = slope - link.body.mass * dot(gravity, link.centre.v)
+    return motion._full(energy), motion._full(slope)
+
+
+def driving_torque(motion, load=None, gravity=(0.0, 0.0)):
+    """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq. 38).
+
+    load: {point: (Fx, Fy)} in N, numbers or arrays of the batch's shape; gravity: (gx, gy) m/s^2.
+    """
+    _one_drive(motion)
+    load, torques = load or {}, []
+    for part, own in motion.stretches():
+        if part is None:
+            return own._full(_torque(own, load, gravity))
+        share = {point: [stretch(f, motion._shape, part) for f in force] for point, force in load.items()}
+        torques.append(own._full(_torque(own, share, gravity)))
+    return np.concatenate(torques).reshape(motion._shape)
+
+
+def _torque(motion, load, gravity):
+    inertia, slope = _inertia(motion.chain)
+    torque = inertia * motion.q_ddot + slope * (0.5 * motion.q_dot * motion.q_dot)
+    if any(gravity):
+        for link in motion.chain.links.values():
+            if link.body.mass:
+                torque = torque - dot((link.body.mass * gravity[0], link.body.mass * gravity[1]), link.centre.v)
+    for point, force in load.items():
+        torque = torque - dot(force, motion._point(point).v)
+    return torque
+
+
+def _one_drive(motion):
+    """Refuse a linkage with two motors."""
+    if type(motion.linkage).start is not one_drive:
+        raise ValueError("a driving torque is that of a linkage with one drive")
+
+
+def _inertia(chain):
+    inertia, slope = 0.0, 0.0
+    for link in chain.links.values():
+        body = link.body
+        if body.mass:
+            v, a = link.centre.v, link.centre.a
+            inertia = inertia + body.mass * dot(v, v)
+            slope = slope + 2 * body.mass * dot(v, a)
+        if body.inertia:
+            rate = link.heading.rate
+            inertia = inertia + body.inertia * (rate * rate)
+            slope = slope + 2 * body.inertia * (rate * link.heading.acceleration)
+    return inertia, slope

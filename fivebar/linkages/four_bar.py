@@ -1,0 +1,174 @@
+"""The four-bar: Grashof's classes, dead centres, transmission angle, inversions, and its chain."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from .._backend import EPS
+from .chain import Fixed, Reach, Still, Turned, meet
+from .checks import finite, must_close, positive
+from .limits import TURN, four_bar_limits
+from .motion import Body, Chain, Link, one_drive
+
+SIDES = ("ground", "crank", "coupler", "rocker")
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """Four-bar A B C D: ground AD, crank AB (driven), coupler BC, rocker CD, all in m.
+
+    point: the coupler point M, (along BC from B, to its left) m, None for the middle of BC; base: A; tilt: direction of
+    the ground A -> D, rad. Crank angles count from +x. branch +1: C is on the left of B -> D. Raises ValueError for
+    lengths that no four-bar can have.
+    """
+
+    ground: float
+    crank: float
+    coupler: float
+    rocker: float
+    point: tuple | None = None
+    base: tuple = (0.0, 0.0)
+    tilt: float = 0.0
+    crank_body: Body = Body()
+    coupler_body: Body = Body()
+    rocker_body: Body = Body()
+
+    usual_branch = 1
+
+    def __post_init__(self):
+        positive(self, *SIDES)
+        finite(self, "point", "base", "tilt")
+        must_close("four-bar", {name: getattr(self, name) for name in SIDES})
+
+    @property
+    def sides(self):
+        """Ground, crank, coupler, rocker, m."""
+        return self.ground, self.crank, self.coupler, self.rocker
+
+    def chain(self, q, branch):
+        a, heading = Fixed(self.base), Turned(Still(), q)
+        b = Reach(a, heading, self.crank)
+        d = Fixed((self.base[0] + self.ground * math.cos(self.tilt), self.base[1] + self.ground * math.sin(self.tilt)))
+        c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
+        m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
+        links = {
+            "crank": Link(a, heading, self.crank, self.crank_body),
+            "coupler": Link(b, bc, self.coupler, self.coupler_body),
+            "rocker": Link(d, dc, self.rocker, self.rocker_body),
+        }
+        bars = [("A", "B"), ("B", "C"), ("D", "C")]
+        bars += [("B", "M"), ("C", "M")] if self.point and self.point[1] else []
+        bars += [("B", "M")] if self.point and not self.point[1] and not 0 <= self.point[0] <= self.coupler else []
+        points = {"A": a, "B": b, "C": c, "D": d, "M": m}
+        return Chain(points, links, {}, (c.dyad,), tuple(bars), ("A", "D"), ("A",), "M")
+
+    start = one_drive
+    driven = "crank"
+
+    @property
+    def title(self):
+        return f"four-bar, {self.kind}"
+
+    @property
+    def flats(self):
+        """Crank angles, rad, at which a change point has all bars in line."""
+        (g, a, b, c), tolerance = self.sides, 8 * EPS * sum(self.sides)
+        near = [self.tilt] if abs(abs(g - a) - abs(b - c)) <= tolerance else []
+        return near + ([self.tilt + math.pi] if abs(g + a - b - c) <= tolerance else [])
+
+    def crank_limits(self, branch):
+        """Crank angles, rad, at which coupler and rocker are in line."""
+        return four_bar_limits(self.tilt, *self.sides)
+
+    @property
+    def grashof(self):
+        """Shortest + longest - the two others, m: < 0 where a link can turn fully, 0 at a change point."""
+        shortest, p, q, longest = sorted(self.sides)
+        excess = (longest - q) - (p - shortest)
+        return 0.0 if abs(excess) <= 8 * EPS * sum(self.sides) else excess
+
+    @property
+    def kind(self):
+        """Grashof's class by name."""
+        if self.grashof > 0:
+            return "non-Grashof triple-rocker"
+        if self.grashof == 0:
+            return "change point"
+        names = ("double-crank (drag link)", "crank-rocker", "Grashof double-rocker", "rocker-crank")
+        return names[self.sides.index(min(self.sides))]
+
+    @property
+    def turning(self):
+        """Names of the moving links that can turn fully against the ground."""
+        if self.grashof > 0:
+            return ()
+        if self.grashof == 0:
+            return tuple(name for name in SIDES[1:] if self._revolves(name))
+        shortest = SIDES[self.sides.index(min(self.sides))]
+        return SIDES[1:] if shortest == "ground" else (shortest,)
+
+    def _revolves(self, name):
+        """Whether a link closes both stretched from the ground and folded on it (the coupler: beside it)."""
+        index = SIDES.index(name)
+        own, others = self.sides[index], [s for k, s in enumerate(self.sides) if k not in (0, index)]
+        tolerance = 8 * EPS * sum(self.sides)
+        stretched, folded = self.ground + own, abs(self.ground - own)
+        return stretched <= sum(others) + tolerance and folded >= abs(others[0] - others[1]) - tolerance
+
+    def inversion(self, fixed):
+        """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the next one is driven."""
+        if fixed not in SIDES:
+            raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
+        k = SIDES.index(fixed)
+        return FourBar(*self.sides[k:], *self.sides[:k])
+
+
+class DeadCentre(NamedTuple):
+    """Crank and coupler in line: kind ("extended" or "folded"), crank and rocker angle, rad in (-pi, pi]."""
+
+    kind: str
+    crank: float
+    rocker: float
+
+
+def dead_centres(four_bar, branch=1):
+    """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up to two."""
+    g, a, b, c = four_bar.sides
+    found = []
+    for kind, reach, sign in (("extended", b + a, 1), ("folded", b - a, -1)):
+        if reach == 0:
+            continue  # C is in A at any crank angle that closes: no end of a swing
+        # Triangle A C D; the coupler's direction has A -> D on its right (branch +1) by this angle.
+        cosine = (g * g + reach * reach - c * c) / (2 * g * reach)
+        if abs(cosine) > 1:
+            continue
+        at = branch * math.acos(cosine)
+        x, y = reach * math.cos(at) - g, reach * math.sin(at)
+        crank = at if sign > 0 else at + math.pi
+        found.append(DeadCentre(kind, *(_wrap(angle + four_bar.tilt) for angle in (crank, math.atan2(y, x)))))
+    return tuple(found)
+
+
+def time_ratio(four_bar, branch=1):
+    """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None without two ends."""
+    ends = dead_centres(four_bar, branch)
+    if len(ends) < 2:
+        return None
+    stroke = (ends[1].crank - ends[0].crank) % TURN
+    return max(stroke, TURN - stroke) / min(stroke, TURN - stroke)
+
+
+def transmission_range(four_bar):
+    """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that close."""
+    g, a, b, c = four_bar.sides
+    low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)
+    # tan of the half angle, from the triangle B C D: exact at 0 and pi.
+    return tuple(
+        2 * math.atan2(math.sqrt(max((s - b + c) * (s + b - c), 0.0)), math.sqrt(max((b + c - s) * (b + c + s), 0.0)))
+        for s in (low, high)
+    )
+
+
+def _wrap(angle):
+    angle = math.remainder(angle, TURN)
+    return math.pi if angle == -math.pi else angle

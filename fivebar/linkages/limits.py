@@ -1,0 +1,101 @@
+"""Which crank angles a linkage can reach: closed-form limits, and the intervals between them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._backend import EPS
+from .checks import check_branch
+
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class CrankRange:
+    """Intervals (low, high) of crank angles in rad, low in (-pi, pi], high > low; `full` where the crank turns.
+
+    `str` gives it in degrees.
+    """
+
+    intervals: tuple
+    full: bool
+
+    def contains(self, q):
+        """Whether this crank angle closes."""
+        return self.full or self.interval(q) is not None
+
+    def interval(self, q):
+        """The interval around a crank angle, moved by full turns to contain it, or None."""
+        if self.full:
+            return -math.inf, math.inf
+        for low, high in self.intervals:
+            turns = math.floor((q - low + 1e-12) / TURN) * TURN
+            if q <= high + turns + 1e-12:
+                return low + turns, high + turns
+        return None
+
+    def nearest(self, q):
+        """The allowed angle nearest to q, rad in (-pi, pi], and q itself where it is allowed."""
+        if self.contains(q):
+            return q
+        ends = [end for interval in self.intervals for end in interval]
+        best = min(ends, key=lambda end: abs(math.remainder(end - q, TURN)))
+        return math.remainder(best, TURN)
+
+    def __str__(self):
+        if self.full:
+            return "through a full turn"
+        parts = (f"from {math.degrees(low):.9g} to {math.degrees(high):.9g} deg" for low, high in self.intervals)
+        return " and ".join(parts)
+
+
+def crank_range(linkage, branch=None):
+    """The crank angles at which a linkage closes on a branch: CrankRange.
+
+    The ends come from the linkage in closed form; which pieces between them close is tried in their middles.
+    """
+    branch = check_branch(linkage, branch)
+    ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
+    if not ends:
+        closes = math.isfinite(linkage.chain(0.3, branch).found)
+        return CrankRange(((-math.pi, math.pi),) if closes else (), closes)
+    pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
+    middles = np.array([(low + high) / 2 for low, high in pieces])
+    closes = np.isfinite(linkage.chain(middles, branch).found)
+    kept = []
+    for piece, good in zip(pieces, closes):
+        if good and kept and kept[-1][1] == piece[0]:
+            kept[-1] = (kept[-1][0], piece[1])
+        elif good:
+            kept.append(piece)
+    if len(kept) > 1 and kept[-1][1] == kept[0][0] + TURN:  # the piece over +-pi goes on in the first one
+        kept[-1] = (kept[-1][0], kept[0][1] + TURN)
+        kept.pop(0)
+    full = len(kept) == 1 and kept[0][1] - kept[0][0] >= TURN - 1e-12
+    return CrankRange(tuple(kept), full)
+
+
+def ends_of(axis, near, far):
+    """Angles at which 1 - cos(q - axis) = near and 1 + cos(q - axis) = far, those that exist."""
+    # Sines of half angles: they keep their digits where the limit is close to a straight or folded pose.
+    ends = []
+    for square, turn in ((near / 2, 0.0), (far / 2, math.pi)):
+        if 4 * EPS < square < 1 - 4 * EPS:
+            half = 2 * math.asin(math.sqrt(square))
+            ends += [axis + turn - half, axis + turn + half]
+    return ends
+
+
+def four_bar_limits(axis, ground, crank, coupler, rocker):
+    """Crank angles at which coupler and rocker are in line; the ground's direction is the axis."""
+    scale = 2 * ground * crank
+    short, long = ground - crank, ground + crank
+    folded, stretched = coupler - rocker, coupler + rocker
+    # span^2 = short^2 + scale (1 - cos q) = long^2 - scale (1 + cos q), between folded^2 and stretched^2
+    return ends_of(axis, (folded - short) * (folded + short) / scale, (long - stretched) * (long + stretched) / scale)
+
+
+def guide_limits(crank, bar, offset):
+    """Crank angles at which a bar is perpendicular to the guide y = offset along +x."""
+    return ends_of(math.pi / 2, (crank - offset - bar) / crank, (crank + offset - bar) / crank)

@@ -1,0 +1,230 @@
+"""A linkage at given crank angles: the Motion, in which everything is read, and what it is made of."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from .._backend import atan2, is_symbolic, pack, sqrt
+from ..dyads import cross, dot
+from .chain import Reach, Slot, angle
+
+BLOCK = 8192  # poses
+
+
+@dataclass(frozen=True)
+class Body:
+    """A link's mass, kg, inertia about its centre of mass, kg m^2, and that centre (along, across) in m from the
+    link's first joint; None is the middle of the link."""
+
+    mass: float = 0.0
+    inertia: float = 0.0
+    centre: tuple | None = None
+
+    def __post_init__(self):
+        for name in ("mass", "inertia"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ValueError(f"a body's {name} must be finite and >= 0, not {value:g}")
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A moving link: where it begins, its heading, its length (0: a block) and its body."""
+
+    origin: object
+    heading: object
+    length: float
+    body: Body = Body()
+
+    @cached_property
+    def centre(self):
+        """The moving centre of mass."""
+        along, across = self.body.centre or (self.length / 2, 0.0)
+        return Reach(self.origin, self.heading, along, across) if along or across else self.origin
+
+
+class Chain(NamedTuple):
+    """What a linkage builds for `move`: points, links and scalar coordinates by name, and the dyads in their order."""
+
+    points: dict
+    links: dict
+    coordinates: dict
+    dyads: tuple
+    bars: tuple  # pairs of point names, for pictures
+    grounded: tuple
+    actuated: tuple
+    traced: str | None
+
+    @property
+    def found(self):
+        """A number per pose that is nan where the chain does not close."""
+        last = self.dyads[-1]
+        return last.u[0] if isinstance(last, Slot) else last.first[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A linkage moving through one pose or a batch of poses, from `move`; all is computed when first read.
+
+    q rad, q_dot rad/s, q_ddot rad/s^2 of the drive, and the branch; the names of points and links are in `points` and
+    `links`. With the q_dot = 1 and q_ddot = 0 of `move`, velocities and accelerations are analogs, by the crank angle.
+    """
+
+    linkage: object
+    q: object
+    q_dot: object
+    q_ddot: object
+    branch: object
+    _build: object  # () -> Chain; late, for a large batch may need it a stretch at a time only
+    _scale: tuple  # what the chain's own derivatives are multiplied by
+
+    @cached_property
+    def chain(self):
+        return self._build()
+
+    def stretches(self):
+        """(part of the flat batch, Motion) for stretches of a large batch with one drive; else (None, itself).
+
+        What is computed in one is forgotten in the next, so that all of it stays in the processor's cache.
+        """
+        if not isinstance(self.q, np.ndarray) or self.q.size <= BLOCK:
+            yield None, self
+            return
+        given = self.q, self.q_dot, self.q_ddot, self.branch
+        for first in range(0, self.q.size, BLOCK):
+            part = slice(first, first + BLOCK)
+            yield part, self.linkage.start(*(stretch(x, self._shape, part) for x in given))
+
+    @property
+    def points(self):
+        return tuple(self.chain.points)
+
+    @property
+    def links(self):
+        return tuple(self.chain.links)
+
+    @property
+    def coordinates(self):
+        return tuple(self.chain.coordinates)
+
+    def position(self, point):
+        """(*batch, 2) m."""
+        return self._full(*self._point(point).p)
+
+    def velocity(self, point):
+        """(*batch, 2) m/s."""
+        return self._full(*self._velocity(self._point(point)))
+
+    def acceleration(self, point):
+        """(*batch, 2) m/s^2."""
+        return self._full(*self._acceleration(self._point(point)))
+
+    def angle(self, link):
+        """From +x, in (-pi, pi] rad: (*batch,)."""
+        return self._full(angle(self._link(link).heading))
+
+    def rate(self, link):
+        """Angular velocity, rad/s: (*batch,)."""
+        return self._full(self._first(self._link(link).heading.rate))
+
+    def angular_acceleration(self, link):
+        """rad/s^2: (*batch,)."""
+        heading = self._link(link).heading
+        return self._full(self._second(heading.rate, heading.acceleration))
+
+    def coordinate(self, name):
+        """(value, rate, acceleration) of a scalar coordinate such as a slider's way: each (*batch,), m and s."""
+        c = _named(self.chain.coordinates, name, "coordinate")
+        return tuple(map(self._full, (c.p, self._first(c.v), self._second(c.v, c.a))))
+
+    def speed(self, point):
+        """|v|, m/s: (*batch,)."""
+        return self._full(self._path(point)[0])
+
+    def tangential(self, point):
+        """Acceleration along the path, m/s^2: (*batch,); nan where the point rests."""
+        speed, along, _ = self._path(point)
+        return self._full(_ratio(along, speed))
+
+    def normal(self, point):
+        """Size of the acceleration across the path, m/s^2: (*batch,); nan where the point rests."""
+        speed, _, across = self._path(point)
+        return self._full(_ratio(across, speed))
+
+    def curvature_radius(self, point):
+        """|v|^3 / |v x a|, m: (*batch,); inf where the path is straight, nan where the point rests."""
+        speed, _, across = self._path(point)
+        return self._full(_ratio(speed * speed * speed, across))
+
+    def transmission_angle(self):
+        """Between the bars of the last dyad, in [0, pi] rad: (*batch,); 0 and pi are its singularities."""
+        dyad = self.chain.dyads[-1]
+        if isinstance(dyad, Slot):
+            return self._full(atan2(abs(dyad.slide), 0.0 * dyad.slide + abs(dyad.offset)))
+        return self._full(atan2(abs(dyad.sine), dot(dyad.first, dyad.second)))
+
+    def _path(self, point):
+        v, a = self._velocity(self._point(point)), self._acceleration(self._point(point))
+        return sqrt(dot(v, v)), dot(v, a), abs(cross(v, a))
+
+    def _point(self, name):
+        return _named(self.chain.points, name, "point")
+
+    def _link(self, name):
+        return _named(self.chain.links, name, "link")
+
+    def _first(self, x1):
+        return x1 * self._scale[0]
+
+    def _second(self, x1, x2):
+        return x2 * (self._scale[0] * self._scale[0]) + x1 * self._scale[1]
+
+    def _velocity(self, point):
+        return tuple(map(self._first, point.v))
+
+    def _acceleration(self, point):
+        return tuple(map(self._second, point.v, point.a))
+
+    @cached_property
+    def _shape(self):
+        return np.broadcast_shapes(*(np.shape(x) for x in (*self._moving_in, *self._scale)))
+
+    @property
+    def _moving_in(self):
+        return self.q if isinstance(self.q, tuple) else (self.q,)
+
+    def _full(self, *components):
+        """Components as a result of the batch's shape, what does not move included."""
+        if any(is_symbolic(x) for x in (*components, *self._moving_in)):
+            return pack(*components) if len(components) > 1 else components[0]
+        components = [np.broadcast_to(x, self._shape) for x in components]
+        if len(components) > 1:
+            return np.stack(components, axis=-1)
+        return float(components[0]) if self._shape == () else components[0]
+
+
+def one_drive(linkage, q, q_dot, q_ddot, branch):
+    """The Motion of a linkage with one crank: the chain is solved in analogs."""
+    return Motion(linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot))
+
+
+def stretch(x, shape, part):
+    """The part of what is given for a flat batch; a number, or a pair of branches, is that of every part."""
+    return np.broadcast_to(x, shape).reshape(-1)[part] if isinstance(x, np.ndarray) else x
+
+
+def _named(table, name, what):
+    try:
+        return table[name]
+    except KeyError:
+        raise ValueError(f"no {what} {name!r}; the known ones are {', '.join(table)}") from None
+
+
+def _ratio(x, y):
+    if is_symbolic(x):
+        return x / y
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.divide(x, y)

@@ -1,0 +1,75 @@
+"""The verb `move`: a linkage at given crank angles, and what it says where no pose closes."""
+
+import math
+
+import numpy as np
+
+from .._backend import first_index, is_symbolic, sqrt
+from ..dyads import dot
+from ..errors import UnreachableError
+from .chain import Slot
+from .checks import check_branch, numbers
+from .limits import crank_range
+
+
+def move(linkage, q, q_dot=1.0, q_ddot=0.0, branch=None, unreachable="raise"):
+    """The motion of a linkage at crank angles q: Motion.
+
+    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2). q_dot, q_ddot: rad/s, rad/s^2, of the same shape
+    or one number. branch: +1 or -1, for the press a pair; None is the linkage's usual one. unreachable: "raise" an
+    UnreachableError that names the nearest allowed angle, or give "nan" there.
+    """
+    if unreachable not in ("raise", "nan"):
+        raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
+    branch = check_branch(linkage, branch)
+    motion = linkage.start(*(numbers(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))), branch)
+    if unreachable == "raise":
+        _refuse_open(motion)
+    return motion
+
+
+def _refuse_open(motion):
+    founds = (own.chain.found for _, own in motion.stretches())
+    if all(is_symbolic(found) or not np.any(found != found) for found in founds):
+        return
+    found = motion.chain.found
+    count, index = first_index(np.isnan(found))
+    where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
+    gap = max(float(np.broadcast_to(_gap(dyad), np.shape(found))[index]) for dyad in motion.chain.dyads)
+    at = [math.degrees(float(np.broadcast_to(q, np.shape(found))[index])) for q in motion._moving_in]
+    words = ", ".join(f"{angle:.9g}" for angle in at)
+    if len(at) > 1:
+        raise UnreachableError(
+            f"{where}unreachable: with the motors at {words} deg the bars cannot meet (gap {gap:.3g} m)",
+            gap,
+            index or None,
+        )
+    branch = motion.branch
+    if np.ndim(branch) == 1 and not isinstance(branch, tuple):
+        branch = int(np.broadcast_to(branch, np.shape(found))[index])
+    allowed = crank_range(motion.linkage, branch)
+    if not allowed.intervals:
+        raise UnreachableError(
+            f"{where}unreachable: on this branch no angle of the {motion.linkage.driven} closes (gap {gap:.3g} m)",
+            gap,
+            index or None,
+        )
+    nearest = allowed.nearest(math.radians(at[0]))
+    raise UnreachableError(
+        f"{where}unreachable: the {motion.linkage.driven} cannot stand at {words} deg (gap {gap:.3g} m); "
+        f"the nearest allowed angle is {math.degrees(nearest):.9g} deg; it may turn {allowed}",
+        gap,
+        index or None,
+    )
+
+
+def _gap(dyad):
+    """By how many metres a dyad's bars are too short or too long: negative where they meet, nan behind an open one."""
+    if isinstance(dyad, Slot):
+        return abs(dyad.offset) - sqrt(dot(dyad._span, dyad._span))
+    if hasattr(dyad, "guide"):
+        gap = abs(dyad.height) - dyad.r1
+    else:
+        span = sqrt(dyad.span_squared)
+        gap = np.maximum(span - (dyad.r1 + dyad.r2), abs(dyad.r1 - dyad.r2) - span)
+    return np.where(np.isnan(gap), -np.inf, gap)

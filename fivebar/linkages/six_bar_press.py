@@ -1,0 +1,118 @@
+"""The six-bar press of Wang, Chen and Deng 2019, with its equations corrected, and its two sets of lengths.
+
+Crank 2, coupler 3 and rocker 4 are a four-bar; bar 5 hangs from the joint of 3 and 4 and moves slider 6 on the vertical
+through the rocker's pivot. Origin at the crank's pivot; angles and x as in the paper; gravity, where there is any, is
+along +x. Errata: eq. 4 has L3^2 on its right; A and B of eq. 5 are exchanged; eq. 9 with its minus sign is the lower
+branch, on which theta5 = -arccos(...); eq. 20 is alpha3; eq. 21 has two wrong signs.
+"""
+
+import math
+from dataclasses import dataclass
+
+from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
+from .checks import finite, must_close, positive
+from .limits import four_bar_limits
+from .motion import Body, Chain, Link, one_drive
+
+START, SPEED = math.radians(160.24), math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
+GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
+
+
+@dataclass(frozen=True)
+class SixBarPress:
+    """Six-bar press: crank l2, coupler l3, rocker l4, bar l5 to the slider, pivots l11 apart in the direction theta11.
+
+    l12: distance of the line from which S6_down counts. Lengths in m, theta11 in rad, masses m2 to m6 in kg, inertias
+    j2 to j5 in kg m^2; centres of mass are at mid-link; j2 is not printed and counts only where the crank accelerates.
+    branch: (rocker, slider), +1 above and -1 below. Coordinates: "S6" of eq. 12, and "S6_down", the slider's height
+    above the line.
+    """
+
+    l2: float
+    l3: float
+    l4: float
+    l5: float
+    l11: float
+    l12: float
+    theta11: float
+    m2: float = 0.0
+    m3: float = 0.0
+    m4: float = 0.0
+    m5: float = 0.0
+    m6: float = 0.0
+    j2: float = 0.0
+    j3: float = 0.0
+    j4: float = 0.0
+    j5: float = 0.0
+
+    usual_branch = (-1, -1)
+    usual_start = START
+
+    def __post_init__(self):
+        positive(self, "l2", "l3", "l4", "l5", "l11", "l12")
+        finite(self, "theta11")
+        must_close("press", {name: getattr(self, name) for name in ("l2", "l3", "l4", "l11")})
+        for k in range(2, 7):
+            Body(getattr(self, f"m{k}"), getattr(self, f"j{k}", 0.0))
+
+    @property
+    def rocker_pivot(self):
+        return self.l11 * math.cos(self.theta11), self.l11 * math.sin(self.theta11)
+
+    def chain(self, q, branch):
+        a, crank, d = Fixed((0.0, 0.0)), Turned(Still(), q), Fixed(self.rocker_pivot)
+        b = Reach(a, crank, self.l2)
+        c, coupler, rocker = meet(b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line")
+        e, bar = slide(c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide")
+        links = {
+            "crank": Link(a, crank, self.l2, Body(self.m2, self.j2)),
+            "coupler": Link(b, coupler, self.l3, Body(self.m3, self.j3)),
+            "rocker": Link(d, rocker, self.l4, Body(self.m4, self.j4)),
+            "bar": Link(c, bar, self.l5, Body(self.m5, self.j5)),
+            "slider": Link(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
+        }
+        ways = {"S6": Along(e, d.p, (0.0, -1.0), self.l12), "S6_down": Along(e, d.p, (0.0, 1.0), self.l12)}
+        far = branch[1] * (self.l4 + self.l5)
+        points = {"A": a, "B": b, "C": c, "D": d, "E": e}
+        points |= {"G": Fixed((d.p[0], d.p[1] + 0.4 * far)), "H": Fixed((d.p[0], d.p[1] + 1.1 * far))}
+        points |= {"K": Reach(e, Still((0.0, 1.0)), -0.06 * self.l5), "L": Reach(e, Still((0.0, 1.0)), 0.06 * self.l5)}
+        bars = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E"), ("K", "L"))
+        return Chain(points, links, ways, (c.dyad, e.dyad), bars, ("A", "D", "G", "H"), ("A",), "C")
+
+    start = one_drive
+    driven = "crank"
+    title = "six-bar press"
+
+    def crank_limits(self, branch):
+        """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the guide."""
+        limits = four_bar_limits(self.theta11, self.l11, self.l2, self.l3, self.l4)
+        if self.l4 > self.l5:  # the rocker's end gets too far from the guide: a four-bar driven by its rocker
+            across = math.acos(self.l5 / self.l4)
+            for theta4 in (across, -across, math.pi - across, math.pi + across):
+                x, y = self.rocker_pivot
+                x, y = x + self.l4 * math.cos(theta4), y + self.l4 * math.sin(theta4)
+                square = x * x + y * y
+                cosine = (square + self.l2**2 - self.l3**2) / (2 * self.l2 * math.sqrt(square))
+                if abs(cosine) < 1:
+                    limits += [math.atan2(y, x) + math.acos(cosine), math.atan2(y, x) - math.acos(cosine)]
+        return limits
+
+
+_TABLE_1 = dict(
+    l3=0.54, l4=0.25, l5=0.4, l11=0.434, l12=0.65, theta11=math.radians(11.0), m2=0.037, m3=0.213, m4=0.1, m5=0.158,
+    m6=0.139, j3=5.27e-3, j4=5.42e-4, j5=2.17e-3,
+)  # fmt: skip
+
+PRINTED = SixBarPress(l2=0.202, **_TABLE_1)
+REPAIRED = SixBarPress(l2=0.052, **_TABLE_1)
+PRESSES = {
+    "repaired": (
+        REPAIRED,
+        "Wang, Chen and Deng 2019, Table 1, with the crank of 52 mm in place of 202 mm (our repair: it turns, and its "
+        "folded dead centre is at the printed initial angle of 160.24 deg)",
+    ),
+    "printed": (
+        PRINTED,
+        "Wang, Chen and Deng 2019, Table 1 as printed: its crank of 202 mm cannot turn (202 + 540 > 434 + 250 mm)",
+    ),
+}

@@ -1,0 +1,164 @@
+"""The slider-crank with offset: any of its four links held, on either branch."""
+
+import math
+from dataclasses import dataclass
+
+from .._backend import EPS
+from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
+from .checks import finite, positive
+from .limits import ends_of, guide_limits
+from .motion import Body, Chain, Link, one_drive
+
+HELD = {
+    "guide": "the slider-crank of engines and pumps; the crank is driven",
+    "crank": "the quick return of Whitworth and the rotary engine; the rod is driven, the guide turns",
+    "rod": "the oscillating cylinder; the crank is driven, the guide swings through a swivelling block",
+    "slider": "the hand pump; the rod is driven, the guide slides",
+}
+
+
+@dataclass(frozen=True)
+class SliderCrank:
+    """Slider-crank O A B: crank OA, rod AB, slider B on the guide that passes O at `offset` to the left, all in m.
+
+    held: the link that does not move: "guide", "crank", "rod" or "slider". branch +1: the slider is ahead along the
+    guide of the rod's other end (guide held), of O (crank or rod held); with the slider held, O is ahead of A.
+    Raises ValueError for lengths that cannot close.
+    """
+
+    crank: float
+    rod: float
+    offset: float = 0.0
+    held: str = "guide"
+    crank_body: Body = Body()
+    rod_body: Body = Body()
+    slider_body: Body = Body()
+    guide_body: Body = Body()
+
+    usual_branch = 1
+
+    def __post_init__(self):
+        positive(self, "crank", "rod")
+        finite(self, "offset")
+        if self.held not in HELD:
+            raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
+        if abs(self.offset) > self.crank + self.rod:
+            raise ValueError(
+                f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than crank + rod = "
+                f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"
+            )
+
+    def chain(self, q, branch):
+        return (self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide)(q, branch)
+
+    start = one_drive
+
+    @property
+    def flats(self):
+        """Angles of the driven link, rad, at which the dyad is singular without being a limit."""
+        tolerance = 8 * EPS * (self.crank + self.rod)
+        if self.held in ("guide", "slider"):
+            driven, bar, e = (
+                (self.crank, self.rod, self.offset) if self.held == "guide" else (self.rod, self.crank, -self.offset)
+            )
+            return [side * math.pi / 2 for side in (1, -1) if abs(abs(e - side * driven) - bar) <= tolerance]
+        if abs(abs(self.crank - self.rod) - abs(self.offset)) <= tolerance:
+            return [math.pi if self.held == "crank" else 0.0]
+        return []
+
+    @property
+    def title(self):
+        return f"slider-crank, {self.held} held"
+
+    @property
+    def driven(self):
+        """The name of the driven link."""
+        return "crank" if self.held in ("guide", "rod") else "rod"
+
+    def _on_fixed_guide(self, q, branch):
+        """RRP; with the slider held its guide moves along itself, so that O is what slides."""
+        base, heading, length = Fixed((0.0, 0.0)), Turned(Still(), q), self.crank + self.rod + abs(self.offset)
+        if self.held == "guide":
+            a = Reach(base, heading, self.crank)
+            b, rod = slide(a, (0.0, self.offset), (1.0, 0.0), self.rod, branch, "the rod is perpendicular to the guide")
+            ends = {"G": Fixed((-0.3 * length, self.offset)), "H": Fixed((length, self.offset))}
+            points = {"O": base, "A": a, "B": b, **ends, **_block(b, Still(), length)}
+            links = {
+                "crank": Link(base, heading, self.crank, self.crank_body),
+                "rod": Link(a, rod, self.rod, self.rod_body),
+            }
+            links |= {"slider": Link(b, Still(), 0.0, self.slider_body)}
+            way = Along(b, (0.0, self.offset), (1.0, 0.0))
+            return Chain(
+                points,
+                links,
+                {"slide": way},
+                (b.dyad,),
+                (("O", "A"), ("A", "B"), ("K", "L")),
+                ("O", "G", "H"),
+                ("O",),
+                "B",
+            )
+        a = Reach(base, heading, self.rod)
+        o, crank = slide(
+            a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, "the crank is perpendicular to the guide"
+        )
+        ends = {"G": Reach(o, Still(), -0.3 * length, self.offset), "H": Reach(o, Still(), length, self.offset)}
+        points = {"B": base, "A": a, "O": o, **ends}
+        links = {
+            "rod": Link(base, heading, self.rod, self.rod_body),
+            "crank": Link(a, crank, self.crank, self.crank_body),
+        }
+        links |= {"guide": Link(o, Still(), 0.0, self.guide_body)}
+        way = Along(o, (0.0, -self.offset), (-1.0, 0.0))
+        bars = (("B", "A"), ("A", "O"), ("G", "H")) + ((("O", "G"),) if self.offset else ())
+        return Chain(points, links, {"slide": way}, (o.dyad,), bars, ("B",), ("B",), "O")
+
+    def _on_turning_guide(self, q, branch):
+        """RPR: the guide turns about O and passes the block's pin B at the offset."""
+        heading, length = Turned(Still(), q), self.crank + self.rod + abs(self.offset)
+        base = Fixed((0.0, 0.0))
+        if self.held == "crank":
+            o, a, moving = base, Fixed((self.crank, 0.0)), "rod"
+            b = Reach(a, heading, self.rod)
+            links = {"rod": Link(a, heading, self.rod, self.rod_body)}
+        else:
+            a, b, moving = base, Fixed((self.rod, 0.0)), "crank"
+            o = Reach(a, heading, self.crank)
+            links = {"crank": Link(a, heading, self.crank, self.crank_body)}
+        guide = Slot(o, b, self.offset, branch)
+        ends = {"G": Reach(o, guide, -0.3 * length, self.offset), "H": Reach(o, guide, length, self.offset)}
+        points = {"O": o, "A": a, "B": b, **ends, **_block(b, guide, length)}
+        # Block and guide turn as one; the block's own centre is its pin.
+        links |= {"guide": Link(o, guide, 0.0, self.guide_body), "slider": Link(b, guide, 0.0, self.slider_body)}
+        driven = ("A", "B") if moving == "rod" else ("A", "O")
+        bars = (driven, ("G", "H"), ("K", "L")) + ((("O", "G"),) if self.offset else ())
+        grounded = ("A", "O") if moving == "rod" else ("A", "B")
+        traced = "B" if moving == "rod" else "H"
+        return Chain(points, links, {"slide": _Slide(guide)}, (guide,), bars, grounded, ("A",), traced)
+
+    def crank_limits(self, branch):
+        """Angles of the driven link, rad, at which the dyad is singular."""
+        if self.held == "guide":
+            return guide_limits(self.crank, self.rod, self.offset)
+        if self.held == "slider":
+            return guide_limits(self.rod, self.crank, -self.offset)
+        # |OB|^2 = (crank - rod)^2 + 2 crank rod (1 + cos q) with the crank held, - cos q with the rod held: >= offset^2
+        near = (self.offset**2 - (self.crank - self.rod) ** 2) / (2 * self.crank * self.rod)
+        return ends_of(math.pi if self.held == "crank" else 0.0, near, 0.0)
+
+
+class _Slide:
+    """The block's way along a turning guide as a coordinate."""
+
+    def __init__(self, guide):
+        self.guide = guide
+
+    p = property(lambda self: self.guide.slide)
+    v = property(lambda self: self.guide.slide_rate)
+    a = property(lambda self: self.guide.slide_acceleration)
+
+
+def _block(pin, heading, length):
+    """The ends of a sliding block, for pictures."""
+    return {"K": Reach(pin, heading, -0.06 * length), "L": Reach(pin, heading, 0.06 * length)}
