@@ -8,7 +8,7 @@ import pytest
 from tests.benchmarks import engine, singularities, speed
 
 
-@pytest.mark.parametrize("benchmark, figures", [(speed, 5), (engine, 5), (singularities, 4)])
+@pytest.mark.parametrize("benchmark, figures", [(speed, 6), (engine, 5), (singularities, 4)])
 def test_a_benchmark_runs(benchmark, figures, capsys, tmp_path, monkeypatch):
     if shutil.which("cc") is None and not os.environ.get("CI"):
         pytest.skip("no C compiler")

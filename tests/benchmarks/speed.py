@@ -96,6 +96,15 @@ def auto_against_joint(repeats):
     return seconds(run(calm, "auto"), repeats) / joint, seconds(run(wild, "auto"), repeats) / joint
 
 
+def press(n, repeats):
+    """Seconds for n crank angles of the six-bar press, positions to driving torque."""
+    from fivebar.linkages import GRAVITY, REPAIRED, driving_torque, move
+    from fivebar.linkages.six_bar_press import SPEED
+
+    angles = np.linspace(0, 20, n)
+    return seconds(lambda: driving_torque(move(REPAIRED, angles, SPEED), {"E": (0.0, 1e5)}, GRAVITY), repeats)
+
+
 def main(quick=False):
     """Print every ratio with its bound."""
     n, repeats = (10**4, 1) if quick else (10**6, 9)
@@ -105,6 +114,7 @@ def main(quick=False):
         (f"dgm of {n} poses, NumPy : C -O3 (they differ by {difference:.1e} m)", ratio, 2.5),
         ("import fivebar : import numpy", import_ratio(repeats), 1.3),
         ("task 1 of 2 s simulated, ms", 1e3 * task_1(repeats), 50),
+        (f"press torque at {n // 10} crank angles, ms", 1e3 * press(n // 10, repeats), 60),
         ('step in chart "auto" : "joint", regular motion', calm, 1.5),
         ('step in chart "auto" : "joint", free motion through singularities', wild, 1.5),
     ):
