@@ -6,6 +6,18 @@ from dataclasses import dataclass, fields
 from .dyads import Crank
 
 
+def must_close(what, lengths):
+    """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
+    longest = max(lengths, key=lengths.get)
+    others = [name for name in lengths if name != longest]
+    total = sum(lengths[name] for name in others)
+    if lengths[longest] > total:
+        raise ValueError(
+            f"this {what} can never close: {longest} = {lengths[longest]:g} m is longer than "
+            f"{' + '.join(others)} = {total:g} m, by {lengths[longest] - total:.6g} m"
+        )
+
+
 @dataclass(frozen=True)
 class FiveBar:
     """Planar five-bar robot 2-RRR with motors at the base joints (-d/2, 0) and (d/2, 0).
@@ -35,15 +47,7 @@ class FiveBar:
             if not math.isfinite(number) or number < 0 or (is_bar and number == 0):
                 raise ValueError(f"{f.name} must be finite and {'> 0' if is_bar else '>= 0'}, not {number:g}")
             object.__setattr__(self, f.name, number)
-        lengths = {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")}
-        longest = max(lengths, key=lengths.get)
-        others = [name for name in lengths if name != longest]
-        total = sum(lengths[name] for name in others)
-        if lengths[longest] > total:
-            raise ValueError(
-                f"this robot can never close: {longest} = {lengths[longest]:g} m is longer than "
-                f"{' + '.join(others)} = {total:g} m"
-            )
+        must_close("robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")})
 
     @property
     def drives(self):

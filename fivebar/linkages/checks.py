@@ -57,15 +57,3 @@ def _number(name, value):
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
         raise ValueError(f"{name} must be a number, not {value!r}")
     return float(value)
-
-
-def must_close(what, lengths):
-    """Refuse sides of a closed chain of which one is longer than all others together."""
-    longest = max(lengths, key=lengths.get)
-    others = [name for name in lengths if name != longest]
-    total = sum(lengths[name] for name in others)
-    if lengths[longest] > total:
-        raise ValueError(
-            f"this {what} can never close: {longest} = {lengths[longest]:g} m is longer than "
-            f"{' + '.join(others)} = {total:g} m, by {lengths[longest] - total:.6g} m"
-        )
