@@ -112,6 +112,10 @@ class Buffered:
         for k, array in enumerate(self.outputs):
             self._buffer.set_res(k, memoryview(array))
 
+    def stats(self):
+        """CasADi's word on the last call, e.g. of a solver."""
+        return self._buffer.stats()
+
     def __call__(self, *inputs):
         for slot, value in zip(self._inputs, inputs):
             slot[...] = value

@@ -43,7 +43,8 @@ class Run:
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
     energy (n,) J, kinetic; xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or
-    None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was given a tolerance.
+    None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was given a tolerance;
+    log: what the controller has in its own `log`, as a Tracker, or None.
     """
 
     robot: FiveBar
@@ -58,6 +59,7 @@ class Run:
     control: Control | None = None
     events: tuple = ()
     step_error: float | None = None
+    log: object | None = None
 
     @cached_property
     def error(self):

@@ -56,7 +56,8 @@ def simulate(
         # Where a step has jumped, that is the cause of whatever came after it.
         plant.refuse_jumps()
     control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
-    return assemble(robot, reference, grid.step, *plant.history(), control, torque_limit)
+    log = getattr(controller, "log", None)
+    return assemble(robot, reference, grid.step, *plant.history(), control, torque_limit, log)
 
 
 def _refined(tolerance, step, *loop, **options):
@@ -157,13 +158,13 @@ class _Loop:
         return applied
 
 
-def assemble(robot, reference, step, rows, torques, control, torque_limit):
+def assemble(robot, reference, step, rows, torques, control, torque_limit, log=None):
     """The Run of observations (n + 1, columns) and the torques (n, 2) held between them."""
     t = np.arange(len(rows)) * step
     return Run(
         robot=robot, t=t, q=np.unwrap(rows[:, Q], axis=0), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
         tau=np.vstack([torques, torques[-1]]), xi_ref=None if reference is None else reference(t)[0],
-        torque_limit=torque_limit, control=control, events=_events(t, rows),
+        torque_limit=torque_limit, control=control, events=_events(t, rows), log=log,
     )  # fmt: skip
 
 

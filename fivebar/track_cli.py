@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .control import ComputedTorque
+from .control import PD, ComputedTorque
 from .errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 from .robots import FiveBar
@@ -15,6 +15,7 @@ from .trajectory import from_csv, line
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
+GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
 
 
 def add_parsers(commands):
@@ -29,14 +30,23 @@ def add_parsers(commands):
     )
     demo.set_defaults(run=_demo)
 
-    track = commands.add_parser("track", help="track a path with computed torque")
+    track = commands.add_parser("track", help="track a path; or compare controllers on one of the shipped cases")
     path = track.add_argument_group("path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s")
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
     path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
     path.add_argument("--to", dest="goal", nargs=2, type=float, metavar=("X", "Y"))
     path.add_argument("--duration", type=float, metavar="S")
-    track.add_argument("--kp", type=float, default=KP, help="1/s^2 (default: %(default)g)")
-    track.add_argument("--kd", type=float, default=KD, help="1/s (default: %(default)g)")
+    path.add_argument(
+        "--case", help="compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing"
+    )
+    track.add_argument(
+        "--controller",
+        choices=GAINS,
+        default="ctc",
+        help="computed torque, PD, or model-predictive (default: %(default)s)",
+    )
+    track.add_argument("--kp", type=float, help="of ctc in 1/s^2 (default: 100), of pd in N m/rad (default: 0.4)")
+    track.add_argument("--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (default: 0.08)")
     track.add_argument(
         "--period", type=float, default=0.01, metavar="S", help="of the controller (default: %(default)g)"
     )
@@ -57,13 +67,15 @@ def _demo(arguments):
 
 
 def _track(arguments):
+    if arguments.case is not None:
+        return _compare(arguments)
     robot, reference = chosen_robot(arguments), _reference(arguments)
     for name in ("period", "torque_limit"):
         value = getattr(arguments, name)
         if value is not None and not 0 < value < float("inf"):
             raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
     try:
-        controller = ComputedTorque(robot, arguments.kp, arguments.kd)
+        controller = _controller(arguments, robot)
     except ValueError as error:
         raise UsageError(error) from None
     figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit)
@@ -73,6 +85,45 @@ def _track(arguments):
     else:
         _print_table(figures)
         print(*files, sep="\n", end="\n" if files else "")
+
+
+def _controller(arguments, robot):
+    given = arguments.kp, arguments.kd
+    if arguments.controller == "mpc":
+        if given != (None, None):
+            raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
+        from .tracker import Tracker
+
+        return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit)
+    kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
+    gains = (usual if gain is None else gain for gain, usual in zip(given, GAINS[arguments.controller]))
+    return kind(robot, *gains)
+
+
+def _compare(arguments):
+    """Computed torque at two gains and the tracker on one case: table, picture, and the runs."""
+    from .cases import CASES, case, run_case
+    from .comparison import compare
+
+    if arguments.case not in CASES:
+        raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
+    if arguments.csv or arguments.start or arguments.goal:
+        raise UsageError("--case brings its own path")
+    runs = run_case(arguments.case)
+    comparison, files = compare(runs), []
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        files = [arguments.out / "comparison.png", *(arguments.out / f"{name}.csv" for name in runs)]
+        comparison.plot(files[0])
+        for file, run in zip(files[1:], runs.values()):
+            run.to_csv(file)
+    if arguments.json:
+        figures = {name: {k: None if v != v else v for k, v in row.items()} for name, row in comparison.figures.items()}
+        print(json.dumps({"case": arguments.case, "controllers": figures, "files": list(map(str, files))}, indent=2))
+        return
+    print(case(arguments.case).title)
+    print(comparison)
+    print(*files, sep="\n", end="\n" if files else "")
 
 
 def _reference(arguments):

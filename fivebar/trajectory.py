@@ -58,14 +58,16 @@ def polynomial(conditions):
         raise ValueError("polynomial: these conditions do not determine a polynomial (a position is missing?)")
     coefficients = np.linalg.solve(rows, np.array(values))
     # One table for position, velocity and acceleration: they are evaluated together.
-    table = np.zeros((max(degree + 1, 2), 6))
+    table = np.zeros((degree + 1, 6))
     for order in range(3):
         column = derivatives[order] @ coefficients / half**order
         table[: len(column), 2 * order : 2 * order + 2] = column
 
+    orders = np.arange(len(table))
+
     def motion(t):
-        s = (t - times[0]) / half - 1
-        return np.moveaxis(chebyshev.chebval(s, table), 0, -1)
+        angle = np.arccos(np.clip((t - times[0]) / half - 1, -1, 1))
+        return np.cos(np.multiply.outer(angle, orders)) @ table  # T_k(cos a) = cos k a
 
     return Trajectory(float(times[0]), float(times[-1] - times[0]), motion)
 

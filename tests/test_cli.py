@@ -67,6 +67,9 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["map", "--nodes", "10000000"], 2, "memory"),
         (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
         ([*LINE, "--kp", "1e7"], 1, "too fast for steps"),
+        ([*LINE, "--controller", "mpc", "--kp", "9"], 2, "mpc has none"),
+        (["track", "--case", "storm"], 2, "no case 'storm'; the known ones are task-1, torque-limit"),
+        ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
     ],
 )
 def test_failures_are_one_line(argv, code, message, capsys):
@@ -110,3 +113,18 @@ def test_as_a_program():
     done = subprocess.run([sys.executable, "-m", "fivebar", *LINE], capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == "" and "peak torque" in done.stdout
     assert subprocess.run([sys.executable, "-m", "fivebar"], capture_output=True).returncode == 2
+
+
+def test_controllers_and_cases(tmp_path, capsys):
+    errors = {}
+    for controller in ("ctc", "pd", "mpc"):
+        assert main([*LINE, "--controller", controller, "--json"]) == 0
+        errors[controller] = json.loads(capsys.readouterr().out)["rms_error_m"]
+    assert errors["mpc"] < errors["ctc"] < errors["pd"]
+    assert main(["track", "--case", "mass", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "task 1, mass 20 % larger than known" in printed and "ctc-stiff" in printed
+    assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "ctc.csv", "ctc-stiff.csv", "mpc.csv"}
+    assert main(["track", "--case", "task-1", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)["controllers"]
+    assert figures["mpc"]["fallbacks"] == 0 and figures["ctc"]["median_solve_s"] is None
