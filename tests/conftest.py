@@ -1,6 +1,8 @@
 """What several test files draw from: the source's reference numbers, robots and poses."""
 
 import json
+import os
+import shutil
 from pathlib import Path
 
 import hypothesis
@@ -35,3 +37,12 @@ def reachable(robot):
     pose = fb.igm(robot, xi, working, unreachable="nan")
     good = (np.abs(np.stack([*pose._serial, pose._parallel])) > 0.05).all(axis=0)
     return xi[good][:500], working[good][:500]
+
+
+@pytest.fixture
+def compiler(tmp_path, monkeypatch):
+    """A C compiler, with a cache of its own; without one a skip that says so, but a failure in CI."""
+    if shutil.which("cc") is None and shutil.which("gcc") is None:
+        (pytest.fail if os.environ.get("CI") else pytest.skip)("no C compiler (cc, gcc)")
+    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"

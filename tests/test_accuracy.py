@@ -138,7 +138,8 @@ def test_single_poses(start):
 @pytest.mark.parametrize("symbols", ("SX", "MX"))
 @pytest.mark.parametrize("start", STARTS)
 def test_casadi(start, symbols):
-    casadi = pytest.importorskip("casadi")
+    import casadi
+
     robots, p = poses()
     modes = p[MODES[start]].reshape(-1, ROBOTS, POSES)
     for k in (0, 1, 4, 5):  # two with equal bars, two with unequal ones

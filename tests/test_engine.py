@@ -41,7 +41,7 @@ def test_poses_cost_no_velocity_and_no_dynamics():
 OUTPUTS = ["xi", "q_passive", "A", "B", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "q_ddot", "xi_ddot"]
 
 
-def test_compiled_models_equal_numpy(cache):
+def test_compiled_models_equal_numpy(compiler):
     """10^5 poses of 8 robots, a third close to a singularity: within 16 eps kappa |f|, kappa from the oracle."""
     count = 12500
     robots, p = oracle.draw_all(8, count, 3)
@@ -95,31 +95,31 @@ def test_batches_of_one_and_bad_shapes():
             batch(function, bad)
 
 
-def test_machine_code_is_kept_and_a_damaged_library_is_built_again(cache):
+def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
     def compiled():
         return fb.compile(ROBOT, ["q"], ["xi"], jit=True)
 
     first = compiled()
-    (folder,) = cache.iterdir()
+    (folder,) = compiler.iterdir()
     before = (folder / "model.so").stat().st_mtime_ns
     assert compiled()((0, 0)).full().ravel() == pytest.approx(first((0, 0)).full().ravel())
     assert (folder / "model.so").stat().st_mtime_ns == before
-    damaged = cache / "damaged"  # a new file: the old one is still in use by this process
+    damaged = compiler / "damaged"  # a new file: the old one is still in use by this process
     damaged.write_bytes((folder / "model.so").read_bytes()[:1000])
     damaged.replace(folder / "model.so")
     assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
-    assert [path.name for path in cache.iterdir()] == [folder.name]
+    assert [path.name for path in compiler.iterdir()] == [folder.name]
 
 
 def _build(_):
     return fb.compile(fb.FiveBar(m=0.77), ["q", "q_dot"], ["M"], jit=True)((0, 0), (0, 0)).full().tolist()
 
 
-def test_processes_that_build_at_once_do_not_meet(cache):
+def test_processes_that_build_at_once_do_not_meet(compiler):
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         results = pool.map(_build, range(6), chunksize=1)
     assert all(result == results[0] for result in results)
-    assert len(list(cache.iterdir())) == 1
+    assert len(list(compiler.iterdir())) == 1
 
 
 def test_without_a_compiler_it_says_so(cache, monkeypatch):
@@ -200,7 +200,7 @@ def test_a_compiled_loop_is_the_python_loop(controller, chart, options):
             np.testing.assert_allclose(ours, theirs, atol=1e-13)
 
 
-def test_many_runs_in_several_calls(cache, capsys):
+def test_many_runs_in_several_calls(compiler):
     rng = np.random.default_rng(2)
     starts = fb.ikm(fb.igm(ROBOT, TASK_1(0.0)[0] + rng.normal(scale=1e-3, size=(70, 2))), (0.0, 0.0))
     controller = fb.ComputedTorque(ROBOT, 100, 20)

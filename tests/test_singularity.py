@@ -98,7 +98,8 @@ def test_types():
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("working", (None, (-1, -1), (1, -1)))
 def test_locus_distance_against_dense_sampling(robot, working):
-    spatial = pytest.importorskip("scipy.spatial")
+    from scipy import spatial
+
     reach = max(robot.l11 + robot.l12, robot.l21 + robot.l22)
     xi = np.random.default_rng(2).uniform(-1.2 * reach, 1.2 * reach, (40, 5, 2))
     distance, kind = locus_distance(robot, xi, working)
@@ -165,7 +166,8 @@ def test_bad_input():
         locus_distance(fb.FiveBar(), (0.0, 0.0), working=(1, 1, 1))
     with pytest.raises(ValueError, match="xi must be finite"):
         locus_distance(fb.FiveBar(), (np.nan, 0.0))
-    casadi = pytest.importorskip("casadi")
+    import casadi
+
     symbolic = fb.dgm(fb.FiveBar(), casadi.SX.sym("q", 2))
     with pytest.raises(TypeError, match="not CasADi symbols"):
         singularity_margins(symbolic)

@@ -1,6 +1,5 @@
 """The model-predictive tracker: its derivatives, its QP and the check of it, and what it does in closed loop."""
 
-import shutil
 import subprocess
 import sys
 
@@ -410,15 +409,12 @@ def test_casadi_comes_with_the_first_tracker():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "False\n"
 
 
-@pytest.mark.skipif(shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler")
-def test_compiled_is_the_same(tmp_path, monkeypatch):
-    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path))
+def test_compiled_is_the_same(compiler):
     runs = [fb.simulate(ROBOT, Tracker(ROBOT, jit=jit), TASK_1, duration=0.5) for jit in (False, True)]
     np.testing.assert_allclose(runs[0].tau, runs[1].tau, atol=1e-9)
 
 
-def test_benchmark_runs(tmp_path, monkeypatch, capfd):
-    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path))
+def test_benchmark_runs(compiler, capfd):
     qp_solvers.main(quick=True)
     rows = [line.split() for line in capfd.readouterr().out.splitlines() if line.startswith("daqp condensed")]
     assert len(rows) == 3 and all(row[5:7] == ["0", "0"] for row in rows)  # none failed, none silently
