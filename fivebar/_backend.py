@@ -85,7 +85,10 @@ def unpack(v, name):
         if v.numel() != 2:
             raise ValueError(f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}")
         return v[0], v[1]
-    array = np.asarray(v, dtype=float)
+    try:
+        array = np.asarray(v, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be real numbers of shape (2,) or (*batch, 2), not {v!r}") from None
     if array.ndim == 0 or array.shape[-1] != 2:
         raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {array.shape}")
     if array.ndim == 1:
@@ -97,6 +100,18 @@ def unpack(v, name):
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must be finite, but {name}[{', '.join(map(str, index))}] is {array[index]}")
     return np.ascontiguousarray(array[..., 0]), np.ascontiguousarray(array[..., 1])
+
+
+def unpack_for(known, v, name):
+    """`unpack` for a value that goes with `known`, a component of what it is added to: their batches must fit."""
+    components = unpack(v, name)
+    if isinstance(known, np.ndarray) and isinstance(components[0], np.ndarray):
+        try:
+            np.broadcast_shapes(known.shape, components[0].shape)
+        except ValueError:
+            shape = (*components[0].shape, 2)
+            raise ValueError(f"{name} of shape {shape} does not fit a batch of poses of shape {known.shape}") from None
+    return components
 
 
 def pack(*components):

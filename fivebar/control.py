@@ -33,6 +33,8 @@ class _JointController:
 
     def target(self, t, reference) -> Accelerations:
         """The reference in joint coordinates, at one time or many."""
+        if reference is None:
+            raise ValueError(f"{type(self).__name__} needs a reference to track")
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
@@ -76,7 +78,7 @@ class FeedForward(_JointController):
     ahead: float = 0.005
 
     def __call__(self, t, q, q_dot, reference):
-        if not hasattr(reference, "tau"):
+        if reference is None or not hasattr(reference, "tau"):
             raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
         xi, xi_dot, _ = reference(t)
         target = ikm(igm(self.robot, xi, self.working), xi_dot)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._backend import is_symbolic, pack, pack_matrix, unpack
+from ._backend import is_symbolic, pack, pack_matrix, unpack_for
 from .dyads import SINGULAR, dot
 from .errors import SingularityError
 from .kinematics import Accelerations, refuse_parallel
@@ -60,7 +60,7 @@ def forward_dynamics(rates, tau):
     for name, z in zip(("zz1", "zz2"), pose.robot.inertias):
         if z == 0:
             raise ValueError(f"forward_dynamics needs {name} > 0: its torque has nothing to accelerate")
-    tau = unpack(tau, "tau")
+    tau = unpack_for(rates._xi_dot[0], tau, "tau")
     u1, u2 = pose._distal
     b1, b2 = pose._b
     z1, z2 = pose.robot.inertias

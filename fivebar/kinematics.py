@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ._backend import first_index, is_symbolic, pack, unpack
+from ._backend import first_index, is_symbolic, pack, unpack_for
 from .dyads import SINGULAR, Crank, cross, dot
 from .errors import SingularityError
 from .geometry import Pose, ReachedLeg
@@ -131,7 +131,7 @@ def dkm(pose, q_dot):
 
     q_dot: (*batch, 2) rad/s. Gives Rates. SingularityError where A is singular (Type 2).
     """
-    q_dot = unpack(q_dot, "q_dot")
+    q_dot = unpack_for(pose._xi[0], q_dot, "q_dot")
     return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose._b, q_dot)), "dkm"))
 
 
@@ -140,7 +140,7 @@ def ikm(pose, xi_dot):
 
     xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
     """
-    xi_dot = unpack(xi_dot, "xi_dot")
+    xi_dot = unpack_for(pose._xi[0], xi_dot, "xi_dot")
     return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot, _from_task=True)
 
 
@@ -149,7 +149,7 @@ def dkm2(rates, q_ddot):
 
     q_ddot: (*batch, 2) rad/s^2. Gives Accelerations. SingularityError where A is singular (Type 2).
     """
-    q_ddot = unpack(q_ddot, "q_ddot")
+    q_ddot = unpack_for(rates._xi_dot[0], q_ddot, "q_ddot")
     along = tuple(b * q + d for b, q, d in zip(rates.pose._b, q_ddot, rates._bias))
     return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
 
@@ -159,7 +159,7 @@ def ikm2(rates, xi_ddot):
 
     xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
     """
-    xi_ddot = unpack(xi_ddot, "xi_ddot")
+    xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
     along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose._distal, rates._bias))
     return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
 

@@ -19,6 +19,8 @@ class Plant:
     """The robot in motion: chart, state and modes now, and what was observed so far, a row at each step."""
 
     def __init__(self, robot, charts, method, step, block, start):
+        if start.pose.robot != robot:
+            raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
         if start.q_dot.shape != (2,) or start.xi_dot.shape != (2,):
             raise ValueError("start must be the Rates of a single pose")
         if not (np.isfinite(start.xi_dot).all() and np.isfinite(start.q_dot).all()):

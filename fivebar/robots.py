@@ -40,7 +40,7 @@ class FiveBar:
         for f in fields(self):
             value = getattr(self, f.name)
             try:
-                number = float(value)
+                number = math.nan if isinstance(value, bool) else float(value)
             except (TypeError, ValueError):
                 raise ValueError(f"{f.name} must be a number, not {value!r}") from None
             is_bar = f.name.startswith("l")

@@ -18,6 +18,7 @@ MASSLESS = fb.FiveBar(zz1=0, zz2=0.002, m=0.5)
         (dict(m=float("nan")), "m must be finite"),
         (dict(zz1=-1e-9), "zz1 must be finite and >= 0"),
         (dict(l12="long"), "l12 must be a number, not 'long'"),
+        (dict(l12=True), "l12 must be finite and > 0"),
         (dict(d=0.37), r"can never close: d = 0.37 m is longer than l11 \+ l12 \+ l21 \+ l22 = 0.36 m"),
         (dict(l12=0.4), r"can never close: l12 = 0.4 m is longer than l11 \+ l21 \+ l22 \+ d = 0.388 m"),
     ],
@@ -130,6 +131,13 @@ def test_what_zero_inertia_and_mass_leave_defined():
         (lambda: fb.dgm(AMORO, np.zeros((3, 2)), assembly=[1, 1]), r"assembly of shape \(2,\) does not fit.*\(3,\)"),
         (lambda: fb.dgm(AMORO, (0, 0), unreachable="ignore"), 'unreachable must be "raise" or "nan"'),
         (lambda: fb.dkm(fb.dgm(AMORO, (0, 0)), (np.nan, 0)), "q_dot must be finite"),
+        (lambda: fb.dgm(AMORO, "ab"), "q must be real numbers of shape"),
+        (lambda: fb.dgm(AMORO, [[1], [1, 2]]), "q must be real numbers of shape"),
+        (lambda: fb.igm(AMORO, (0.1j, 0)), "xi must be real numbers"),
+        (
+            lambda: fb.dkm(fb.dgm(AMORO, np.zeros((3, 2))), np.zeros((4, 2))),
+            r"q_dot of shape \(4, 2\) does not fit a batch of poses of shape \(3,\)",
+        ),
     ],
 )
 def test_wrong_arguments(call, message):

@@ -155,6 +155,10 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(controller=lambda *_: (np.nan, 0)), r"the controller's torque is \[nan, 0.0\] N m at t = 0 s"),
         (dict(reference=None), "needs a duration"),
         (dict(controller=lambda *_: (1e8, -1e8)), "too fast for steps of 0.001 s"),
+        (dict(reference=None, duration=0.1), "ComputedTorque needs a reference to track"),
+        (dict(controller=fb.FeedForward(ROBOT, 1, 1)), "FeedForward needs a Plan as the reference"),
+        (dict(start=fb.dkm(fb.dgm(fb.FiveBar(d=0.1), (0, 0)), (0, 0))), "start is of another robot"),
+        (dict(start=fb.dkm(fb.dgm(ROBOT, np.zeros((3, 2))), (0, 0))), "start must be the Rates of a single pose"),
     ],
 )
 def test_bad_simulations(options, message):
