@@ -33,20 +33,18 @@ def simulate_many(
     if starts.q_dot.ndim != 2:
         raise ValueError(f"starts must be the Rates of a batch (n,): q_dot (n, 2), not {starts.q_dot.shape}")
     periods = -(-grid.steps // grid.block)
-    loop = _loop(robot, controller, chart, method, grid.step, grid.block, periods, torque_limit, delay)
+    loop = robot, controller, chart, method, grid.step, grid.block, periods, torque_limit, delay
     times = np.arange(periods) * (grid.block * grid.step)
     target = controller.target(times, reference)
     targets = np.hstack([target.rates.pose.q, target.rates.q_dot, target.q_ddot])
     from tqdm import tqdm
 
     states, modes = _initial(chart, starts)
-    call, runs = {}, []
+    runs = []
     for first in tqdm(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", disable=len(states) <= TOGETHER):
         state, mode = states[first : first + TOGETHER], modes[first : first + TOGETHER]
         count = len(state)
-        if count not in call:
-            call[count] = Buffered(compiled(loop.map(count) if count > 1 else loop, jit))
-        outputs = call[count](state.squeeze(), np.tile(targets, (count, 1)), mode.squeeze())
+        outputs = _call(count, jit, *loop)(state.squeeze(), np.tile(targets, (count, 1)), mode.squeeze())
         parts = [part.reshape(count, -1, columns) for part, columns in zip(outputs, (COLUMNS, COLUMNS, 4))]
         for k, (rows, last, torques) in enumerate(zip(*parts)):
             rows = np.vstack([rows, last])[: grid.steps + 1]
@@ -71,6 +69,13 @@ def _initial(chart, starts):
     """States (n, 4) and modes (n, 2) of a batch in a chart."""
     c, c_dot, modes = chart.coordinates(starts)
     return np.stack(np.broadcast_arrays(*c, *c_dot), axis=-1), np.stack(np.broadcast_arrays(*modes), axis=-1)
+
+
+@lru_cache(maxsize=4)
+def _call(count, jit, *loop):
+    """`count` loops at once, with their memory, which costs as much as some steps."""
+    function = _loop(*loop)
+    return Buffered(compiled(function.map(count) if count > 1 else function, jit))
 
 
 @lru_cache(maxsize=16)
