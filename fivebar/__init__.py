@@ -44,7 +44,12 @@ _LATER = {
 }
 
 
+_PARTS = ("amoro", "linkages", "plot", "study", "view")
+
+
 def __getattr__(name):
+    if name in _PARTS:
+        return import_module(f".{name}", __name__)
     if name not in _LATER:
         raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
     value = globals()[name] = getattr(import_module(f".{_LATER[name]}", __name__), name)
@@ -52,4 +57,4 @@ def __getattr__(name):
 
 
 def __dir__():
-    return sorted([*globals(), *_LATER])
+    return sorted([*globals(), *_LATER, *_PARTS])

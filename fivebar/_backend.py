@@ -81,6 +81,8 @@ def sign(x, tolerance):
 
 def unpack(v, name):
     """The two components of v, shape (*batch, 2): floats without a batch, else contiguous arrays."""
+    if is_symbolic(v) and type(v).__name__ == "DM":
+        v = v.full().ravel()  # CasADi's numbers are numbers
     if is_symbolic(v):
         if v.numel() != 2:
             raise ValueError(f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}")
@@ -138,7 +140,7 @@ def check_modes(modes, name):
     wrong = ~((modes == 1) | (modes == -1))
     if wrong.any():
         raise ValueError(f"{name} must be +1 or -1, not {modes[wrong].flat[0]}")
-    return modes
+    return modes.astype(np.int8)  # of unsigned ones the negative would be 255
 
 
 def first_index(mask):

@@ -16,7 +16,7 @@ def main(argv=None):
         return _complain(error, 2)
     except BrokenPipeError:  # whoever read the output has read enough
         return 1
-    except (ValueError, ArithmeticError, OSError, MemoryError) as error:
+    except (ValueError, ArithmeticError, OSError, MemoryError, RuntimeError) as error:
         return _complain(error, 1)
     except KeyboardInterrupt:
         return _complain("interrupted", 1)

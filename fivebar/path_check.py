@@ -198,7 +198,11 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
 def _root(f, a, b):
     from scipy.optimize import brentq
 
-    return float(brentq(lambda s: f(np.array([s]))[0], a, b, xtol=1e-300, rtol=4 * EPS, maxiter=500))
+    def margin(s):
+        value = f(np.array([s]))[0]
+        return 0.0 if np.isnan(value) else value  # a leg folded on its base joint: its sine is a zero there
+
+    return float(brentq(margin, a, b, xtol=1e-300, rtol=4 * EPS, maxiter=500))
 
 
 def _smallest(robot, path, modes, start, end):

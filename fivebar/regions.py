@@ -258,13 +258,16 @@ def roomiest(loops, obstacles, area, count=1):
 
     At most `count`, the best first, each a Voronoi vertex of samples of the boundary: good to their spacing.
     """
-    from scipy.spatial import Voronoi
+    from scipy.spatial import QhullError, Voronoi
 
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
     spacing = max(min(length / 500, area / length), length / 4000)
     samples = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
-    diagram = Voronoi(np.stack([samples.real, samples.imag], axis=-1))
+    try:
+        diagram = Voronoi(np.stack([samples.real, samples.imag], axis=-1))
+    except QhullError:  # a face so flat that it has no inside
+        return []
     # Any ridge names two samples and the vertices equally far from them.
     ridges = np.array([(v, pair[0]) for pair, ends in zip(diagram.ridge_points, diagram.ridge_vertices) for v in ends])
     ridges = ridges[ridges[:, 0] >= 0]

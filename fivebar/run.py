@@ -71,13 +71,12 @@ class Run:
     def q_error(self):
         """q - q_ref (n, 2), rad, in the working modes in which the run begins; nan where xi_ref is out of reach."""
         self._needs_reference()
-        start = igm(self.robot, self.xi[0], self._working_at_start())
-        return wrap(self.q - igm(self.robot, self.xi_ref, start.working, unreachable="nan").q)
+        return wrap(self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q)
 
     def _working_at_start(self):
         modes = [(left, right) for left in (-1, 1) for right in (-1, 1)]
-        poses = igm(self.robot, np.broadcast_to(self.xi[0], (4, 2)), modes)
-        return modes[int(np.argmin(np.abs(wrap(poses.q - self.q[0])).sum(axis=1)))]
+        poses = igm(self.robot, np.broadcast_to(self.xi[0], (4, 2)), modes, unreachable="nan")
+        return modes[int(np.argmin(np.nan_to_num(np.abs(wrap(poses.q - self.q[0])), nan=0.0).sum(axis=1)))]
 
     def _needs_reference(self):
         if self.xi_ref is None:

@@ -98,7 +98,7 @@ class Grid(NamedTuple):
             if reference is None:
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
-        return cls(math.ceil(_positive(duration, "duration") / step - 1e-6), step, block)
+        return cls(max(math.ceil(_positive(duration, "duration") / step - 1e-6), 1), step, block)
 
 
 def check_options(chart, method, delay, torque_limit, resolution=None, charts=tuple(CHARTS)):

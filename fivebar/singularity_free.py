@@ -12,6 +12,7 @@ from .regions import Arc, crossings, faces, inside, roomiest
 from .robots import FiveBar
 from .singularity import Singularity
 
+SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 JOINED = 3e-8  # ends closer than this share of the robot's size are one vertex: so well circles meet that almost touch
 
 
@@ -54,7 +55,8 @@ class Aspect:
 def aspects(robot):
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
-    Areas are integrals along the loci. A mode in which every pose is singular has none. Wenger and Chablat 1997.
+    Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
+    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997.
     """
     loci = singularity_loci(robot)
     size = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
@@ -68,6 +70,16 @@ def aspects(robot):
     for working in MODES:
         if working not in loci.everywhere:
             found += sorted(_in_mode(robot, loci, working, size), key=rank)
+    areas = [
+        sum(face[2] for face in found if face[0] == working) for working in MODES if working not in loci.everywhere
+    ]
+    if areas and max(areas) - min(areas) > SAME_AREA * max(areas):
+        # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
+        sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
+        raise ArithmeticError(
+            "aspects: loci of this robot touch so closely that they cannot be told apart: the modes' areas are "
+            f"{sums} mm^2 and should be equal; lengths that differ by 1e-4 of their size may help"
+        )
     return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
 
 

@@ -272,3 +272,10 @@ def test_margins_are_checked(found, margin):
     for largest in (largest_disc, largest_rectangle):
         with pytest.raises(ValueError, match="margin must be finite and >= 0"):
             largest(found["amoro"][0], margin)
+
+
+@pytest.mark.parametrize("lengths", [(0.05, 0.12, 0.05, 0.09, 0.03), (0.1, 0.2, 0.1, 0.3, 0.1)])
+def test_lost_parts_are_refused(lengths):
+    """The outer circles touch from inside on a Type-2 locus: no answer is better than a wrong one."""
+    with pytest.raises(ArithmeticError, match="loci of this robot touch so closely"):
+        aspects(fb.FiveBar(*lengths))

@@ -28,6 +28,23 @@ def test_robots_that_cannot_be(values, message):
         fb.FiveBar(**values)
 
 
+def test_modes_of_any_integer_type_and_casadi_numbers():
+    import casadi
+
+    for kind in (np.uint8, np.int64, float, object):
+        assert fb.dgm(AMORO, np.zeros((3, 2)), np.ones(3, kind)).xi[0] == pytest.approx([0.09, -0.0679632253501848])
+    q = np.zeros((100, 200, 2))
+    assert fb.dgm(AMORO, q, np.ones((100, 1), int)).xi.shape == (100, 200, 2)
+    assert fb.dgm(AMORO, casadi.DM([0, 0])).xi == pytest.approx([0.09, 0.0679632253501848])
+    with pytest.raises(fb.UnreachableError):
+        fb.igm(AMORO, casadi.DM([1, 1]))
+
+
+def test_parts_are_loaded_when_named():
+    assert fb.amoro.models(AMORO).dgm(0, 0, -1)[0] == pytest.approx(0.09)
+    assert callable(fb.plot.singularity_map) and fb.study.__doc__
+
+
 def test_named_robots_have_a_source():
     assert fb.ROBOTS["amoro"].robot == AMORO
     assert all(named.source for named in fb.ROBOTS.values())

@@ -200,3 +200,9 @@ def test_bad_input():
         check_path(robot, path, (0, 1))
     with pytest.raises(ValueError, match="working must have shape"):
         check_path(robot, path, (1, 1, 1))
+
+
+def test_a_path_through_a_base_joint():
+    """The leg of equal bars folds there, and has no sine: the check says Type 1."""
+    check = check_path(fb.FiveBar(), fb.line((0.059, -0.03), (0.059, 0.03), 1.0), (1, -1))
+    assert check.time is not None and not check.singularity_free

@@ -172,6 +172,13 @@ def test_a_reference_out_of_reach_says_when():
         fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.3, 0.0), 2.0))
 
 
+def test_one_step_and_a_start_at_type_1():
+    assert len(fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1, duration=1e-10).t) == 2
+    stretched = fb.igm(ROBOT, (-0.059 + 0.18 * np.cos(0.9), 0.18 * np.sin(0.9)))
+    run = fb.simulate(ROBOT, None, TASK_1, duration=0.01, start=fb.dkm(stretched, (0.5, 0.1)))
+    assert np.isfinite(run.q_error).all()
+
+
 @pytest.mark.parametrize("gain", [-1, np.nan, (1, 2, 3)])
 def test_bad_gains(gain):
     with pytest.raises(ValueError, match="kp must be one number or one per joint"):
