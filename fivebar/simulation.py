@@ -17,6 +17,7 @@ from .singularity import Singularity
 from .steps import ENERGY, MARGIN_RATES, MARGINS, METHODS, Q_DOT, XI, Q
 
 HALVINGS = 10
+MOST_STEPS = 10**7  # more than a GB of motion
 ORDER = {"rk4": 4, "dop8": 8}
 BLOCK = 50  # steps in one call where no controller asks for fewer
 
@@ -98,7 +99,10 @@ class Grid(NamedTuple):
             if reference is None:
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
-        return cls(max(math.ceil(_positive(duration, "duration") / step - 1e-6), 1), step, block)
+        count = _positive(duration, "duration") / step
+        if count > MOST_STEPS:
+            raise ValueError(f"duration = {duration:g} s is {count:.3g} steps of {step:g} s: at most {MOST_STEPS:g}")
+        return cls(max(math.ceil(count - 1e-6), 1), step, block)
 
 
 def check_options(chart, method, delay, torque_limit, resolution=None, charts=tuple(CHARTS)):
@@ -106,7 +110,7 @@ def check_options(chart, method, delay, torque_limit, resolution=None, charts=tu
     for name, value, known in (("chart", chart, charts), ("method", method, METHODS)):
         if value not in known:
             raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
-    if not (isinstance(delay, int) and delay >= 0):
+    if isinstance(delay, bool) or not (isinstance(delay, (int, np.integer)) and delay >= 0):
         raise ValueError(f"delay must be a whole number of samples >= 0, not {delay!r}")
     for name, value in (("torque_limit", torque_limit), ("encoder_resolution", resolution)):
         if value is not None:

@@ -147,6 +147,8 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(step=0.003), "control_period = 0.01 s must be a multiple of step = 0.003 s"),
         (dict(delay=-1), "delay must be a whole number"),
         (dict(delay=1.5), "delay must be a whole number"),
+        (dict(delay=True), "delay must be a whole number"),
+        (dict(duration=1e7), r"duration = 1e\+07 s is 1e\+10 steps of 0.001 s: at most 1e\+07"),
         (dict(torque_limit=-1.0), "torque_limit must be finite and > 0"),
         (dict(encoder_resolution=0), "encoder_resolution must be"),
         (dict(duration=np.inf), "duration must be finite"),
