@@ -66,17 +66,12 @@ def _figures(run):
         "median_solve_s": nan, "p99_solve_s": nan, "fallbacks": nan,
     }  # fmt: skip
     if run.torque_limit is not None:
-        figures["saturated_s"] = float(np.diff(run.t)[saturated(run)[:-1]].sum())
+        figures["saturated_s"] = float(np.diff(run.t)[run.saturated[:-1].any(axis=1)].sum())
     if log is not None:
         figures["median_solve_s"] = float(np.median(log.solve_time))
         figures["p99_solve_s"] = float(np.percentile(log.solve_time, 99))
         figures["fallbacks"] = int(np.count_nonzero(log.status))
     return figures
-
-
-def saturated(run):
-    """Where either torque is at its limit: (n,) bool."""
-    return (np.abs(run.tau) >= run.torque_limit * (1 - 1e-12)).any(axis=1)
 
 
 def _number(value):

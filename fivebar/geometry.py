@@ -201,14 +201,14 @@ def _close_on_elbows(robot, q, assembly):
 
 def _joint_xi_in_blocks(robot, q, assembly):
     """The end-effector alone, a stretch of the batch at a time that stays in the processor's cache."""
-    flat, modes = [np.ravel(component) for component in q], np.ravel(assembly)
-    if modes.size > 1:
-        modes = np.broadcast_to(assembly, q[0].shape).ravel()
+    flat, modes = [np.ravel(component) for component in q], np.asarray(assembly)
+    if modes.ndim:
+        modes = np.broadcast_to(modes, q[0].shape).ravel()
     xi = np.empty((2, flat[0].size))
     for start in range(0, flat[0].size, BLOCK):
         part = slice(start, start + BLOCK)
         xi[:, part] = _close_on_elbows(
-            robot, [component[part] for component in flat], modes[part] if modes.size > 1 else assembly
+            robot, [component[part] for component in flat], modes[part] if modes.ndim else assembly
         )[0]
     return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 

@@ -83,6 +83,12 @@ class Run:
             raise ValueError("this run has no reference, so no error")
 
     @property
+    def saturated(self):
+        """Where each torque is at its limit: (n, 2) bool; nowhere without a limit."""
+        limit = np.inf if self.torque_limit is None else self.torque_limit
+        return np.abs(self.tau) >= limit * (1 - 1e-12)
+
+    @property
     def points(self):
         """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m."""
         left, right = self.robot.drives

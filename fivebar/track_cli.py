@@ -157,7 +157,7 @@ def _tracked(robot, reference, controller, period, torque_limit):
         "real_time_factor": float(run.t[-1] / elapsed),
     }
     if torque_limit is not None:
-        figures["saturated_fraction"] = float(np.mean((np.abs(run.tau[:-1]) >= torque_limit).any(axis=1)))
+        figures["saturated_fraction"] = float(np.mean(run.saturated[:-1].any(axis=1)))
     return figures, run
 
 

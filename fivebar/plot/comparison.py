@@ -50,7 +50,7 @@ def _torques(axes, runs, styles, motor, side):
     for name, run in runs.items():
         label = name
         if run.torque_limit is not None:
-            full = np.abs(run.tau[:-1, motor]) >= run.torque_limit * (1 - 1e-12)
+            full = run.saturated[:-1, motor]
             label += f", at the limit {np.diff(run.t)[full].sum():.2f} s"
         axes.step(run.t, scale * run.tau[:, motor], where="post", **styles[name], label=label)
     for limit in sorted({run.torque_limit for run in runs.values()} - {None}):

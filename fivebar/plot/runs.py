@@ -62,7 +62,7 @@ def _torques(axes, run):
     if run.torque_limit is not None:
         for limit in (-run.torque_limit, run.torque_limit):
             axes.axhline(scale * limit, color=INK, lw=1, ls=":", label="limit" if limit > 0 else None)
-        saturated = (np.abs(run.tau) >= run.torque_limit).any(axis=1)
+        saturated = run.saturated.any(axis=1)
         axes.fill_between(
             run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
