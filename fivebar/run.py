@@ -116,6 +116,12 @@ class Run:
             actuated=(0, 4), traced=2, reference=self.xi_ref,
         )  # fmt: skip
 
+    def page(self, path, show=None, title=None):
+        """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
+        from .pages import page
+
+        page(self, path, show, title)
+
     def to_csv(self, path):
         """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""
         import csv

@@ -71,6 +71,12 @@ class Study:
             actuated=tuple(map(index, chain.actuated)), traced=index(chain.traced),
         )  # fmt: skip
 
+    def page(self, path, show=None, title=None):
+        """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
+        from ..pages import page
+
+        page(self, path, show, title)
+
     def to_csv(self, path):
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""
         import csv

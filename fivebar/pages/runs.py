@@ -1,0 +1,178 @@
+"""Runs on a page: one with its left and right side together, or several with a plot for each side."""
+
+from dataclasses import fields, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..dyads import Crank
+from ..geometry import four_joint_pose
+from ..run import Run
+from ..singularity import singularity_margins
+from .document import packed
+from .samples import gaps, increasing, joints, kept, panel
+
+LEGS, AXES = ("left", "right"), ("x", "y")
+BARS = ((0, 1), (1, 2), (4, 3), (3, 2))  # of Run.points
+
+
+class Quantity(NamedTuple):
+    """title; units: with cranks, with sliders; parts: names of the columns; of: Run -> (n, parts); needs_reference."""
+
+    title: str
+    units: tuple
+    parts: tuple
+    of: object
+    needs_reference: bool = False
+
+
+def _error(run):
+    return np.column_stack([run.error, np.linalg.norm(run.error, axis=1)])
+
+
+def _margins(run):
+    drives, q = run.robot.drives, tuple(run.q.T)
+    towards = (run.xi - run.points[:, elbow] for elbow in (1, 3))
+    passive = tuple(
+        drive.relative(np.arctan2(y, x), own) for drive, (x, y), own in zip(drives, (v.T for v in towards), q)
+    )
+    margins = singularity_margins(four_joint_pose(run.robot, q, passive))
+    return np.column_stack([margins.serial, margins.parallel])
+
+
+QUANTITIES = {
+    "q": Quantity("active joints", ("rad", "m"), LEGS, lambda run: run.q),
+    "q_dot": Quantity("active joints' rates", ("rad/s", "m/s"), LEGS, lambda run: run.q_dot),
+    "xi": Quantity("end-effector", ("m", "m"), AXES, lambda run: run.xi),
+    "error": Quantity("tracking error", ("m", "m"), (*AXES, "distance"), _error, True),
+    "q_error": Quantity("active joints' error", ("rad", "m"), LEGS, lambda run: run.q_error, True),
+    "tau": Quantity("motors", ("N m", "N"), LEGS, lambda run: run.tau),
+    "margins": Quantity("sines, 0 at a singularity", ("", ""), ("left leg", "right leg", "distal bars"), _margins),
+    "energy": Quantity("kinetic energy", ("J", "J"), ("energy",), lambda run: run.energy[:, None]),
+}
+
+
+def runs_content(runs, show=None):
+    """What the page of runs {name: Run} holds; a single run has the name ""."""
+    runs = {str(name): run for name, run in runs.items()}
+    show = _checked(runs, show)
+    several = list(runs) != [""]
+    parts = {name: _parts(name, several) for name in show}
+    held, notes = {}, [] if not several else _differences(runs)
+    width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
+    for name, run in runs.items():
+        most, words = kept(len(run.t), width * len(runs), f"Run.to_csv{f' of {name}' if several else ''}")
+        held[name], broken = _finite(_sampled(run, most))
+        notes += words + broken
+    columns, panels = [], []
+    for name, run in held.items():
+        computed = {key: QUANTITIES[key].of(run) for key in show}
+        columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
+        missing = {key: values for key, values in computed.items() if key not in ("q", "q_dot", "xi", "tau", "energy")}
+        if np.isfinite(run.q).all() and np.isfinite(run.xi).all():  # else the cause is told already
+            notes += gaps(name, missing)
+    slider = not isinstance(next(iter(runs.values())).robot.drives[0], Crank)
+    for key in show:
+        quantity, step = QUANTITIES[key], key == "tau"
+        groups = [[part] for part, _ in parts[key]] if several else [[part for part, _ in parts[key]]]
+        limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
+        for group in groups:
+            curves = [
+                (name if several else part, k, f"{key} {part}", columns[k][f"{key} {part}"])
+                for k, name in enumerate(held)
+                for part in group
+            ]
+            title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
+            panels.append(panel(title, quantity.units[slider], curves, [s * x for x in limits for s in (1, -1)], step))
+    units = {f"{key} {part}": QUANTITIES[key].units[slider] for key in show for part, _ in parts[key]}
+    return {
+        "title": "five-bar robot: " + ", ".join(runs) if several else "five-bar robot",
+        "notes": notes,
+        "axis": {"name": "time", "unit": "s", "scale": 1.0},
+        "subjects": [_subject(name, run, own) for (name, run), own in zip(held.items(), columns)],
+        "panels": panels,
+        "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in units.items()],
+        "source": "Run.to_csv",
+    }
+
+
+def _checked(runs, show):
+    """The names of what is shown; refuses runs without samples, and names and references that are not there."""
+    if not runs:
+        raise ValueError("a page needs at least one run")
+    for name, run in runs.items():
+        if not isinstance(run, Run):
+            raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
+        increasing(run.t, f"the run {name!r}" if name else "the run")
+    referenced = all(run.xi_ref is not None for run in runs.values())
+    if show is None:
+        return ("error", "tau", "q", "margins") if referenced else ("xi", "tau", "q", "margins")
+    show = (show,) if isinstance(show, str) else tuple(dict.fromkeys(show))
+    for name in show:
+        if name not in QUANTITIES:
+            raise ValueError(f"no quantity {name!r}; the known ones are {', '.join(QUANTITIES)}")
+        if QUANTITIES[name].needs_reference and not referenced:
+            raise ValueError(f"{name} cannot be shown: there is a run without a reference")
+    if not show:
+        raise ValueError(f"show is empty; the known quantities are {', '.join(QUANTITIES)}")
+    return show
+
+
+def _parts(key, several):
+    """(name, column) of what is shown of a quantity: of several runs' errors the distance alone."""
+    parts = list(zip(QUANTITIES[key].parts, range(3)))
+    return parts[-1:] if several and key == "error" else parts
+
+
+def _differences(runs):
+    """Notes on what is to be kept in mind where runs are compared."""
+    notes, several = [], list(runs.values())
+    if any(run.robot != several[0].robot for run in several):
+        notes.append("The robots differ.")
+    if len({(run.t[0], run.t[-1]) for run in several}) > 1:
+        spans = ", ".join(f"{name}: {run.t[0]:g} to {run.t[-1]:g} s" for name, run in runs.items())
+        notes.append(f"The runs differ in time ({spans}); outside its time each one stays at its first or last sample.")
+    return notes
+
+
+def _arrays(run):
+    arrays = {f.name: getattr(run, f.name) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
+    for name, values in arrays.items():
+        if len(values) != len(run.t):
+            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {name}")
+    return arrays
+
+
+def _sampled(run, keep):
+    return replace(run, **{name: values[keep] for name, values in _arrays(run).items()})
+
+
+def _finite(run):
+    """The run with nan for inf, of which no cosine can be taken, and a note on both."""
+    arrays = _arrays(run)
+    notes = gaps("", arrays)
+    if notes:
+        run = replace(run, **{name: np.where(np.isfinite(values), values, np.nan) for name, values in arrays.items()})
+    return run, notes
+
+
+def _subject(name, run, columns):
+    # a slider's bar from the base to its foot is the rail
+    crank = [isinstance(drive, Crank) for drive in run.robot.drives]
+    return {
+        "name": name,
+        "t": packed(run.t),
+        "x": None,
+        "joints": joints(run.points),
+        "names": [],
+        "bars": [[*bar, k // 2] for k, bar in enumerate(BARS) if k % 2 or crank[k // 2]],
+        "rails": [bar for k, bar in enumerate(BARS) if not (k % 2 or crank[k // 2])],
+        "blocks": [],
+        "pins": [0, 1, 2, 3, 4],
+        "grounded": [0, 4],
+        "actuated": [0, 4],
+        "traced": 2,
+        "reference": None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
+        "columns": {key: packed(values) for key, values in columns.items()},
+        "marks": [[event.t, f"Type {int(event.type)}"] for event in run.events],
+    }
