@@ -28,7 +28,8 @@ const theme = name => getComputedStyle(document.documentElement).getPropertyValu
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function readable(value) {
-  if (!Number.isFinite(value)) return Number.isNaN(value) || value === undefined ? "none" : value > 0 ? "∞" : "−∞";
+  if (Number.isNaN(value)) return "none";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
   const size = Math.abs(value);
   const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(3) : String(+value.toPrecision(5));
   return text.replaceAll("-", "−");
@@ -80,9 +81,16 @@ function save(blob, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-const cell = text => /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-const saveCsv = (first, rows) =>
-  save(new Blob([`# ${first.replace(/\s+/g, " ")}\n`, ...rows.map(row => row.join(",") + "\n")], {type: "text/csv"}), ".csv");
+// Numbers as Python reads them, with all digits; text in quotes where it needs them.
+function cell(value) {
+  const text = String(value).replace(/^NaN$/, "nan").replace(/^(-?)Infinity$/, "$1inf");
+  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+function saveCsv(first, rows) {
+  const lines = [`# ${first.replace(/\s+/g, " ")}`, ...rows.map(row => Array.from(row, cell).join(","))];
+  save(new Blob(lines.map(line => line + "\n"), {type: "text/csv"}), ".csv");
+}
 
 function button(text, label, action) {
   return element("button", {type: "button", title: label, "aria-label": label, onclick: action}, text);
@@ -94,52 +102,69 @@ function swatch(ink, width, dashes) {
       style: `stroke: var(${ink})`}));
 }
 
-// The page as one picture: the scene, then each plot with its title and legend; on the page's own paper.
-async function savePng(scene, plots) {
-  const width = 1100, scale = 2, gap = 14, shown = plots.map(plot => plot.picture());
-  const box = scene.getBoundingClientRect(), side = 480, high = side * box.height / box.width;
-  const heights = shown.map(plot => 40 + plot.canvas.height / plot.canvas.width * (width - side - 3 * gap));
-  const canvas = element("canvas");
+// A line of a legend: its sign, its text.
+const entry = (...parts) => element("li", {}, element("span", {class: "entry"}, ...parts));
+
+// The page as one picture on the page's own paper: the scene with the state, then each plot with title, legend, cursor.
+async function savePng(scene, state, plots) {
+  const width = 1100, scale = 2, gap = 14, side = 480, left = side + 2 * gap, room = width - left - gap;
+  const box = scene.getBoundingClientRect(), high = side * box.height / box.width;
+  const canvas = element("canvas"), pen = canvas.getContext("2d"), font = "13px system-ui, sans-serif";
+  pen.font = font;
+  const shown = plots.map(plot => {
+    const picture = plot.picture(), placed = [];
+    let x = 0, row = 0;
+    for (const entry of picture.legend) {
+      const wide = 33 + Math.min(room - 33, pen.measureText(entry.text).width);
+      if (x > 0 && x + wide > room) [x, row] = [0, row + 1];
+      placed.push([x, 28 + 18 * row, entry]);
+      x += wide + 16;
+    }
+    const head = 40 + 18 * row;
+    return {...picture, placed, head, height: head + picture.canvas.height / picture.canvas.width * room};
+  });
   canvas.width = scale * width;
-  canvas.height = scale * (50 + gap + Math.max(high, heights.reduce((sum, height) => sum + height + gap, 0)));
-  const pen = canvas.getContext("2d");
+  canvas.height = scale * (50 + gap + Math.max(high + 24, shown.reduce((sum, {height}) => sum + height + gap, 0)));
   pen.scale(scale, scale);
+  const write = (text, x, y, most, style = font) => {
+    pen.font = style;
+    pen.fillStyle = theme("--ink");
+    pen.fillText(text, x, y, most);
+  };
+  const line = (x0, y0, x1, y1, ink, dashes = []) => {
+    pen.strokeStyle = ink;
+    pen.lineWidth = 2;
+    pen.setLineDash(dashes);
+    pen.beginPath();
+    pen.moveTo(x0, y0);
+    pen.lineTo(x1, y1);
+    pen.stroke();
+  };
   pen.fillStyle = theme("--paper");
   pen.fillRect(0, 0, width, canvas.height);
-  pen.fillStyle = theme("--ink");
-  pen.font = "600 18px system-ui, sans-serif";
-  pen.fillText(document.title, gap, 30, width - 2 * gap);
+  write(document.title, gap, 30, width - 2 * gap, "600 18px system-ui, sans-serif");
   const image = new Image(), copy = scene.cloneNode(true);
-  copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-  copy.setAttribute("width", box.width);
-  copy.setAttribute("height", box.height);
+  for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", box.width], ["height", box.height]])
+    copy.setAttribute(name, value);
   image.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(new XMLSerializer().serializeToString(copy));
   await image.decode();
   pen.drawImage(image, gap, 50, side, high);
+  write(state, gap, 50 + high + 16, side);
   let y = 50;
-  shown.forEach((plot, k) => {
-    const left = side + 2 * gap;
-    pen.font = "600 14px system-ui, sans-serif";
-    pen.fillStyle = theme("--ink");
-    pen.fillText(plot.title, left, y + 12, width - left - gap);
-    pen.font = "13px system-ui, sans-serif";
-    let x = left;
-    for (const entry of plot.legend) {
-      pen.strokeStyle = entry.colour;
-      pen.lineWidth = 2;
-      pen.setLineDash(entry.dash);
-      pen.beginPath();
-      pen.moveTo(x, y + 28);
-      pen.lineTo(x + 28, y + 28);
-      pen.stroke();
-      pen.fillStyle = theme("--ink");
-      pen.fillText(entry.text, x + 33, y + 32, 240);
-      x += 33 + Math.min(240, pen.measureText(entry.text).width) + 16;
+  for (const {title, placed, head, height, canvas: drawn, frame, cursor} of shown) {
+    write(title, left, y + 12, room, "600 14px system-ui, sans-serif");
+    for (const [x, down, entry] of placed) {
+      if (entry.mark) write(entry.mark, left + x + 11, y + down + 4);
+      else line(left + x, y + down, left + x + 28, y + down, entry.colour, entry.dash);
+      write(entry.text, left + x + 33, y + down + 4, room - 33);
     }
-    pen.setLineDash([]);
-    pen.drawImage(plot.canvas, left, y + 40, width - left - gap, heights[k] - 40);
-    y += heights[k] + gap;
-  });
+    const part = room / (drawn.width / devicePixelRatio), top = y + head;
+    pen.drawImage(drawn, left, top, room, height - head);
+    const [across, down] = cursor, at = (x, y) => [left + part * (frame.left + x), top + part * (frame.top + y)];
+    if (across >= 0 && across <= frame.width) line(...at(across, 0), ...at(across, frame.height), cursor.ink);
+    if (down >= 0 && down <= frame.height) line(...at(0, down), ...at(frame.width, down), cursor.ink);
+    y += height + gap;
+  }
   save(await new Promise(done => canvas.toBlob(done, "image/png")), ".png");
 }
 

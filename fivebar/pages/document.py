@@ -10,15 +10,16 @@ from string import Template
 import numpy as np
 
 HERE = Path(__file__).parent
+CODE = {"motion": ("motion", "curves", "controls"), "map": ("model", "map", "map_controls")}
 
 
 def write(path, code, content):
-    """Write the page with this code, "motion" or "map", and content: a dict for JSON with a title and notes."""
+    """Write the page with this code, one of CODE, and content: a dict for JSON with a title and notes."""
     text = Template((HERE / "page.html").read_text("utf-8")).substitute(
         title=html.escape(content["title"]),
         style=(HERE / "page.css").read_text("utf-8"),
         library="\n".join(file.read_text("utf-8") for file in _library()),
-        code="\n".join((HERE / f"{name}.js").read_text("utf-8") for name in ("common", "picture", "plot", code)),
+        code="\n".join((HERE / f"{name}.js").read_text("utf-8") for name in ("common", "picture", "plot", *CODE[code])),
         # "<" could only be in a string: escaped, no text can end the element that holds the JSON.
         content=json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
     )

@@ -33,7 +33,8 @@ class Picture {
   }
 
   trace({xs, ys, line}) {
-    const {width, height} = this, [x0, y0] = this.origin, apart = (a, b, limit) => Math.max(a, b) < 0 || Math.min(a, b) > limit;
+    const {width, height} = this, [x0, y0] = this.origin;
+    const apart = (a, b, limit) => Math.max(a, b) < 0 || Math.min(a, b) > limit;
     let d = "", px = NaN, py = NaN, pen = false;  // the last point that counts, and whether the pen is there
     for (let k = 0; k < xs.length; k++) {
       const x = x0 + this.scale * xs[k], y = y0 - this.scale * ys[k];
@@ -50,7 +51,7 @@ class Picture {
   }
 
   // A mechanism of bars [i, j, colour name], placed by `place`.
-  mechanism({bars, rails = [], blocks = [], pins, grounded = [], actuated = [], traced, letters = [], opacity = 1, name = "",
+  mechanism({bars, pins, grounded, actuated, traced, rails = [], blocks = [], letters = [], opacity = 1, name = "",
     mark = "round"}) {
     const group = element("g", {opacity, class: "mechanism", "data-name": name});
     this.world.append(group);
@@ -109,7 +110,8 @@ class Picture {
     this.world.setAttribute("transform", `translate(${this.origin}) scale(${this.scale} ${-this.scale})`);
     for (const curve of this.curves) this.trace(curve);
     const most = 0.3 * width / this.scale, step = 10 ** Math.floor(Math.log10(most));
-    const length = step * [5, 2, 1].find(factor => factor * step <= most), power = Math.floor(Math.log10(length) + 1e-9);
+    const length = step * [5, 2, 1].find(factor => factor * step <= most);
+    const power = Math.floor(Math.log10(length) + 1e-9);
     this.rule.setAttribute("d", `M12 ${height - 18}v6h${this.scale * length}v-6`);
     this.length.setAttribute("x", 16);
     this.length.setAttribute("y", height - 18);

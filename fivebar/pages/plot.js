@@ -28,20 +28,21 @@ class Plot {
     this.glass = element("div", {class: "glass"}, this.cursor);
     parent.append(this.element);
     this.figure = Bokeh.Plotting.figure({
-      sizing_mode: "stretch_width", x_range: ranges.x.follower(), y_range: ranges.y.follower(), tools: "", toolbar_location: null,
-      border_fill_color: null, background_fill_color: null, outline_line_color: null, output_backend: "canvas", ...options,
+      sizing_mode: "stretch_width", x_range: ranges.x.follower(), y_range: ranges.y.follower(), tools: "",
+      toolbar_location: null, border_fill_color: null, background_fill_color: null, outline_line_color: null,
+      output_backend: "canvas", ...options,
     });
   }
 
   // Curves of typed arrays, Bokeh's own glyphs; `data_source.data` gets what is seen.
   curve(kind, k, options = {}) {
     const source = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
-    return this.figure[kind]({x: {field: "x"}, y: {field: "y"}, source, line_dash: dash(k), line_width: 1.8, line_join: "round",
-      ...options});
+    return this.figure[kind]({x: {field: "x"}, y: {field: "y"}, source, line_dash: dash(k), line_join: "round", ...options});
   }
 
   async show(changed) {
     this.view = await Bokeh.Plotting.show(this.figure, this.element);
+    this.view.el.inert = true;  // its own focus has no name and no use: keys are the page's
     this.element.append(this.glass);
     this.figure.properties.inner_width.change.connect(changed);
     this.figure.properties.inner_height.change.connect(changed);
@@ -79,8 +80,11 @@ class Plot {
     for (const grid of [...figure.xgrids, ...figure.ygrids]) grid.setv({grid_line_color: theme("--grid")});
   }
 
+  // For savePng; `pointed` gives the cursor's place in the frame, px from its left and top (or none), and its ink.
   picture() {
-    return {title: this.title, legend: this.legend(), canvas: this.view.export("png", true).canvas};
+    const {left, top, width, height} = this.view.frame.bbox;
+    return {title: this.title, legend: this.legend(), cursor: this.pointed(), frame: {left, top, width, height},
+      canvas: this.view.export("png", true).canvas};
   }
 }
 
