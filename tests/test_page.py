@@ -181,6 +181,21 @@ def test_zoom_keeps_the_link(opened, tmp_path, run):  # noqa: F811
     np.testing.assert_allclose(on_screen, [box["width"] / 2, box["height"] / 2], atol=2)
 
 
+def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
+    result = study(FourBar(0.2, 0.06, 0.16, 0.14))
+    page = opened(written(result, tmp_path, show="rocker.angle"))
+    for width, height in ((844, 390), (390, 844), (1500, 700)):
+        page.set_viewport_size({"width": width, "height": height})
+        settle(page)
+        page.wait_for_timeout(150)
+        hover(page, 0, 0.5)
+        assert sample(page) == pytest.approx(180, abs=1)
+        x, y = page.evaluate("point => scene.onScreen(point)", result.motion.position("B")[sample(page)].tolist())
+        letter = page.evaluate("[...scene.letters.children].find(e => e.textContent === 'B').getAttribute('x')")
+        assert float(letter) == pytest.approx(x + 11) and 0 < y < page.locator("svg.scene").bounding_box()["height"]
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
 def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show=list(runs.QUANTITIES), title="a, run/2"))
     name, data = download(page, "CSV")
@@ -429,6 +444,7 @@ def _changed(run, **changes):
         (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": ["torque", "B.z"]}, "no quantity 'B.z'"),
         (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": [["B.x", "B.vx"]]}, "B.x, B.vx have m, m/s"),
         (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": []}, "show is empty"),
+        (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": "speed"}, "no quantity .speed.; the known"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(tmp_path, run, subject, options, message):

@@ -14,12 +14,12 @@ document.getElementById("controls").append(play, slider, output, speed,
   button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "Keys and pointer"),
     "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
-    "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag zooms " +
-    "into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
+    "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
+    "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
 
 function start() {
   playing = true;
-  if (at === lastIndex()) go(firstIndex());
+  if (at === clock.length - 1) go(0, true);
   moment = times[at];
   let before = performance.now();
   play.textContent = "Pause";
@@ -40,8 +40,6 @@ function pause() {
   play.textContent = "Play";
   play.setAttribute("aria-label", "play");
 }
-
-const firstIndex = () => 0, lastIndex = () => clock.length - 1;
 
 function go(index, ownMotion = false) {
   if (!ownMotion && playing) pause();
@@ -79,7 +77,6 @@ const draw = oncePerFrame(() => {
   const centre = mechanisms.find(({points}) => points.length)?.points[subjects[0].traced];
   if (scene.zoom > 1 || scene.drawn !== scene.zoom) {
     scene.fit(centre);
-    mechanisms.forEach(mechanism => scene.write(mechanism));
     scene.drawn = scene.zoom;
   }
   const x = abscissa(at);

@@ -80,7 +80,6 @@ function listen(plot) {
   const {glass} = plot;
   let from = null, box = null;
   glass.addEventListener("pointerdown", event => {
-    selected = plots.indexOf(plot);
     glass.setPointerCapture(event.pointerId);
     if (event.shiftKey) {
       from = plot.at(event)[0];

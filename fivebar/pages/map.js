@@ -9,7 +9,7 @@ const poseIn = layer => task ? igm(at, layers[layer].mode) : dgm(at, layers[laye
 // Where the page begins: a node that closes in the last mode.
 function start() {
   const {values} = layers[chosen], nx = content.x.length;
-  const good = Array.from(values.keys()).filter(node => Number.isFinite(values[node]));
+  const good = Array.from(values.keys()).filter(node => !Number.isNaN(values[node]));
   const node = good[Math.floor(0.7 * good.length)] ?? 0;
   return [content.x[node % nx], content.y[Math.floor(node / nx)]];
 }
@@ -32,8 +32,8 @@ const machine = opacity => scene.mechanism({
 const ghosts = layers.map(() => machine(0.22)), mechanism = machine(1);
 const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state));
-frame.append(element("ul", {class: "legend", "aria-label": "colours of the picture"}, entry(swatch("--c0", 6, []), "left leg"),
-  entry(swatch("--c1", 6, []), "right leg"), entry("pale: the other modes")));
+frame.append(element("ul", {class: "legend", "aria-label": "colours of the picture"},
+  entry(swatch("--c0", 6, []), "left leg"), entry(swatch("--c1", 6, []), "right leg"), entry("pale: the other modes")));
 
 // The map ---------------------------------------------------------------------------------------------------------
 
@@ -49,7 +49,8 @@ const plotSection = document.getElementById("plots");
 plotSection.append(parent);
 const ranges = {x: new Range(spans[0]), y: new Range(spans[1])};
 const plot = new Plot(parent, {
-  height: innerWidth > 820 ? 520 : 340, min_border_left: 62, background_fill_color: "#ececec",
+  height: innerWidth > 820 ? Math.max(340, Math.min(520, innerHeight - 380)) : 340, min_border_left: 62,
+  background_fill_color: "#ececec",
   x_axis_label: `${nameX} (${unitX})`, y_axis_label: `${nameY} (${unitY})`,
 }, ranges);
 const crossbar = element("div", {class: "cross"});

@@ -27,9 +27,9 @@ document.getElementById("controls").append(
   button("PNG", "save this page as a picture (PNG)", () => savePng(scene.svg, state.textContent, [plot])),
   button("CSV", `save the nodes of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "Keys and pointer"),
-    "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click holds " +
-    "the pose, another one lets it go. Arrow keys move the point (with Shift finely), 1 2 3 4 choose the mode, H holds, " +
-    "+ − 0 zoom. Ctrl and wheel zooms at the pointer."));
+    "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click " +
+    "holds the pose, another one lets it go. Arrow keys move the point (with Shift finely), 1 2 3 4 choose the mode, " +
+    "H holds, + − 0 zoom. Ctrl and wheel zooms at the pointer."));
 
 function keep(now) {
   held = now;

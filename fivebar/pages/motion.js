@@ -6,7 +6,7 @@ for (const subject of subjects) subject.x ??= subject.t;
 // The times of all subjects, those that differ by rounding once; a single subject's own abscissa.
 const clock = several ? union(subjects.map(subject => subject.t)) : subjects[0].x;
 const times = several ? clock : subjects[0].t;
-let at = 0, playing = false, moment = times[0], selected = 0;
+let at = 0, playing = false, moment = times[0];
 
 function union(arrays) {
   const all = Float64Array.from(arrays.flatMap(values => [...values])).sort(), [low, high] = extent(arrays);
@@ -57,7 +57,8 @@ if (marks.length)
   frame.append(element("div", {class: "under", role: "group", "aria-label": "singularities"}, ...marks));
 
 function pathLegend() {
-  const named = (text, ink, width, dashes = []) => entry(swatch(ink, width, dashes), element("span", {class: "name"}, text));
+  const named = (text, ink, width, dashes = []) =>
+    entry(swatch(ink, width, dashes), element("span", {class: "name"}, text));
   const entries = several
     ? subjects.map((subject, k) => named(subject.name, "--c" + look(k), 2, dash(k)))
     : [named("path", "--c4", 2)];
@@ -76,13 +77,13 @@ function magnify(factor) {
 function pointAtPath(event, within) {
   const box = scene.svg.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
   let best = within * within, found = null;
-  subjects.forEach((subject, k) => {
+  for (const subject of subjects) {
     const [xs, ys] = traced(subject);
     for (let index = 0; index < xs.length; index++) {
       const [x, y] = scene.onScreen([xs[index], ys[index]]), far = (x - px) ** 2 + (y - py) ** 2;
       if (far < best) [best, found] = [far, several ? nearest(clock, subject.t[index]) : index];
     }
-  });
+  }
   if (found !== null) go(found);
 }
 scene.svg.addEventListener("pointermove", event => pointAtPath(event, event.buttons ? 1e4 : 24));

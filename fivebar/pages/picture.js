@@ -7,6 +7,7 @@ class Picture {
     this.zoom = 1;
     this.parts = [];
     this.curves = [];
+    this.mechanisms = [];
     this.svg = element("svg", {class: "scene", role: "img", "aria-label": "the mechanism"});
     this.world = element("g", {fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round"});
     this.paths = element("g", {fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round"});
@@ -68,7 +69,9 @@ class Picture {
     ];
     const texts = letters.map((text, k) => [k, element("text", {}, text)]).filter(([, made]) => made.textContent);
     this.letters.append(...texts.map(([, made]) => made));
-    return {group, lines, texts, points: []};
+    const made = {group, lines, texts, points: []};
+    this.mechanisms.push(made);
+    return made;
   }
 
   // Points [[x, y], ...] in metres; where one is not finite the mechanism is not seen.
@@ -90,7 +93,7 @@ class Picture {
   write({texts, points}) {
     for (const [k, text] of texts) {
       text.setAttribute("visibility", points.length ? "visible" : "hidden");
-      if (!points.length) continue;
+      if (!points.length || !this.origin) continue;
       const [x, y] = this.onScreen(points[k]);
       text.setAttribute("x", x + 11);
       text.setAttribute("y", y - 10);
@@ -109,6 +112,7 @@ class Picture {
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.world.setAttribute("transform", `translate(${this.origin}) scale(${this.scale} ${-this.scale})`);
     for (const curve of this.curves) this.trace(curve);
+    for (const mechanism of this.mechanisms) this.write(mechanism);
     const most = 0.3 * width / this.scale, step = 10 ** Math.floor(Math.log10(most));
     const length = step * [5, 2, 1].find(factor => factor * step <= most);
     const power = Math.floor(Math.log10(length) + 1e-9);

@@ -37,7 +37,8 @@ class Plot {
   // Curves of typed arrays, Bokeh's own glyphs; `data_source.data` gets what is seen.
   curve(kind, k, options = {}) {
     const source = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
-    return this.figure[kind]({x: {field: "x"}, y: {field: "y"}, source, line_dash: dash(k), line_join: "round", ...options});
+    const place = {x: {field: "x"}, y: {field: "y"}, source};
+    return this.figure[kind]({...place, line_dash: dash(k), line_join: "round", ...options});
   }
 
   async show(changed) {

@@ -57,43 +57,42 @@ def runs_content(runs, show=None):
     runs = {str(name): run for name, run in runs.items()}
     show = _checked(runs, show)
     several = list(runs) != [""]
-    parts = {name: _parts(name, several) for name in show}
-    held, notes = {}, [] if not several else _differences(runs)
+    parts = {key: _parts(key, several) for key in show}
     width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
+    subjects, columns, notes = [], [], _differences(runs) if several else []
     for name, run in runs.items():
-        most, words = kept(len(run.t), width * len(runs), f"Run.to_csv{f' of {name}' if several else ''}")
-        held[name], broken = _finite(_sampled(run, most))
-        notes += words + broken
-    columns, panels = [], []
-    for name, run in held.items():
+        keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
+        run, broken = _finite(name, _sampled(run, keep))
         computed = {key: QUANTITIES[key].of(run) for key in show}
+        notes += words + (broken or gaps(name, computed))
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
-        missing = {key: values for key, values in computed.items() if key not in ("q", "q_dot", "xi", "tau", "energy")}
-        if np.isfinite(run.q).all() and np.isfinite(run.xi).all():  # else the cause is told already
-            notes += gaps(name, missing)
-    slider = not isinstance(next(iter(runs.values())).robot.drives[0], Crank)
-    for key in show:
-        quantity, step = QUANTITIES[key], key == "tau"
-        groups = [[part] for part, _ in parts[key]] if several else [[part for part, _ in parts[key]]]
-        limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
-        for group in groups:
-            curves = [
-                (name if several else part, k, f"{key} {part}", columns[k][f"{key} {part}"])
-                for k, name in enumerate(held)
-                for part in group
-            ]
-            title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
-            panels.append(panel(title, quantity.units[slider], curves, [s * x for x in limits for s in (1, -1)], step))
+        subjects.append(_subject(name, run, columns[-1]))
+    slider = _has_sliders(next(iter(runs.values())))
+    robot = "biglide robot" if slider else "five-bar robot"
     units = {f"{key} {part}": QUANTITIES[key].units[slider] for key in show for part, _ in parts[key]}
     return {
-        "title": "five-bar robot: " + ", ".join(runs) if several else "five-bar robot",
+        "title": f"{robot}: {', '.join(runs)}" if several else robot,
         "notes": notes,
         "axis": {"name": "time", "unit": "s", "scale": 1.0},
-        "subjects": [_subject(name, run, own) for (name, run), own in zip(held.items(), columns)],
-        "panels": panels,
+        "subjects": subjects,
+        "panels": [own for key in show for own in _panels(key, runs, columns, parts[key], slider, several)],
         "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in units.items()],
         "source": "Run.to_csv",
     }
+
+
+def _panels(key, runs, columns, parts, slider, several):
+    """The plots of a quantity: one with all its parts, or with several runs one for each part."""
+    quantity, names, step = QUANTITIES[key], [part for part, _ in parts], key == "tau"
+    limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
+    for group in [[part] for part in names] if several else [names]:
+        curves = [
+            (name if several else part, k, f"{key} {part}", columns[k][f"{key} {part}"])
+            for k, name in enumerate(runs)
+            for part in group
+        ]
+        title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
+        yield panel(title, quantity.units[slider], curves, [sign * x for x in limits for sign in (1, -1)], step)
 
 
 def _checked(runs, show):
@@ -104,6 +103,8 @@ def _checked(runs, show):
         if not isinstance(run, Run):
             raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
         increasing(run.t, f"the run {name!r}" if name else "the run")
+    if len({_has_sliders(run) for run in runs.values()}) > 1:
+        raise ValueError("runs of robots with cranks and with sliders cannot be compared: they have no units in common")
     referenced = all(run.xi_ref is not None for run in runs.values())
     if show is None:
         return ("error", "tau", "q", "margins") if referenced else ("xi", "tau", "q", "margins")
@@ -116,6 +117,10 @@ def _checked(runs, show):
     if not show:
         raise ValueError(f"show is empty; the known quantities are {', '.join(QUANTITIES)}")
     return show
+
+
+def _has_sliders(run):
+    return not isinstance(run.robot.drives[0], Crank)
 
 
 def _parts(key, several):
@@ -147,10 +152,10 @@ def _sampled(run, keep):
     return replace(run, **{name: values[keep] for name, values in _arrays(run).items()})
 
 
-def _finite(run):
+def _finite(name, run):
     """The run with nan for inf, of which no cosine can be taken, and a note on both."""
     arrays = _arrays(run)
-    notes = gaps("", arrays)
+    notes = gaps(name, arrays)
     if notes:
         run = replace(run, **{name: np.where(np.isfinite(values), values, np.nan) for name, values in arrays.items()})
     return run, notes

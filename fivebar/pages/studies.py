@@ -12,7 +12,8 @@ GUIDES, BLOCK = "GHKL", ("K", "L")  # ends of guides and blocks, which have no l
 def study_content(study, show=None):
     """What the page of a Study holds."""
     increasing(study.t, "the study")
-    panels = usual_panels(study) if show is None else [[names] if isinstance(names, str) else names for names in show]
+    panels = usual_panels(study) if show is None else [show] if isinstance(show, str) else show
+    panels = [[names] if isinstance(names, str) else names for names in panels]
     names = list(dict.fromkeys(name for own in panels for name in own))
     if not names:
         raise ValueError("show is empty: it needs names of the study's quantities")
