@@ -44,7 +44,7 @@ _LATER = {
 }
 
 
-_PARTS = ("amoro", "linkages", "plot", "study", "view")
+_PARTS = ("amoro", "grading", "linkages", "plot", "study", "view")
 
 
 def __getattr__(name):

@@ -31,7 +31,7 @@ LAYERS = [
     {"plan_arguments", "first_guess"},
     {"planner", "tracker"},
     {"comparison", "cases"},
-    {"plot", "view", "amoro", "study", "linkages"},
+    {"plot", "view", "amoro", "study", "linkages", "grading"},
     {"__init__"},
     {"robot_options"},
     {"track_cli", "map_cli", "linkage_cli"},
