@@ -23,7 +23,7 @@ def planned(plan):
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
-    crossings = np.flatnonzero(np.diff(np.sign(pose._parallel)))
+    crossings = np.flatnonzero(np.diff(pose._parallel >= 0))  # once, too, where a node is on the singularity
     _path(figure.add_subplot(grid[:, 0]), plan, motion[:, :2], pose, crossings)
     above = figure.add_subplot(grid[0, 1])
     _torques(above, plan, t, motion[:, 6:])
