@@ -103,6 +103,15 @@ def download(page, name):
         return got.suggested_filename, file.read()
 
 
+def chain(pose):
+    """The bars of a robot's picture, (b, 2, 2) m, from its pose."""
+    left, right = pose.elbows
+    if not pose.robot.turns:
+        return np.array([[left, pose.xi], [right, pose.xi]])
+    base1, base2 = ((drive.x, drive.y) for drive in pose.robot.drives)
+    return np.array([[base1, left], [left, pose.xi], [base2, right], [right, pose.xi]])
+
+
 def contrast(first, second):
     """WCAG contrast of two colours as a browser gives them."""
     light = []

@@ -17,7 +17,7 @@ from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCr
 from fivebar.pages import document, runs
 
 from .conftest import UNEQUAL
-from .pages import bars, browser, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
+from .pages import bars, browser, chain, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
 
 HOSTILE = (
     '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
@@ -48,14 +48,6 @@ def written(subject, tmp_path, **options):
     return path
 
 
-def chain(robot, q, assembly=-1):
-    """The bars of a robot's picture, (4, 2, 2) m, by the direct model."""
-    pose = fb.dgm(robot, q, assembly)
-    left, right = ([drive.x, drive.y] for drive in robot.drives)
-    (elbow1, elbow2), xi = pose.elbows, pose.xi
-    return np.array([[left, elbow1], [elbow1, xi], [right, elbow2], [elbow2, xi]])
-
-
 def sample(page):
     return page.evaluate("at")
 
@@ -74,12 +66,33 @@ def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, ru
         hover(page, plot, across, drag=drag)
         k = sample(page)
         assert k == pytest.approx(2000 * across, abs=3)
-        np.testing.assert_allclose(bars(page), chain(run.robot, run.q[k]), atol=1e-9)
+        np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[k])), atol=1e-9)
         width = page.locator(".glass").first.bounding_box()["width"]
         np.testing.assert_allclose(cursors(page), k / 2000 * width, atol=0.6)
         assert page.locator("#clock").text_content() == f"{run.t[k]:g} s"
         shown = page.locator("figure").nth(1).locator("output").first.text_content()
         assert float(shown.replace("−", "-")) == pytest.approx(1e3 * run.tau[k, 0], rel=1e-4)
+
+
+def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
+    robot = fb.Biglide()
+    home = fb.dgm(robot, (0.0, 0.0)).xi
+    run = simulated(robot, reference=fb.line(home, home + (0.05, 0.05), 1.0), duration=1.0)
+    page = opened(written(run, tmp_path, show=list(runs.QUANTITIES)))
+    heads = page.locator("h2").all_text_contents()
+    assert page.title() == "biglide robot" and "motors (N)" in heads and "active joints (mm)" in heads
+    for plot, across in ((0, 0.4), (6, 0.9)):
+        hover(page, plot, across)
+        k = sample(page)
+        pose = fb.dgm(robot, run.q[k])
+        np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
+        shown = page.locator("figure").nth(6).locator("output").all_text_contents()
+        expected = [*fb.singularity_margins(pose).serial, pose._parallel]
+        np.testing.assert_allclose([float(text) for text in shown], expected, rtol=1e-4)
+    rails = page.evaluate("[...document.querySelectorAll('.rail')].map(e => ['x1', 'x2'].map(n => +e.getAttribute(n)))")
+    assert rails == [[-0.2, -0.2], [0.2, 0.2]]
+    with pytest.raises(ValueError, match="with cranks and with sliders cannot be compared"):
+        written({"biglide": run, "five-bar": simulated(duration=0.1)}, tmp_path)
 
 
 def test_pointing_at_the_path_finds_its_sample(opened, tmp_path, run):  # noqa: F811
@@ -108,7 +121,7 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     page.keyboard.press("ArrowUp")
     settle(page)
     assert sample(page) == 205 and slider.get_attribute("aria-valuetext") == "time 0.205 s"
-    np.testing.assert_allclose(bars(page), chain(run.robot, run.q[205]), atol=1e-9)
+    np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[205])), atol=1e-9)
     until(page, "document.getElementById('status').textContent.startsWith('time 0.205 s. active joints: left')")
     page.keyboard.press(" ")
     until(page, "at > 300")
@@ -149,7 +162,7 @@ def test_zoom_keeps_the_link(opened, tmp_path, run):  # noqa: F811
     low, high = window()
     k = sample(page)
     assert run.t[k] == pytest.approx(low + 0.2 * (high - low), abs=2e-3)
-    np.testing.assert_allclose(bars(page), chain(run.robot, run.q[k]), atol=1e-9)
+    np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[k])), atol=1e-9)
     np.testing.assert_allclose(cursors(page)[0], cursors(page)[1])
 
     page.get_by_role("button", name="show all", exact=True).click()
@@ -293,8 +306,8 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
     for across in (0.3, 0.9):
         hover(page, 1, across)
         k = round(page.evaluate("clock[at]") * 1000)
-        np.testing.assert_allclose(bars(page, 0), chain(run.robot, run.q[k]), atol=1e-9)
-        np.testing.assert_allclose(bars(page, 1), chain(UNEQUAL, other.q[min(k, 1000)]), atol=1e-9)
+        np.testing.assert_allclose(bars(page, 0), chain(fb.dgm(run.robot, run.q[k])), atol=1e-9)
+        np.testing.assert_allclose(bars(page, 1), chain(fb.dgm(UNEQUAL, other.q[min(k, 1000)])), atol=1e-9)
 
 
 def test_singularities_crossed_are_marked(opened, tmp_path, crossing):  # noqa: F811
@@ -342,7 +355,7 @@ def test_a_million_samples_are_thinned_with_a_note(opened, tmp_path, run):  # no
     assert 10_000 < held < 40_000 and page.evaluate("clock[clock.length - 1]") == 1000
     hover(page, 1, 0.4)
     k = round(page.evaluate("clock[at]") / 1000 * (n - 1))
-    np.testing.assert_allclose(bars(page), chain(run.robot, long.q[k]), atol=1e-9)
+    np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, long.q[k])), atol=1e-9)
 
 
 def test_ten_seconds_fit(tmp_path):
@@ -471,7 +484,7 @@ def test_two_samples_and_nothing_that_moves(opened, tmp_path, run):  # noqa: F81
     page = opened(written(still, tmp_path))
     hover(page, 0, 0.9)
     assert sample(page) == 1
-    np.testing.assert_allclose(bars(page), chain(run.robot, run.q[0]), atol=1e-9)
+    np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[0])), atol=1e-9)
 
 
 def test_from_the_command_line(tmp_path, capsys):

@@ -11,9 +11,14 @@ from fivebar.cli import main
 from fivebar.pages import maps
 
 from .conftest import UNEQUAL
-from .pages import bars, browser, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
+from .pages import bars, browser, chain, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
 
-ROBOTS = {"amoro": fb.FiveBar(), "unequal": UNEQUAL, "hoang": fb.ROBOTS["hoang-2015"].robot}
+ROBOTS = {
+    "amoro": fb.FiveBar(),
+    "unequal": UNEQUAL,
+    "hoang": fb.ROBOTS["hoang-2015"].robot,
+    "biglide": fb.Biglide(l2=0.3),
+}
 
 
 def written(tmp_path, robot=fb.FiveBar(), field="parallel", space="task", shape=(41, 57)):  # noqa: B008  frozen
@@ -21,13 +26,6 @@ def written(tmp_path, robot=fb.FiveBar(), field="parallel", space="task", shape=
     path = tmp_path / "page.html"
     data.page(path)
     return data, path
-
-
-def chain(pose):
-    left, right = ([drive.x, drive.y] for drive in pose.robot.drives)
-    return np.array(
-        [[left, pose.elbows[0]], [pose.elbows[0], pose.xi], [right, pose.elbows[1]], [pose.elbows[1], pose.xi]]
-    )
 
 
 def columns(page, names):
@@ -94,6 +92,20 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
         assert f"parallel at the nearest node: {nearest:.5g}".replace("-", "−") in page.locator(".state").text_content()
 
 
+def test_the_map_of_a_biglide(opened, tmp_path):  # noqa: F811
+    data, path = written(tmp_path, ROBOTS["biglide"])
+    page = opened(path)
+    hover(page, 0, 0.52, 0.7)
+    xi = page.evaluate("at")
+    pose = fb.igm(data.robot, xi)
+    np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
+    assert page.locator("th").all_text_contents()[2:6] == ["q1 (mm)", "q2 (mm)", "sin phi1", "sin phi2"]
+    cells = page.locator("tbody tr").nth(3).locator("td").all_text_contents()
+    shown = [float(c.replace("−", "-")) for c in cells[2:6]]
+    np.testing.assert_allclose(shown, [*(1e3 * pose.q), *fb.singularity_margins(pose).serial], rtol=1e-4)
+    assert "Type 1: a bar across its guide" in page.locator("figcaption").text_content()
+
+
 def test_out_of_reach_is_said(opened, tmp_path):  # noqa: F811
     page = opened(written(tmp_path)[1])
     hover(page, 0, 0.03, 0.03)
@@ -139,8 +151,9 @@ def test_keys_click_and_numbers(opened, tmp_path):  # noqa: F811
     np.testing.assert_allclose(page.evaluate("at"), middle / 1e3, atol=3e-4)
 
 
-def test_joint_space(opened, tmp_path):  # noqa: F811
-    data, path = written(tmp_path, field="condition_J", space="joint")
+@pytest.mark.parametrize("name", ["amoro", "biglide"])
+def test_joint_space(opened, tmp_path, name):  # noqa: F811
+    data, path = written(tmp_path, ROBOTS[name], field="condition_J", space="joint")
     page = opened(path)
     for layer in (0, 1):
         page.keyboard.press(str(layer + 1))

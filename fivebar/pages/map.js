@@ -23,12 +23,22 @@ const frame = document.getElementById("picture");
 const discs = robot.drives.map(([x, y, length], k) => [x, y, length + robot.distal[k]]);
 const most = (low, high) => [Math.max(...discs.map(low)), Math.min(...discs.map(high))];  // what both legs reach
 const elbowsReach = k => robot.drives.flatMap(drive => [drive[k] - drive[2], drive[k] + drive[2]]);
-const scene = new Picture(frame, around([[...most(([x, , r]) => x - r, ([x, , r]) => x + r), ...elbowsReach(0)]],
-  [[...most(([, y, r]) => y - r, ([, y, r]) => y + r), ...elbowsReach(1)]]));
-const machine = opacity => scene.mechanism({
-  bars: [[0, 1, "--c0"], [1, 2, "--c0"], [4, 3, "--c1"], [3, 2, "--c1"]], pins: opacity < 1 ? [] : [0, 1, 2, 3, 4],
-  grounded: [0, 4], actuated: opacity < 1 ? [] : [0, 4], traced: 2, opacity,
-});
+const feet = robot.drives.map(([x]) => x);
+const bounds = robot.turns
+  ? around([[...most(([x, , r]) => x - r, ([x, , r]) => x + r), ...elbowsReach(0)]],
+    [[...most(([, y, r]) => y - r, ([, y, r]) => y + r), ...elbowsReach(1)]])
+  : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
+const scene = new Picture(frame, bounds);
+if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
+// A robot by its points: base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
+const parts = robot.turns
+  ? {bars: [[0, 1, "--c0"], [1, 2, "--c0"], [4, 3, "--c1"], [3, 2, "--c1"]], pins: [0, 1, 2, 3, 4], grounded: [0, 4],
+    actuated: [0, 4], traced: 2}
+  : {bars: [[0, 1, "--c0"], [2, 1, "--c1"]], pins: [0, 1, 2], grounded: [], actuated: [0, 2], traced: 1};
+const machine = opacity => scene.mechanism({...parts, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
+const joints = ({xi, elbows: [left, right]}) => robot.turns
+  ? [robot.drives[0].slice(0, 2), left, xi, right, robot.drives[1].slice(0, 2)]
+  : [left, xi, right];
 const ghosts = layers.map(() => machine(0.22)), mechanism = machine(1);
 const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state));
@@ -71,8 +81,9 @@ plot.figure.add_layout(bar, "right");
 // Lines differ by their dashes, points by their shapes; drawn dark on the map's own pale ground in either theme.
 const INK = "#1a1a1a";
 const STYLES = {
-  "Type 1: a leg in line": {}, "Type 2: distal bars stretched": {line_dash: [7, 3]},
-  "Type 2: distal bars folded": {line_dash: [8, 3, 2, 3]}, "Type 2: elbows coincide, self-motion": {line_dash: [2, 2]},
+  "Type 1: a leg in line": {}, "Type 1: a bar across its guide": {},
+  "Type 2: distal bars stretched": {line_dash: [7, 3]}, "Type 2: distal bars folded": {line_dash: [8, 3, 2, 3]},
+  "Type 2: elbows coincide, self-motion": {line_dash: [2, 2]},
   "Type 3": {marker: "diamond"}, "Type 1 in a point: a leg folded on its base": {marker: "x"},
   "Type 2 in a point: elbows coincide, self-motion": {marker: "cross"},
 };

@@ -7,9 +7,9 @@ const rows = layers.map((layer, k) => {
   const row = element("tr", {}, element("td", {}, radio, label), ...cells);
   return {radio, cells, row};
 });
-const titles = task
-  ? ["working", "assembly", "q11 (deg)", "q21 (deg)", "sin q12", "sin q22", "sin(φ2 − φ1)", "transm. (deg)"]
-  : ["assembly", "working", "x (mm)", "y (mm)", "sin q12", "sin q22", "sin(φ2 − φ1)", "transm. (deg)"];
+const [unitQ, scaleQ] = robot.turns ? ["deg", 180 / Math.PI] : ["mm", 1e3];
+const titles = [...(task ? ["working", "assembly", ...robot.joints.map(name => `${name} (${unitQ})`)]
+  : ["assembly", "working", "x (mm)", "y (mm)"]), ...robot.sines, "sin(φ2 − φ1)", "transm. (deg)"];
 const head = element("thead", {}, element("tr", {}, ...titles.map(title => element("th", {scope: "col"}, title))));
 const scroll = {class: "scroll", tabindex: 0, role: "region", "aria-label": "the robot at this point in each mode"};
 plotSection.append(element("div", scroll,
@@ -80,17 +80,13 @@ const nodeAt = layer => layers[layer].values[nearest(content.y, at[1]) * content
 
 const draw = oncePerFrame(() => {
   if (!plot.view) return;
-  const degrees = 180 / Math.PI, poses = layers.map((_, k) => poseIn(k)), own = poses[chosen];
-  const joints = ({xi, elbows}) => {
-    const [left, right] = robot.drives.map(([x, y]) => [x, y]);
-    return [left, elbows[0], xi, elbows[1], right];
-  };
+  const poses = layers.map((_, k) => poseIn(k)), own = poses[chosen];
   poses.forEach((each, k) => scene.place(ghosts[k], k === chosen ? [[NaN, NaN]] : joints(each)));
   scene.place(mechanism, joints(own));
   poses.forEach((each, k) => {
     const {cells, row, radio} = rows[k], modes = task ? [each.assembly] : each.working;
-    const lead = task ? each.q.map(angle => degrees * angle) : each.xi.map(x => 1e3 * x);
-    const values = [...lead, ...each.serial, each.parallel, degrees * each.transmission];
+    const lead = task ? each.q.map(q => scaleQ * q) : each.xi.map(x => 1e3 * x);
+    const values = [...lead, ...each.serial, each.parallel, 180 / Math.PI * each.transmission];
     [signs(modes), ...values.map(readable)].forEach((text, c) => { cells[c].textContent = each.closes ? text : "–"; });
     row.className = k === chosen ? "chosen" : "";
     radio.checked = k === chosen;

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..loci import singularity_loci
-from ..maps import FIELDS, SIGNED, turned_into
+from ..maps import SIGNED, turned_into
 from ..singularity import Singularity
 from .document import packed
 
@@ -13,7 +13,8 @@ LINES = {
     "folded": "Type 2: distal bars folded",
     "self-motion": "Type 2: elbows coincide, self-motion",
 }
-TYPE_1, TYPE_3 = "Type 1: a leg in line", "Type 3"
+TYPE_1, ACROSS = "Type 1: a leg in line", "Type 1: a bar across its guide"
+TYPE_3 = "Type 3"
 POINTS = {
     Singularity.SERIAL: "Type 1 in a point: a leg folded on its base",
     Singularity.PARALLEL: "Type 2 in a point: elbows coincide, self-motion",
@@ -24,16 +25,25 @@ def map_content(data):
     """What the page of a Map holds."""
     stride, notes = _stride(data)
     x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
-    factor, words = 1.0, FIELDS[data.field][0]
+    factor, words = 1.0, data.description
     if data.field == "transmission_angle":
         factor, words = 180 / np.pi, words.replace("rad", "deg")
     task, robot = data.space == "task", data.robot
+    degrees = not task and robot.turns
+    names = ("x", "y") if task else robot.words.joints
     return {
         "title": f"singularity map: {data.field.replace('_', ' ')}",
         "notes": notes,
         "space": data.space,
-        "axes": [["x", "mm", 1e3], ["y", "mm", 1e3]] if task else [[q, "deg", 180 / np.pi] for q in ("q11", "q21")],
-        "robot": {"drives": [[drive.x, drive.y, drive.length] for drive in robot.drives], "distal": robot.distal},
+        "axes": [[name, *(("deg", 180 / np.pi) if degrees else ("mm", 1e3))] for name in names],
+        "robot": {
+            "turns": robot.turns,
+            "drives": [[drive.x, drive.y, drive.length] for drive in robot.drives],
+            "distal": robot.distal,
+            "joints": robot.words.joints,
+            "sines": robot.words.sines[:2],
+            "rail": None if robot.turns else _rail(data),
+        },
         "field": {"name": data.field, "words": words, "factor": factor, **_colours(data.field, factor * values)},
         "x": packed(x),
         "y": packed(y),
@@ -74,8 +84,19 @@ def _colours(field, values):
 
 def _kind(piece):
     if len(piece.points) > 1:
-        return LINES.get(piece.kind, TYPE_1)
+        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
     return POINTS.get(piece.type, TYPE_3)
+
+
+def _rail(data):
+    """Least and largest coordinate, m, of the feet's guides as far as the map needs them."""
+    along = data.y if data.space == "task" else np.concatenate([data.x, data.y])
+    room = max(data.robot.distal)
+    return [along.min() - room, along.max() + room]
+
+
+def _layers(data, modes):
+    return [k for k, mode in enumerate(data.modes) if mode in modes]
 
 
 def _locus(kind, layers, points):
@@ -85,7 +106,7 @@ def _locus(kind, layers, points):
 def _task_loci(data):
     loci = singularity_loci(data.robot)
     for piece in loci.task:
-        yield _locus(_kind(piece), [k for k, mode in enumerate(data.modes) if mode in piece.working], piece.points)
+        yield _locus(_kind(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1]))
     for xi, own in zip(loci.type3.xi, loci.type3.working):
         layers = [k for k, mode in enumerate(data.modes) if all(o in (0, m) for o, m in zip(own, mode))]
         yield _locus(TYPE_3, layers, xi)
@@ -93,10 +114,11 @@ def _task_loci(data):
 
 def _joint_loci(data):
     loci = singularity_loci(data.robot)
-    pieces = [
-        (_kind(piece), [k for k, mode in enumerate(data.modes) if mode in piece.assembly], piece.points)
-        for piece in loci.joint
-    ]
+    if not data.robot.turns:
+        for piece in loci.joint:
+            yield _locus(_kind(piece), _layers(data, piece.assembly), piece.drawn(data.x[0], data.x[-1]))
+        return
+    pieces = [(_kind(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint]
     pieces += [(TYPE_3, [0, 1], q[None]) for q in loci.type3.q]
     for kind, layers, points in pieces:
         for turned in turned_into(data, points):

@@ -19,27 +19,40 @@ function meet([x, y], r1, r2, branch) {
 
 const cross = (u, v) => u[0] * v[1] - u[1] * v[0], dot = (u, v) => u[0] * v[0] + u[1] * v[1];
 const minusSign = x => x > SINGULAR ? -1 : x < -SINGULAR ? 1 : 0;
-const along = ([x, y, length], [cosine, sine]) => [x + length * cosine, y + length * sine];
+
+// The leg k of a robot, closed on the end-effector; its drive is a crank or a slider along y.
+function leg(k, xi, working) {
+  const [x, y, length] = robot.drives[k], bar = robot.distal[k];
+  if (robot.turns) {
+    const {first, last, sine, gap} = meet([xi[0] - x, xi[1] - y], length, bar, working);
+    return {q: Math.atan2(first[1], first[0]), elbow: [x + length * first[0], y + length * first[1]], distal: last,
+      serial: -sine, gap};
+  }
+  const height = x - xi[0], square = (bar - height) * (bar + height);
+  const reach = square < -8 * EPS * bar * bar ? NaN : Math.sqrt(Math.max(square, 0)) * working;
+  const q = reach - (y - xi[1]);
+  return {q, elbow: [x, y + q], distal: [-height / bar, -reach / bar], serial: -reach / bar,
+    gap: Math.abs(height) - bar};
+}
 
 function igm(xi, working) {
-  const dyads = robot.drives.map(([x, y, length], k) =>
-    meet([xi[0] - x, xi[1] - y], length, robot.distal[k], working[k]));
-  const distal = dyads.map(dyad => dyad.last);
-  return pose(xi, dyads.map(dyad => Math.atan2(dyad.first[1], dyad.first[0])), dyads.map(dyad => dyad.first), distal,
-    dyads.map(dyad => -dyad.sine), cross(...distal), Math.max(...dyads.map(dyad => dyad.gap)));
+  const legs = working.map((mode, k) => leg(k, xi, mode));
+  return pose(xi, legs.map(({q}) => q), legs.map(({elbow}) => elbow), legs.map(({distal}) => distal),
+    legs.map(({serial}) => serial), cross(legs[0].distal, legs[1].distal), Math.max(...legs.map(({gap}) => gap)));
 }
 
 function dgm(q, assembly) {
   const direction = q.map(angle => [Math.cos(angle), Math.sin(angle)]);
-  const [p1, p2] = robot.drives.map((drive, k) => along(drive, direction[k]));
+  const [p1, p2] = robot.drives.map(([x, y, length], k) =>
+    robot.turns ? [x + length * direction[k][0], y + length * direction[k][1]] : [x, y + q[k]]);
   const dyad = meet([p2[0] - p1[0], p2[1] - p1[1]], ...robot.distal, -assembly);
   const distal = [dyad.first, dyad.last.map(x => -x)];
   const xi = [p1[0] + robot.distal[0] * dyad.first[0], p1[1] + robot.distal[0] * dyad.first[1]];
-  return pose(xi, q, direction, distal, direction.map((u, k) => cross(u, distal[k])), dyad.sine, dyad.gap);
+  const serial = distal.map((bar, k) => robot.turns ? cross(direction[k], bar) : bar[1]);
+  return pose(xi, q, [p1, p2], distal, serial, dyad.sine, dyad.gap);
 }
 
-function pose(xi, q, direction, distal, serial, parallel, gap) {
-  const elbows = robot.drives.map((drive, k) => along(drive, direction[k]));
+function pose(xi, q, elbows, distal, serial, parallel, gap) {
   return {
     xi, q, elbows, serial, parallel, gap, working: serial.map(minusSign), assembly: minusSign(parallel),
     transmission: Math.atan2(Math.abs(parallel), Math.abs(dot(...distal))),

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dyads import Crank
 from ..geometry import four_joint_pose
 from ..run import Run
 from ..singularity import singularity_margins
@@ -13,14 +12,13 @@ from .document import packed
 from .samples import gaps, increasing, joints, kept, panel
 
 LEGS, AXES = ("left", "right"), ("x", "y")
-BARS = ((0, 1), (1, 2), (4, 3), (3, 2))  # of Run.points
 
 
 class Quantity(NamedTuple):
-    """title; units: with cranks, with sliders; parts: names of the columns; of: Run -> (n, parts); needs_reference."""
+    """title; unit, by those of a joint and a drive; parts: names of the columns; of: Run -> (n, parts)."""
 
     title: str
-    units: tuple
+    unit: str
     parts: tuple
     of: object
     needs_reference: bool = False
@@ -32,7 +30,7 @@ def _error(run):
 
 def _margins(run):
     drives, q = run.robot.drives, tuple(run.q.T)
-    towards = (run.xi - run.points[:, elbow] for elbow in (1, 3))
+    towards = (run.xi - run.points[:, pivot] for pivot in ((1, 3) if run.robot.turns else (0, 2)))
     passive = tuple(
         drive.relative(np.arctan2(y, x), own) for drive, (x, y), own in zip(drives, (v.T for v in towards), q)
     )
@@ -41,14 +39,14 @@ def _margins(run):
 
 
 QUANTITIES = {
-    "q": Quantity("active joints", ("rad", "m"), LEGS, lambda run: run.q),
-    "q_dot": Quantity("active joints' rates", ("rad/s", "m/s"), LEGS, lambda run: run.q_dot),
-    "xi": Quantity("end-effector", ("m", "m"), AXES, lambda run: run.xi),
-    "error": Quantity("tracking error", ("m", "m"), (*AXES, "distance"), _error, True),
-    "q_error": Quantity("active joints' error", ("rad", "m"), LEGS, lambda run: run.q_error, True),
-    "tau": Quantity("motors", ("N m", "N"), LEGS, lambda run: run.tau),
-    "margins": Quantity("sines, 0 at a singularity", ("", ""), ("left leg", "right leg", "distal bars"), _margins),
-    "energy": Quantity("kinetic energy", ("J", "J"), ("energy",), lambda run: run.energy[:, None]),
+    "q": Quantity("active joints", "{joint}", LEGS, lambda run: run.q),
+    "q_dot": Quantity("active joints' rates", "{joint}/s", LEGS, lambda run: run.q_dot),
+    "xi": Quantity("end-effector", "m", AXES, lambda run: run.xi),
+    "error": Quantity("tracking error", "m", (*AXES, "distance"), _error, True),
+    "q_error": Quantity("active joints' error", "{joint}", LEGS, lambda run: run.q_error, True),
+    "tau": Quantity("motors", "{effort}", LEGS, lambda run: run.tau),
+    "margins": Quantity("sines, 0 at a singularity", "", ("left leg", "right leg", "distal bars"), _margins),
+    "energy": Quantity("kinetic energy", "J", ("energy",), lambda run: run.energy[:, None]),
 }
 
 
@@ -67,21 +65,21 @@ def runs_content(runs, show=None):
         notes += words + (broken or gaps(name, computed))
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
         subjects.append(_subject(name, run, columns[-1]))
-    slider = _has_sliders(next(iter(runs.values())))
-    robot = "biglide robot" if slider else "five-bar robot"
-    units = {f"{key} {part}": QUANTITIES[key].units[slider] for key in show for part, _ in parts[key]}
+    words = next(iter(runs.values())).robot.words
+    units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
+    titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
     return {
-        "title": f"{robot}: {', '.join(runs)}" if several else robot,
+        "title": f"{words.title}: {', '.join(runs)}" if several else words.title,
         "notes": notes,
         "axis": {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": subjects,
-        "panels": [own for key in show for own in _panels(key, runs, columns, parts[key], slider, several)],
-        "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in units.items()],
+        "panels": [own for key in show for own in _panels(key, runs, columns, parts[key], units[key], several)],
+        "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in titles],
         "source": "Run.to_csv",
     }
 
 
-def _panels(key, runs, columns, parts, slider, several):
+def _panels(key, runs, columns, parts, unit, several):
     """The plots of a quantity: one with all its parts, or with several runs one for each part."""
     quantity, names, step = QUANTITIES[key], [part for part, _ in parts], key == "tau"
     limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
@@ -92,7 +90,7 @@ def _panels(key, runs, columns, parts, slider, several):
             for part in group
         ]
         title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
-        yield panel(title, quantity.units[slider], curves, [sign * x for x in limits for sign in (1, -1)], step)
+        yield panel(title, unit, curves, [sign * x for x in limits for sign in (1, -1)], step)
 
 
 def _checked(runs, show):
@@ -103,7 +101,7 @@ def _checked(runs, show):
         if not isinstance(run, Run):
             raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
         increasing(run.t, f"the run {name!r}" if name else "the run")
-    if len({_has_sliders(run) for run in runs.values()}) > 1:
+    if len({run.robot.turns for run in runs.values()}) > 1:
         raise ValueError("runs of robots with cranks and with sliders cannot be compared: they have no units in common")
     referenced = all(run.xi_ref is not None for run in runs.values())
     if show is None:
@@ -117,10 +115,6 @@ def _checked(runs, show):
     if not show:
         raise ValueError(f"show is empty; the known quantities are {', '.join(QUANTITIES)}")
     return show
-
-
-def _has_sliders(run):
-    return not isinstance(run.robot.drives[0], Crank)
 
 
 def _parts(key, several):
@@ -162,22 +156,39 @@ def _finite(name, run):
 
 
 def _subject(name, run, columns):
-    # a slider's bar from the base to its foot is the rail
-    crank = [isinstance(drive, Crank) for drive in run.robot.drives]
     return {
         "name": name,
         "t": packed(run.t),
         "x": None,
-        "joints": joints(run.points),
+        **(_five_bar(run) if run.robot.turns else _biglide(run)),
         "names": [],
-        "bars": [[*bar, k // 2] for k, bar in enumerate(BARS) if k % 2 or crank[k // 2]],
-        "rails": [bar for k, bar in enumerate(BARS) if not (k % 2 or crank[k // 2])],
         "blocks": [],
+        "reference": None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
+        "columns": {key: packed(values) for key, values in columns.items()},
+        "marks": [[event.t, f"Type {int(event.type)}"] for event in run.events],
+    }
+
+
+def _five_bar(run):
+    return {
+        "joints": joints(run.points),
+        "bars": [[0, 1, 0], [1, 2, 0], [4, 3, 1], [3, 2, 1]],
+        "rails": [],
         "pins": [0, 1, 2, 3, 4],
         "grounded": [0, 4],
         "actuated": [0, 4],
         "traced": 2,
-        "reference": None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
-        "columns": {key: packed(values) for key, values in columns.items()},
-        "marks": [[event.t, f"Type {int(event.type)}"] for event in run.events],
+    }
+
+
+def _biglide(run):
+    guides = replace(run, q=run.q[np.isfinite(run.q).all(axis=1)]).guides
+    return {
+        "joints": joints(run.points) + guides.reshape(4, 2).tolist(),
+        "bars": [[0, 1, 0], [2, 1, 1]],
+        "rails": [[3, 4], [5, 6]],
+        "pins": [0, 1, 2],
+        "grounded": [],
+        "actuated": [0, 2],
+        "traced": 1,
     }
