@@ -107,14 +107,14 @@ class Run:
             figure.savefig(path)
         return figure
 
-    def animate(self, path):
-        """One HTML file with the motion in meshcat's viewer; needs no server and no network."""
-        from .view import write_animation
+    def animate(self, path, show=None):
+        """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
 
-        write_animation(
-            path, self.t, self.points, [(0, 1), (1, 2), (4, 3), (3, 2)], title="five-bar robot", grounded=(0, 4),
-            actuated=(0, 4), traced=2, reference=self.xi_ref,
-        )  # fmt: skip
+        show: names out of view.SHOWS; None: the path, and the reference where there is one.
+        """
+        from .view import scene
+
+        scene(self.robot, self, show).save(path)
 
     def to_csv(self, path):
         """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""

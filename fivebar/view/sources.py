@@ -1,0 +1,283 @@
+"""What moves, read as it is asked for: a run, a reference or plan of a robot, a study of a linkage."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..dyads import Crank
+from ..dynamics import forward_dynamics, inverse_dynamics
+from ..geometry import four_joint_pose, igm
+from ..kinematics import dkm, ikm, ikm2
+from .frames import choose, grid
+from .machine import Event
+
+LINKAGE = ("trace", "velocity", "acceleration", "torques")
+MARGINS = ("sin q12", "sin q22", "det A")
+
+
+def source(robot, motion):
+    """The source of a motion: a Run, a Study, or a Plan or other reference that is called with the time.
+
+    ValueError for a motion of another robot, TypeError for what does not move.
+    """
+    if hasattr(motion, "motion") and hasattr(motion, "linkage"):
+        found = OfStudy(motion)
+    elif hasattr(motion, "xi_ref"):
+        found = OfRun(motion)
+    elif callable(motion) and hasattr(motion, "duration"):
+        found = OfReference(robot, motion)
+    else:
+        raise TypeError(f"a scene needs a Run, a Plan or other reference, or a Study, not {type(motion).__name__}")
+    own = getattr(motion, "linkage", None) or getattr(motion, "robot", robot)
+    if robot != own:
+        raise ValueError(f"this motion is of another robot: {own}, not {robot}")
+    return found
+
+
+class OfRobot:
+    """A robot with two drives at the frames of a motion; q, xi (m, 2); everything else is computed when first read."""
+
+    known = (
+        "trace", "reference", "loci", "workspace", "elbow-circles", "velocity", "acceleration", "bar-forces",
+        "torques", "ghost",
+    )  # fmt: skip
+    xi_ref = None
+
+    @property
+    def title(self):
+        slides = not all(isinstance(drive, Crank) for drive in self.robot.drives)
+        return "biglide robot" if slides else "five-bar robot"
+
+    @property
+    def body(self):
+        """The mechanism in words of Machine."""
+        points, parts = drawn(self.robot, self.elbows, self.xi)
+        return dict(points=points, **parts)
+
+    @property
+    def traced(self):
+        """The end-effector's path, (m, 2) m."""
+        return self.xi
+
+    @cached_property
+    def working(self):
+        """Working modes (m, 2) without zeros: where a leg is in line, those before it."""
+        modes = np.array(self.pose.working)
+        for leg in modes.T:
+            nonzero = np.flatnonzero(leg)
+            first = nonzero[0] if len(nonzero) else 0
+            leg[:] = leg[np.maximum.accumulate(np.where(leg != 0, np.arange(len(leg)), first))] if len(nonzero) else -1
+        return modes
+
+    @cached_property
+    def ghost(self):
+        """The reference's positions in the modes of the motion, (m, k, 2) m, nan out of reach."""
+        pose = igm(self.robot, self.xi_ref, self.working, unreachable="nan")
+        return drawn(self.robot, pose.elbows, self.xi_ref, frame=self.body["points"])[0]
+
+    @property
+    def bar_forces(self):
+        """Forces of the distal bars on the end-effector, (m, 2 legs, 2) N, by least squares of m xi'' = A^T lambda and
+        tau = Z q'' + B lambda, which together are regular at Type 1 and at Type 2."""
+        acc, pose = self._accelerations, self.pose
+        scale = sum(self.robot.distal) / 2
+        A, B = np.swapaxes(pose.A, 1, 2), pose.B / scale
+        right = np.concatenate(
+            [self.robot.m * acc.xi_ddot, (self.tau - self.robot.inertias * acc.q_ddot) / scale], axis=1
+        )
+        forces = np.full((len(right), 2), np.nan)
+        good = np.isfinite(right).all(axis=1) & np.isfinite(A).all(axis=(1, 2))
+        both = np.concatenate([A, B], axis=1)[good]
+        forces[good] = (np.linalg.pinv(both) @ right[good, :, None])[..., 0]
+        return forces[:, :, None] * pose.A
+
+    @property
+    def acceleration(self):
+        return self._accelerations.xi_ddot
+
+    @property
+    def torques(self):
+        """[(places (m, 2) m, direction (2,) of a force or None for a torque, values (m,))] of each drive."""
+        found = []
+        for k, drive in enumerate(self.robot.drives):
+            if isinstance(drive, Crank):
+                place = np.broadcast_to((drive.x, drive.y), self.xi.shape)
+                found.append((place, None, self.tau[:, k]))
+            else:
+                found.append((self.elbows[:, k], _slide_axis(drive), self.tau[:, k]))
+        return found
+
+
+class OfRun(OfRobot):
+    """A simulated run."""
+
+    def __init__(self, run):
+        self.robot = run.robot
+        self.frames = choose(run.t, run.q, run.xi)
+        thin = {name: getattr(run, name)[self.frames.index] for name in ("t", "q", "q_dot", "xi", "tau", "energy")}
+        self.run = replace(run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index])
+        self.q, self.xi, self.tau, self.xi_ref = self.run.q, self.run.xi, self.run.tau, self.run.xi_ref
+
+    @property
+    def events(self):
+        for event in self.run.events:
+            t = event.t - self.frames.start
+            place = tuple(float(np.interp(t, self.frames.t, column)) for column in self.xi.T)
+            yield Event(t, f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s", place)
+
+    @property
+    def elbows(self):
+        pivots = [drive.pivot(drive.direction(q)) for drive, q in zip(self.robot.drives, self.q.T)]
+        return np.stack([np.stack(np.broadcast_arrays(*pivot), axis=-1) for pivot in pivots], axis=1)
+
+    @cached_property
+    def pose(self):
+        """The pose of joints and end-effector as they were simulated, singular or not."""
+        spans = np.moveaxis(self.xi[:, None] - self.elbows, -1, 0)
+        phi = np.arctan2(spans[1], spans[0]).T
+        passive = [drive.relative(*angles) for drive, *angles in zip(self.robot.drives, phi, self.q.T)]
+        return four_joint_pose(self.robot, tuple(self.q.T), tuple(passive))
+
+    @cached_property
+    def _rates(self):
+        return dkm(self.pose, self.run.q_dot)
+
+    @cached_property
+    def _accelerations(self):
+        return forward_dynamics(self._rates, self.tau)
+
+    @property
+    def velocity(self):
+        return self._rates.xi_dot
+
+
+class OfReference(OfRobot):
+    """A plan, or a reference in the working modes (-1, -1)."""
+
+    def __init__(self, robot, reference):
+        self.robot, self.reference = robot, reference
+        times = grid(reference.duration)
+        modes = getattr(reference, "working", (-1, -1))
+        xi = reference(reference.start + times)[0]
+        found = igm(robot, xi, modes, unreachable="nan")
+        reached = np.where(np.isfinite(found.elbows).all(axis=(1, 2))[:, None], xi, np.nan)
+        self.frames = choose(reference.start + times, reached, lack="are out of reach")
+        self.xi = xi[self.frames.index]
+        self.pose = igm(robot, self.xi, modes)
+        self.elbows = self.pose.elbows
+
+    @property
+    def times(self):
+        return self.frames.start + self.frames.t
+
+    @property
+    def events(self):
+        sines = np.stack([*self.pose._serial, self.pose._parallel], axis=1)
+        for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
+            share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
+            t = self.frames.t[k] + share * (self.frames.t[k + 1] - self.frames.t[k])
+            place = self.xi[k] + share * (self.xi[k + 1] - self.xi[k])
+            kind = 2 if margin == 2 else 1
+            text = f"Type {kind} singularity ({MARGINS[margin]} = 0) at {self.frames.start + t:.4g} s"
+            yield Event(float(t), text, tuple(place.tolist()))
+
+    @property
+    def velocity(self):
+        return self.reference(self.times)[1]
+
+    @property
+    def acceleration(self):
+        return self.reference(self.times)[2]
+
+    @cached_property
+    def _accelerations(self):
+        return ikm2(ikm(self.pose, self.velocity), self.acceleration)
+
+    @cached_property
+    def tau(self):
+        planned = getattr(self.reference, "tau", None)
+        return planned(self.times) if planned else inverse_dynamics(self._accelerations)
+
+
+class OfStudy:
+    """A study of a linkage; `GHKL` are the ends of its guide and its sliding block."""
+
+    known = LINKAGE
+    events = ()
+
+    def __init__(self, study):
+        self.study, self.title = study, study.linkage.title
+        self.names = study.motion.points
+        self.points = study.points()
+        self.frames = choose(study.t, self.points)
+
+    @property
+    def body(self):
+        chain, index = self.study.motion.chain, self.names.index
+        ends = [pair for pair in (("G", "H"), ("K", "L")) if set(pair) <= set(self.names)]
+        pairs = {pair: tuple(map(index, pair)) for pair in ends}
+        return dict(
+            points=self.points[self.frames.index],
+            bars=tuple((index(a), index(b)) for a, b in chain.bars if (a, b) not in ends),
+            grounded=tuple(map(index, chain.grounded)), actuated=tuple(map(index, chain.actuated)),
+            traced=index(chain.traced), rails=tuple(pairs[p] for p in pairs if p == ("G", "H")),
+            blocks=tuple((*pairs[p], False) for p in pairs if p == ("K", "L")),
+        )  # fmt: skip
+
+    @property
+    def traced(self):
+        return self._of(self.study.motion.position)
+
+    @property
+    def velocity(self):
+        return self._of(self.study.motion.velocity)
+
+    @property
+    def acceleration(self):
+        return self._of(self.study.motion.acceleration)
+
+    def _of(self, quantity):
+        return quantity(self.study.motion.chain.traced)[self.frames.index]
+
+    @property
+    def torques(self):
+        chain = self.study.motion.chain
+        place = self.study.motion.position(chain.actuated[0])[self.frames.index]
+        return [(place, None, self.study["torque"][self.frames.index])]
+
+
+def _slide_axis(drive):
+    """The direction in which a slider moves."""
+    ends = np.array([drive.pivot(drive.direction(np.array([q]))) for q in (0.0, 1.0)])[..., 0]
+    return (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+
+
+def drawn(robot, elbows, xi, frame=None):
+    """Points (m, k, 2) of a robot and the words of Machine for them: a crank is a bar on a motor, a slider a driven
+    block on a rail; frame: points (m, k, 2) of the robot whose rails are taken, for a ghost."""
+    points = [xi]
+    words = dict(bars=[], grounded=[], actuated=[], rails=[], blocks=[])
+    for k, drive in enumerate(robot.drives):
+        first = len(points)
+        if isinstance(drive, Crank):
+            points += [np.broadcast_to((drive.x, drive.y), xi.shape), elbows[:, k]]
+            words["bars"] += [(first, first + 1), (first + 1, 0)]
+            words["grounded"].append(first)
+            words["actuated"].append(first)
+        else:
+            axis, length = _slide_axis(drive), robot.distal[k]
+            along = elbows[:, k] @ axis
+            foot = elbows[0, k] - along[0] * axis
+            ends = [
+                foot + (value + side * 0.25 * length) * axis for value, side in ((along.min(), -1), (along.max(), 1))
+            ]
+            rail = [np.broadcast_to(end, xi.shape) for end in ends] if frame is None else [
+                frame[:, first + 1], frame[:, first + 2]]  # fmt: skip
+            half = 0.07 * length * axis
+            points += [elbows[:, k], *rail, elbows[:, k] - half, elbows[:, k] + half]
+            words["bars"].append((first, 0))
+            words["grounded"] += [first + 1, first + 2]
+            words["rails"].append((first + 1, first + 2))
+            words["blocks"].append((first + 3, first + 4, True))
+    return np.stack(points, axis=1), {name: tuple(value) for name, value in words.items()} | {"traced": 0}
