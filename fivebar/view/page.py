@@ -23,34 +23,28 @@ MOST_EVENTS = 200  # marks on the time line: more could not be told apart
 def page(scene):
     """The page of a Scene, complete: str. ImportError without meshcat."""
     viewer = _viewer()
-    boxes = [machine.box for machine in scene.machines]
     (left, low), (right, high) = scene.window
     # About the origin at unit size: there the viewer's lights and the centre of its orbit are right for any mechanism.
     span = right - left, high - low
     scale = 1 / max(span)
-    messages, events, labels, entries = [*_stage()], [], [], {}
-    animations, bands = [], []
-    for k, (machine, box, offset) in enumerate(zip(scene.machines, boxes, scene.offsets)):
-        x, y = scale * (offset - (left + right) / 2), -scale * (low + high) / 2
-        root, matrix = f"/m{k}", [scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, float(x), float(y), 0, 1]
-        messages.append({"type": "set_transform", "path": root, "matrix": [float(entry) for entry in matrix]})
+    messages, animations, entries, events, labels = [*_stage()], [], {}, [], []
+    for k, (machine, offset) in enumerate(zip(scene.machines, scene.offsets)):
+        root, x, y = f"/m{k}", scale * (offset - (left + right) / 2), -scale * (low + high) / 2
+        messages.append({"type": "set_transform", "path": root, "matrix": at(x, y, scale=scale)})
         animations += _machine(root, machine, messages, entries)
-        bands += [
-            f"{root}/moving/{layer.name}/{n}" for n, layer in enumerate(machine.layers) if isinstance(layer, Turning)
-        ]
-        for event in machine.events[:MOST_EVENTS]:
-            events.append({"t": event.t, "text": event.text, "root": root, "place": event.place})
+        events += [{**event._asdict(), "root": root} for event in machine.events[:MOST_EVENTS]]
         if scene.names:
-            labels.append({"text": scene.names[k], "x": float(x + scale * (box[0][0] + box[1][0]) / 2),
-                           "y": float(y + scale * low)})  # fmt: skip
+            middle = float(machine.box[0][0] + machine.box[1][0]) / 2
+            labels.append({"text": scene.names[k], "x": x + scale * middle, "y": y + scale * low})
     messages.append({"type": "set_animation", "options": {"play": True}, "animations": animations})
     count = sum(len(machine.events) for machine in scene.machines)
     notes = list(scene.notes) + ([f"{len(events)} of {count} events are marked."] if count > len(events) else [])
-    frames = scene.machines[0].frames
     data = {
-        "duration": scene.duration, "start": frames.start, "events": events, "labels": labels,
-        "gaps": [gap for machine in scene.machines for gap in machine.frames.gaps],
-        "half": [scale * side / 2 for side in span], "field": FIELD_OF_VIEW, "entries": list(entries.values()), "bands": bands, "pieces": PIECES / SWEEP,
+        "duration": scene.duration, "start": scene.machines[0].frames.start, "events": events, "labels": labels,
+        "gaps": [gap for machine in scene.machines for gap in machine.frames.gaps], "entries": list(entries.values()),
+        "half": [scale * side / 2 for side in span], "field": FIELD_OF_VIEW, "pieces": PIECES / SWEEP,
+        "bands": [f"/m{k}/moving/{layer.name}/{number}" for k, machine in enumerate(scene.machines)
+                  for number, layer in enumerate(machine.layers) if isinstance(layer, Turning)],
     }  # fmt: skip
     return Template((HERE / "page.html").read_text("utf-8")).substitute(
         title=html.escape(scene.title), notes="".join(f"<p>{html.escape(note)}</p>" for note in notes),

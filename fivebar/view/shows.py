@@ -99,6 +99,8 @@ def _workspace(source):
     from ..loci import singularity_loci
     from ..singularity import Singularity
 
+    if not all(isinstance(drive, Crank) for drive in source.robot.drives):
+        raise ValueError("the workspace of a robot on guides has no end, so it cannot be shown")
     arcs = [p.points for p in singularity_loci(source.robot).task if p.type == Singularity.SERIAL and len(p.points) > 1]
     return [Area("workspace", _strips(source.robot, np.concatenate(arcs)), arcs, WORKSPACE)]
 
