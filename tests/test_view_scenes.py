@@ -361,6 +361,28 @@ def test_linkages_slide_where_they_do(held):
         np.testing.assert_allclose(span[:, 0] * to[:, 1] - span[:, 1] * to[:, 0], 0, atol=1e-12)
 
 
+def test_biglide_has_driven_feet_on_rails():
+    robot = fb.Biglide()
+    reference = fb.line((0.0, 0.2), (0.05, 0.15), 0.5)
+    run = fb.simulate(robot, fb.PD(robot, 200.0, 30.0), reference)
+    scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
+    (machine,), index = scene.machines, scene.machines[0].frames.index
+    assert scene.title == "biglide robot" and len(set(machine.colours)) == 2
+    for leg, ((foot, tip), block, rail) in enumerate(zip(machine.bars, machine.blocks, machine.rails)):
+        np.testing.assert_allclose(machine.points[:, foot, 0], (-0.2, 0.2)[leg])
+        np.testing.assert_allclose(machine.points[:, foot, 1], run.q[index, leg])
+        np.testing.assert_array_equal(machine.points[:, tip], run.xi[index])
+        np.testing.assert_allclose(machine.points[:, block[:2]].mean(axis=1), machine.points[:, foot])
+        low, high = machine.points[0, rail, 1]
+        assert low < run.q[:, leg].min() and run.q[:, leg].max() < high and block[2] is True
+    forces = [layer for layer in layers(scene, Arrows) if layer.name == "forces"]
+    np.testing.assert_array_equal([layer.vectors[:, 1] for layer in forces], run.tau[index].T)
+    assert "forces (longest" in scene.html and scene.png
+    for item, message in [("workspace", "has no end"), ("elbow-circles", "are for cranks")]:
+        with pytest.raises(ValueError, match=message):
+            view.scene(robot, run, item)
+
+
 def test_no_server_is_started_or_loaded(tmp_path):
     script = f"""
 import socket, sys, threading

@@ -103,8 +103,8 @@ class Machine:
     @cached_property
     def legs(self):
         """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and which one that is."""
-        own = [joint for block in self.blocks for joint in block[:2]]
-        roots = [j for j in dict.fromkeys([*self.grounded, *self.actuated, *own]) if any(j in bar for bar in self.bars)]
+        fixed = [j for j in dict.fromkeys([*self.grounded, *self.actuated]) if any(j in bar for bar in self.bars)]
+        roots = fixed or dict.fromkeys(bar[0] for bar in self.bars)
         reached, legs = {joint: (0, leg) for leg, joint in enumerate(roots)}, {}
         while wave := {b: min(reached[joint] for joint in bar if joint in reached) for b, bar in enumerate(self.bars)
                        if b not in legs and not reached.keys().isdisjoint(bar)}:  # fmt: skip

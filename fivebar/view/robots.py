@@ -5,12 +5,6 @@ import numpy as np
 from ..dyads import Crank
 
 
-def slide_axis(drive):
-    """The direction in which a slider moves."""
-    span = np.subtract(*(drive.pivot(drive.direction(q)) for q in (1.0, 0.0)))
-    return span / np.linalg.norm(span)
-
-
 def drawn(robot, elbows, xi, frame=None):
     """Points (m, k, 2) of a robot and the words of Machine for them: a crank is a bar on a motor, a slider a driven
     block on a rail; frame: points (m, k, 2) of the robot whose rails are taken, for a ghost."""
@@ -24,7 +18,7 @@ def drawn(robot, elbows, xi, frame=None):
             words["grounded"].append(first)
             words["actuated"].append(first)
         else:
-            axis, length = slide_axis(drive), robot.distal[k]
+            axis, length = np.array(drive.tangent(0.0)), robot.distal[k]
             along = elbows[:, k] @ axis
             foot = elbows[0, k] - along[0] * axis
             ends = [

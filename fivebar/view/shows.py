@@ -158,9 +158,9 @@ def _torques(source):
     for place, axis, values in torques:
         largest = max(_largest(v) for _, a, v in torques if (a is None) == (axis is None))
         if axis is None:
-            layers.append(Turning("torques", place, values, TORQUE, "N m", largest))
+            layers.append(Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest))
         else:
-            layers.append(Arrows("forces", place, values[:, None] * axis, TORQUE, "N", largest))
+            layers.append(Arrows(f"{source.effort}s", place, values[:, None] * axis, TORQUE, "N", largest))
     return layers
 
 

@@ -11,10 +11,7 @@ from ..geometry import four_joint_pose, igm
 from ..kinematics import dkm, ikm, ikm2
 from .frames import choose, grid
 from .machine import Event
-from .robots import drawn, slide_axis
-
-LINKAGE = ("trace", "velocity", "acceleration", "torques")
-MARGINS = ("sin q12", "sin q22", "det A")
+from .robots import drawn
 
 
 def source(robot, motion):
@@ -47,8 +44,11 @@ class OfRobot:
 
     @property
     def title(self):
-        slides = not all(isinstance(drive, Crank) for drive in self.robot.drives)
-        return "biglide robot" if slides else "five-bar robot"
+        return self.robot.words.title
+
+    @property
+    def effort(self):
+        return self.robot.words.effort
 
     @property
     def body(self):
@@ -106,7 +106,7 @@ class OfRobot:
                 place = np.broadcast_to((drive.x, drive.y), self.xi.shape)
                 found.append((place, None, self.tau[:, k]))
             else:
-                found.append((self.elbows[:, k], slide_axis(drive), self.tau[:, k]))
+                found.append((self.elbows[:, k], np.array(drive.tangent(0.0)), self.tau[:, k]))
         return found
 
 
@@ -180,7 +180,7 @@ class OfReference(OfRobot):
             t = self.frames.t[k] + share * (self.frames.t[k + 1] - self.frames.t[k])
             place = self.xi[k] + share * (self.xi[k + 1] - self.xi[k])
             kind = 2 if margin == 2 else 1
-            text = f"Type {kind} singularity ({MARGINS[margin]} = 0) at {self.frames.start + t:.4g} s"
+            text = f"Type {kind} singularity ({self.robot.words.sines[margin]} = 0) at {self.frames.start + t:.4g} s"
             yield Event(float(t), text, tuple(place.tolist()))
 
     @property
@@ -204,7 +204,8 @@ class OfReference(OfRobot):
 class OfStudy:
     """A study of a linkage; `GHKL` are the ends of its guide and its sliding block."""
 
-    known = LINKAGE
+    known = "trace", "velocity", "acceleration", "torques"
+    effort = "torque"
     events = ()
 
     def __init__(self, study):

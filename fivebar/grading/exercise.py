@@ -1,0 +1,75 @@
+"""What a lab asks of one function: its signature, the right model, and the wrong ones that students fall for."""
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+_SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
+
+
+@dataclass(frozen=True)
+class Misconception:
+    """A wrong model with a name and a hint that leads without telling; `model` has the form of Exercise.answer."""
+
+    name: str
+    hint: str
+    model: object = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
+
+    answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape) per returned name
+    (a single one need not be in a tuple), nan where the model has no answer. wrong: the Misconceptions. angles:
+    returned names compared modulo one turn. shapes: name -> shape of the returned names that are no plain numbers.
+    guessable: few values are possible, so that all rows must be right to earn anything.
+    """
+
+    signature: str
+    answer: object = field(repr=False)
+    wrong: tuple = ()
+    angles: tuple = ()
+    shapes: dict = field(default_factory=dict)
+    guessable: bool = False
+
+    def __post_init__(self):
+        if not _SIGNATURE.fullmatch(self.signature):
+            raise ValueError(f'a signature reads "name(a, b) -> x, y", not {self.signature!r}')
+        unknown = (set(self.angles) | set(self.shapes)) - set(self.returns)
+        if unknown:
+            raise ValueError(f"{self.name} does not return {', '.join(sorted(unknown))}")
+
+    def _parts(self):
+        name, arguments, returns = _SIGNATURE.fullmatch(self.signature).groups()
+        return name, *(tuple(word.strip() for word in part.split(",") if word.strip()) for part in (arguments, returns))
+
+    @property
+    def name(self):
+        return self._parts()[0]
+
+    @property
+    def arguments(self):
+        return self._parts()[1]
+
+    @property
+    def returns(self):
+        return self._parts()[2]
+
+    def shape(self, name):
+        """Shape of a returned name, () for a number."""
+        return tuple(self.shapes.get(name, ()))
+
+    def outcome(self, model, robot, columns):
+        """The model's answers to all rows as one array (n, numbers returned)."""
+        answers = model(robot, *columns)
+        if len(self.returns) == 1 and not isinstance(answers, tuple):
+            answers = (answers,)
+        n = len(columns[0])
+        flat = [np.broadcast_to(a, (n, *self.shape(name))).reshape(n, -1) for name, a in zip(self.returns, answers)]
+        return np.concatenate(flat, axis=1).astype(float)
+
+    def is_angle(self):
+        """Which of the numbers in `outcome` are angles, (numbers,)."""
+        return np.concatenate([np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns])

@@ -1,0 +1,31 @@
+"""What a worker process says about one call of a student's function: a claim, judged by others."""
+
+from dataclasses import dataclass
+
+KINDS = {
+    "value": "returned a value",
+    "exception": "raised an exception",
+    "missing": "is not defined",
+    "import": "was lost when the file failed",
+    "timeout": "ran past its time limit",
+    "memory": "ran out of memory",
+    "exit": "left the program",
+    "killed": "was killed by a signal",
+    "flood": "sent more than an answer can hold",
+    "garbled": "sent something that is no answer",
+}
+
+
+@dataclass(frozen=True)
+class Reply:
+    """One call's outcome: its kind (of KINDS), the decoded value, and for a failure what happened and where.
+
+    line, source: number and text of the last line of the student's own file that ran; seconds: the call's duration.
+    """
+
+    kind: str
+    value: object = None
+    text: str = ""
+    line: int | None = None
+    source: str = ""
+    seconds: float = 0.0

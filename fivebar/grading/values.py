@@ -1,0 +1,65 @@
+"""Reading what real files return: 0-d, 1-element and column arrays, lists, tuples, where floats were asked."""
+
+import numpy as np
+
+
+class Unfit(ValueError):
+    """A returned value that cannot be read as the answer; `reason` is "shape" or "type"."""
+
+    def __init__(self, reason, text):
+        super().__init__(text)
+        self.reason = reason
+
+
+def read(exercise, value):
+    """The numbers in a returned value, (numbers,), and remarks on its form. Raises Unfit."""
+    names = exercise.returns
+    if value is None:
+        raise Unfit("type", "returned None: is a return missing?")
+    if len(names) == 1:
+        parts = [value]
+    elif isinstance(value, np.ndarray) and value.size == len(names) and not exercise.shapes:
+        parts = list(value.ravel())
+    elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim):
+        parts = list(value)
+        if len(parts) != len(names):
+            raise Unfit("shape", f"returned {len(parts)} values where {_listed(names)} are asked")
+    else:
+        raise Unfit("shape", f"returned one {_kind(value)} where {_listed(names)} are asked")
+    remarks = []
+    if isinstance(value, np.ndarray) and len(names) > 1:
+        remarks.append(f"returned an array of shape {value.shape} where {_listed(names)} are asked")
+    numbers = [_numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)]
+    return np.concatenate(numbers), remarks
+
+
+def _numbers(name, part, shape, remarks):
+    array = _array(name, part)
+    if array.shape != shape:
+        kept = tuple(n for n in array.shape if n != 1)
+        if kept != tuple(n for n in shape if n != 1):
+            raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}")
+        remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
+    return array.ravel()
+
+
+def _array(name, part):
+    if isinstance(part, str | dict) or part is None:
+        raise Unfit("type", f"{name} is {'None' if part is None else 'a ' + _kind(part)}, not a number")
+    try:
+        array = np.asarray(part)
+    except ValueError:
+        raise Unfit("shape", f"{name} is a list of lists of different lengths") from None
+    if array.dtype.kind == "c":
+        raise Unfit("type", f"{name} is complex: the square root of a negative number?")
+    if array.dtype.kind not in "bif":
+        raise Unfit("type", f"{name} holds something that is not a number")
+    return array.astype(float)
+
+
+def _listed(names):
+    return f"{len(names)} ({', '.join(names)})"
+
+
+def _kind(value):
+    return {"dict": "object", "str": "string"}.get(type(value).__name__, "number")

@@ -1,0 +1,131 @@
+"""The judge: what real files return is read, what is wrong is named, and nothing else is diagnosed."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.grading import Exercise, Misconception, Reply, judge
+
+Q = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 12))
+MODES = np.tile([1, -1], 6)
+
+
+def dgm(robot, q11, q21, assembly_mode):
+    return tuple(fb.dgm(robot, np.stack([q11, q21], -1), np.asarray(assembly_mode, int), "nan").xi.T)
+
+
+def other_mode(robot, q11, q21, assembly_mode):
+    return dgm(robot, q11, q21, -assembly_mode)
+
+
+OTHER = Misconception("other assembly mode", "Which of the two circle intersections is it?", other_mode)
+DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", dgm, (OTHER,))
+RIGHT = np.stack(dgm(fb.FiveBar(), *Q, MODES), -1)
+
+
+def verdict(values, **choices):
+    replies = [value if isinstance(value, Reply) else Reply("value", value) for value in values]
+    return judge(DGM, fb.FiveBar(), (*Q, MODES), replies, **choices)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        lambda row: list(row),
+        lambda row: row,
+        lambda row: row[:, None],
+        lambda row: [np.array(row[0]), np.array([row[1]])],
+        lambda row: [np.array([[row[0]]]), float(row[1])],
+        lambda row: [[row[0]], row[1]],
+    ],
+)
+def test_every_form_of_the_right_answer_is_read(form):
+    found = verdict([form(row) for row in RIGHT])
+    assert (found.share, found.reason, found.diagnosis) == (1.0, "", None)
+
+
+def test_a_column_where_floats_were_asked_is_remarked():
+    assert "shape (2, 1)" in verdict([row[:, None] for row in RIGHT]).remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("value", "reason", "word"),
+    [
+        (None, "type", "return missing"),
+        ("0.1", "shape", "string"),
+        ([0.1, "0.2"], "type", "string"),
+        ([0.1, None], "type", "None"),
+        ([0.1, 0.2j], "type", "complex"),
+        ([0.1, 0.2, 0.3], "shape", "3 values"),
+        (0.1, "shape", "one number"),
+        ([0.1, [0.2, 0.3]], "shape", "y has shape (2,)"),
+        ([float("nan"), 0.1], "nan", "nan"),
+        ([float("inf"), 0.1], "nan", "infinity"),
+        (Reply("timeout"), "timeout", "time limit"),
+        (Reply("exception", text="ValueError: no", line=3), "exception", "ValueError"),
+    ],
+)
+def test_what_is_wrong_is_named(value, reason, word):
+    found = verdict([value] + [list(row) for row in RIGHT[1:]])
+    assert (found.share, found.wrong, found.reason) == (pytest.approx(11 / 12), 1, reason)
+    assert word in found.text
+    assert found.asked.startswith("dgm(q11=") and found.diagnosis is None
+
+
+def test_the_misconception_is_named_and_its_error_measured():
+    wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
+    found = verdict([list(row) for row in wrong])
+    assert found.share == 0 and found.diagnosis is OTHER
+    assert found.off == pytest.approx(np.max(np.abs(wrong[0] - RIGHT[0])), rel=1e-12)
+
+
+def test_one_stray_answer_is_no_misconception():
+    wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
+    wrong[5] += 1e-6
+    assert verdict([list(row) for row in wrong]).diagnosis is None
+
+
+def test_an_error_of_1e_8_is_wrong_and_of_1e_12_is_right():
+    assert verdict([list(row * (1 + 1e-8)) for row in RIGHT]).share < 1
+    assert verdict([list(row * (1 + 1e-12)) for row in RIGHT]).share == 1
+
+
+def test_refusals_count_only_beside_right_answers():
+    refuse = np.arange(12) >= 9
+    refusals = [
+        Reply("exception", text="ValueError: math domain error"),
+        Reply("value", [np.nan, np.nan]),
+        Reply("value"),
+    ]
+    assert verdict([*[list(row) for row in RIGHT[:9]], *refusals], refuse=refuse).share == 1
+    assert verdict([Reply("exception", text="ValueError: no")] * 12, refuse=refuse).share == 0
+    broken = Reply("exception", text="NotImplementedError: lab1 task 1")
+    assert verdict([*[list(row) for row in RIGHT[:9]], broken, *refusals[1:]], refuse=refuse).reason == "exception"
+    accepted = verdict([list(row) for row in RIGHT], refuse=refuse)
+    assert (accepted.share, accepted.reason) == (0.75, "accepted")
+
+
+def test_angles_are_compared_modulo_a_turn():
+    igm = Exercise("igm(x) -> q11", lambda robot, x: x, angles=("q11",))
+    x = np.array([0.1, -3.0])
+    assert judge(igm, None, (x,), [Reply("value", value + 2 * np.pi) for value in x]).share == 1
+    assert judge(igm, None, (x,), [Reply("value", value + np.pi) for value in x]).share == 0
+
+
+def test_matrices_and_vectors_are_read():
+    model = Exercise("f(a) -> M, c", lambda robot, a: (a[:, None, None] * np.eye(2), a[:, None] * np.ones(2)),
+                     shapes={"M": (2, 2), "c": (2,)})  # fmt: skip
+    a = np.array([1.0, 2.0])
+    for c in (lambda v: np.full((2, 1), v), lambda v: [v, v], lambda v: np.full(2, v)):
+        assert judge(model, None, (a,), [Reply("value", [v * np.eye(2), c(v)]) for v in a]).share == 1
+    assert judge(model, None, (a,), [Reply("value", [np.eye(3), [v, v]]) for v in a]).reason == "shape"
+
+
+def test_a_guess_of_few_values_earns_nothing():
+    kind = Exercise("kind(a) -> n", lambda robot, a: a > 0, guessable=True)
+    assert judge(kind, None, (np.array([1.0, -1.0]),), [Reply("value", 1)] * 2).share == 0
+
+
+def test_a_signature_that_cannot_be_read_is_refused():
+    with pytest.raises(ValueError, match="a signature reads"):
+        Exercise("dgm -> x, y", dgm)
