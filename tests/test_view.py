@@ -434,11 +434,26 @@ def test_texts_are_only_texts(opened, run):
 
 def test_frame_in_a_notebook_plays(opened, run):
     page = opened(f"<!DOCTYPE html><body>{view.scene(ROBOT, run, title='in a frame')._repr_html_()}</body>")
-    assert page.locator("img").is_visible() is False
+    box = page.locator("img").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    assert page.evaluate("([x, y]) => document.elementFromPoint(x, y).tagName", middle) == "IFRAME", "not covered"
     frame = page.frames[1]
     until(frame, "!!window.viewer && player.time > 0.02")
     assert frame.title() == "in a frame"
     assert page.locator("iframe").bounding_box()["height"] == 480
+
+
+def test_a_browser_without_webgl_says_so(browser, tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(two_bar_scene([0, 1, 2]).html, encoding="utf-8")
+    context = browser.new_context()
+    page = context.new_page()
+    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.goto(path.as_uri())
+    until(page, "$('banner').textContent != ''")
+    assert page.locator("#banner").text_content().startswith("This page needs a browser with WebGL")
+    assert page.locator("#banner").is_visible() and not page.locator("#controls").is_visible()
+    context.close()
 
 
 def test_title_is_escaped_in_the_file():

@@ -308,7 +308,7 @@ def test_notebooks_get_the_page_and_a_picture(run):
     bundle = scene._repr_mimebundle_()
     assert bundle.keys() == {"text/html", "image/png", "text/plain"}
     assert bundle["text/html"].count("<iframe") == 1 and 'srcdoc="&lt;!DOCTYPE html&gt;' in bundle["text/html"]
-    ((tag, attributes),) = Sanitized(bundle["text/html"]).left
+    _, (tag, attributes) = Sanitized(bundle["text/html"]).left
     assert tag == "img" and attributes["alt"] == 'a "b" <c>'
     assert attributes["src"] == "data:image/png;base64," + bundle["image/png"]
     picture = np.asarray(Image.open(io.BytesIO(scene.png)).convert("RGB"), dtype=float)

@@ -31,7 +31,8 @@ const player = {
   },
   frame(now) {
     if (!this.playing) return;
-    let time = this.time + Math.max(0, now - this.last) / 1000 * this.speed;
+    // A page that was out of sight goes on where it was.
+    let time = this.time + Math.min(0.5, Math.max(0, now - this.last) / 1000) * this.speed;
     this.last = now;
     if (time > data.duration) {
       if (!this.loop) this.playing = false;
@@ -228,5 +229,6 @@ async function begin() {
 
 begin().catch(error => {
   $("banner").className = "on failed";
+  $("controls").hidden = true;
   $("banner").textContent = "This page needs a browser with WebGL and DecompressionStream: " + error.message;
 });

@@ -89,12 +89,13 @@ class Scene:
         return strip_png(self, 5)
 
     def _repr_html_(self):
-        """The page in a frame of its own; who strips frames and styles, as GitHub does, leaves the picture of poses."""
-        picture = b64encode(self.png).decode()
+        """The page in a frame that covers the picture of poses: where frames are stripped, the picture is seen."""
+        title, picture = html.escape(self.title), b64encode(self.png).decode()
         return (
-            f'<img style="display:none" alt="{html.escape(self.title)}" src="data:image/png;base64,{picture}">'
-            f'<iframe style="width:100%;height:{HEIGHT}px;border:0" title="{html.escape(self.title)}" '
-            f'srcdoc="{html.escape(self.html)}"></iframe>'
+            f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
+            f'<img style="max-width:100%;max-height:100%" alt="{title}" src="data:image/png;base64,{picture}">'
+            f'<iframe style="position:absolute;left:0;top:0;width:100%;height:100%;border:0" title="{title}" '
+            f'srcdoc="{html.escape(self.html)}"></iframe></div>'
         )
 
     def _repr_mimebundle_(self, include=None, exclude=None):
