@@ -147,6 +147,22 @@ def test_plans_and_references_have_events_and_gaps():
     assert "out of reach" in out.notes[0]
 
 
+def test_plans_show_their_own_torques_and_forces():
+    plan = fb.plan(ROBOT, (0.09, 0.068), (0.05, 0.0), 1.5)
+    scene = view.scene(ROBOT, plan, ["trace", "loci", "velocity", "acceleration", "torques", "bar-forces"])
+    (machine,), t = scene.machines, scene.machines[0].frames.t
+    xi, xi_dot, xi_ddot = plan(t)
+    np.testing.assert_array_equal(machine.points[:, machine.traced], xi)
+    velocity, acceleration, *forces = layers(scene, Arrows)
+    np.testing.assert_array_equal([velocity.vectors, acceleration.vectors], [xi_dot, xi_ddot])
+    np.testing.assert_array_equal([layer.values for layer in layers(scene, Turning)], plan.tau(t).T)
+    u = plan.accelerations(t).rates.pose.A
+    for leg, layer in enumerate(forces):
+        expected = plan.bar_forces(t)[:, leg, None] * u[:, leg]
+        np.testing.assert_allclose(layer.vectors, expected, atol=1e-3 * layer.largest)
+    assert [event.text.split(" at ")[0] for event in machine.events] == ["Type 2 singularity (det A = 0)"]
+
+
 # Frames.
 
 
@@ -185,6 +201,31 @@ def test_samples_that_are_not_numbers_are_a_gap():
     assert scene.notes[0].startswith("11 of 201 samples are not numbers")
     (trace,) = layers(scene, Line)
     assert len(trace.paths) == 3 and all(np.isfinite(path).all() for path in trace.paths)
+
+
+def test_only_what_is_not_known_is_left_out(run, tmp_path):
+    """The mechanism goes on where only its rates, torques or reference are not numbers."""
+    tau, q_dot, xi_ref = run.tau.copy(), run.q_dot.copy(), run.xi_ref.copy()
+    tau[100:200], q_dot[250:300], xi_ref[300:350], xi_ref[400:] = np.nan, np.nan, np.nan, (1, 1)
+    scene = view.scene(ROBOT, replace(run, tau=tau, q_dot=q_dot, xi_ref=xi_ref), view.SHOWS)
+    index, whole = scene.machines[0].frames.index, view.scene(ROBOT, run, view.SHOWS)
+    assert scene.notes == ()
+    lost = {"tau": (index >= 100) & (index < 200), "q_dot": (index >= 250) & (index < 300)}
+    lost["xi_ref"] = (index >= 300) & (index < 350) | (index >= 400)
+    for layer, full in zip(layers(scene), layers(whole)):
+        if isinstance(layer, (Arrows, Turning, Ghost)):
+            name = {Ghost: "mechanism", Arrows: "vectors", Turning: "values"}[type(layer)]
+            values, expected = (getattr(x, name).reshape(len(index), -1) for x in (layer, full))
+            missing = {"velocity": lost["q_dot"], "ghost": lost["xi_ref"]}.get(layer.name, lost["tau"])
+            if layer.name in ("acceleration", "bar-forces"):
+                missing = lost["tau"] | lost["q_dot"]
+            np.testing.assert_allclose(values[~missing], expected[~missing], atol=1e-12)
+            assert np.isnan(values[missing]).all(), layer.name
+    (reference,) = (layer for layer in layers(scene, Line) if layer.name == "reference")
+    assert len(reference.paths) == 2
+    nothing = replace(run, tau=tau * np.nan, q_dot=q_dot * np.nan, xi_ref=xi_ref * np.nan)
+    scene = view.scene(ROBOT, nothing, view.SHOWS)
+    assert "NaN" not in scene.html.split("<script", 4)[3] and scene.png
 
 
 def test_dashes_begin_and_end_a_path():

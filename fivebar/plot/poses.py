@@ -140,7 +140,7 @@ def _draw(axes, scene, time):
     artists = []
     for machine, offset in zip(scene.machines, scene.offsets):
         frames, at = machine.frames, np.array([offset, 0.0])
-        k = int(np.clip(np.searchsorted(frames.t, time), 1, len(frames.t) - 1)) if len(frames.t) > 1 else 0
+        k = max(0, int(np.searchsorted(frames.t, time, side="right")) - 1)
         for layer in machine.layers:
             if isinstance(layer, Line) and layer.good is not None and layer.good[k]:
                 artists += _line(axes, layer, at)

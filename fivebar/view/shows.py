@@ -47,10 +47,11 @@ def _trace(source):
 
 def _reference(source):
     path = _need_reference(source, "reference")
-    path = path[np.isfinite(path).all(axis=1)]
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
-    return [Line("reference", [path], REFERENCE, width=0.34, over=True, lift=0.06, opacity=0.75)]
+    good = np.flatnonzero(np.isfinite(path).all(axis=1))
+    paths = [path[run] for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1) if len(run)]
+    return [Line("reference", paths, REFERENCE, width=0.34, over=True, lift=0.06, opacity=0.75)]
 
 
 def _ghost(source):

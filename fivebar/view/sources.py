@@ -12,6 +12,7 @@ from ..kinematics import dkm, ikm, ikm2
 from .frames import choose, grid
 from .machine import Event
 from .robots import drawn
+from .studies import OfStudy
 
 
 def source(robot, motion):
@@ -31,6 +32,13 @@ def source(robot, motion):
     if robot != own:
         raise ValueError(f"this motion is of another robot: {own}, not {robot}")
     return found
+
+
+def scattered(values, rows):
+    """Values (k, ...) at those rows (m,) bool that are true, nan at the others: (m, ...)."""
+    full = np.full((len(rows), *values.shape[1:]), np.nan)
+    full[rows] = values
+    return full
 
 
 class OfRobot:
@@ -71,31 +79,30 @@ class OfRobot:
             leg[:] = leg[np.maximum.accumulate(np.where(leg != 0, np.arange(len(leg)), first))] if len(nonzero) else -1
         return modes
 
-    @cached_property
+    @property
     def ghost(self):
         """The reference's positions in the modes of the motion, (m, k, 2) m, nan out of reach."""
-        pose = igm(self.robot, self.xi_ref, self.working, unreachable="nan")
-        return drawn(self.robot, pose.elbows, self.xi_ref, frame=self.body["points"])[0]
+        rows = np.isfinite(self.xi_ref).all(axis=1)
+        pose = igm(self.robot, self.xi_ref[rows], self.working[rows], unreachable="nan")
+        points = drawn(self.robot, pose.elbows, self.xi_ref[rows], frame=self.body["points"][rows])[0]
+        points[np.isnan(points).any(axis=(1, 2))] = np.nan
+        return scattered(points, rows)
 
     @property
     def bar_forces(self):
         """Forces of the distal bars on the end-effector, (m, 2 legs, 2) N, by least squares of m xi'' = A^T lambda and
         tau = Z q'' + B lambda, which together are regular at Type 1 and at Type 2."""
-        acc, pose = self._accelerations, self.pose
-        scale = sum(self.robot.distal) / 2
-        A, B = np.swapaxes(pose.A, 1, 2), pose.B / scale
-        right = np.concatenate(
-            [self.robot.m * acc.xi_ddot, (self.tau - self.robot.inertias * acc.q_ddot) / scale], axis=1
-        )
-        forces = np.full((len(right), 2), np.nan)
-        good = np.isfinite(right).all(axis=1) & np.isfinite(A).all(axis=(1, 2))
-        both = np.concatenate([A, B], axis=1)[good]
-        forces[good] = (np.linalg.pinv(both) @ right[good, :, None])[..., 0]
-        return forces[:, :, None] * pose.A
+        acc, rows = self._accelerations, self._rows
+        pose, scale = acc.rates.pose, sum(self.robot.distal) / 2
+        both = np.concatenate([np.swapaxes(pose.A, 1, 2), pose.B / scale], axis=1)
+        drives = (self.tau[rows] - self.robot.inertias * acc.q_ddot) / scale
+        right = np.concatenate([self.robot.m * acc.xi_ddot, drives], axis=1)
+        forces = np.linalg.pinv(both) @ right[..., None]
+        return scattered(forces * pose.A, rows)
 
     @property
     def acceleration(self):
-        return self._accelerations.xi_ddot
+        return scattered(self._accelerations.xi_ddot, self._rows)
 
     @property
     def torques(self):
@@ -134,23 +141,29 @@ class OfRun(OfRobot):
 
     @cached_property
     def pose(self):
+        return self._posed(slice(None))
+
+    def _posed(self, rows):
         """The pose of joints and end-effector as they were simulated, singular or not."""
-        spans = np.moveaxis(self.xi[:, None] - self.elbows, -1, 0)
+        q, spans = self.q[rows], np.moveaxis(self.xi[rows, None] - self.elbows[rows], -1, 0)
         phi = np.arctan2(spans[1], spans[0]).T
-        passive = [drive.relative(*angles) for drive, *angles in zip(self.robot.drives, phi, self.q.T)]
-        return four_joint_pose(self.robot, tuple(self.q.T), tuple(passive))
+        passive = [drive.relative(*angles) for drive, *angles in zip(self.robot.drives, phi, q.T)]
+        return four_joint_pose(self.robot, tuple(q.T), tuple(passive))
 
     @cached_property
-    def _rates(self):
-        return dkm(self.pose, self.run.q_dot)
+    def _rows(self):
+        """At which frames (m,) rates and torques are numbers."""
+        return np.isfinite(self.run.q_dot).all(axis=1) & np.isfinite(self.tau).all(axis=1)
 
     @cached_property
     def _accelerations(self):
-        return forward_dynamics(self._rates, self.tau)
+        rates = dkm(self._posed(self._rows), self.run.q_dot[self._rows])
+        return forward_dynamics(rates, self.tau[self._rows])
 
     @property
     def velocity(self):
-        return self._rates.xi_dot
+        rows = np.isfinite(self.run.q_dot).all(axis=1)
+        return scattered(dkm(self._posed(rows), self.run.q_dot[rows]).xi_dot, rows)
 
 
 class OfReference(OfRobot):
@@ -171,6 +184,10 @@ class OfReference(OfRobot):
     @property
     def times(self):
         return self.frames.start + self.frames.t
+
+    @property
+    def _rows(self):
+        return np.ones(len(self.xi), dtype=bool)
 
     @property
     def events(self):
@@ -199,51 +216,3 @@ class OfReference(OfRobot):
     def tau(self):
         planned = getattr(self.reference, "tau", None)
         return planned(self.times) if planned else inverse_dynamics(self._accelerations)
-
-
-class OfStudy:
-    """A study of a linkage; `GHKL` are the ends of its guide and its sliding block."""
-
-    known = "trace", "velocity", "acceleration", "torques"
-    effort = "torque"
-    events = ()
-
-    def __init__(self, study):
-        self.study, self.title = study, study.linkage.title
-        self.names = study.motion.points
-        self.points = study.points()
-        self.frames = choose(study.t, self.points)
-
-    @property
-    def body(self):
-        chain, index = self.study.motion.chain, self.names.index
-        ends = [pair for pair in (("G", "H"), ("K", "L")) if set(pair) <= set(self.names)]
-        pairs = {pair: tuple(map(index, pair)) for pair in ends}
-        return dict(
-            points=self.points[self.frames.index],
-            bars=tuple((index(a), index(b)) for a, b in chain.bars if (a, b) not in ends),
-            grounded=tuple(map(index, chain.grounded)), actuated=tuple(map(index, chain.actuated)),
-            traced=index(chain.traced), rails=tuple(pairs[p] for p in pairs if p == ("G", "H")),
-            blocks=tuple((*pairs[p], False) for p in pairs if p == ("K", "L")),
-        )  # fmt: skip
-
-    @property
-    def traced(self):
-        return self._of(self.study.motion.position)
-
-    @property
-    def velocity(self):
-        return self._of(self.study.motion.velocity)
-
-    @property
-    def acceleration(self):
-        return self._of(self.study.motion.acceleration)
-
-    def _of(self, quantity):
-        return quantity(self.study.motion.chain.traced)[self.frames.index]
-
-    @property
-    def torques(self):
-        chain = self.study.motion.chain
-        place = self.study.motion.position(chain.actuated[0])[self.frames.index]
-        return [(place, None, self.study["torque"][self.frames.index])]
