@@ -1,6 +1,6 @@
 """A planar mechanism in motion, as all pictures of it take it, and its body: bars, joints, motors, slides and base."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -43,7 +43,7 @@ class Machine:
     rails: tuple = ()
     blocks: tuple = ()
     events: tuple = ()
-    layers: tuple = field(default=())
+    layers: tuple = ()
 
     def __post_init__(self):
         count = self.points.shape[1]

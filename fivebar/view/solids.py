@@ -6,7 +6,7 @@ by the pixel, and nothing casts a shadow map: on a computer without a graphics c
 
 import numpy as np
 
-WHITE_LIGHT = {"type": "MeshLambertMaterial"}
+SHADED = {"type": "MeshLambertMaterial"}
 PLAIN = {"type": "MeshBasicMaterial", "side": 2}
 
 
@@ -23,7 +23,7 @@ def at(x=0.0, y=0.0, z=0.0, angle=0.0, scale=1.0):
 
 
 def mesh(geometry, matrix, colour, **material):
-    return {"geometry": geometry, "matrix": matrix, "material": {**WHITE_LIGHT, "color": colour, **material}}
+    return {"geometry": geometry, "matrix": matrix, "material": {**SHADED, "color": colour, **material}}
 
 
 def box(centre, length, width, low, high, colour, angle=0.0, **material):

@@ -18,13 +18,15 @@ from .studies import OfStudy
 def source(robot, motion):
     """The source of a motion: a Run, a Study, or a Plan or other reference that is called with the time.
 
-    ValueError for a motion of another robot, TypeError for what does not move.
+    ValueError for a motion of another robot, TypeError for what does not move, or by no robot.
     """
     if hasattr(motion, "motion") and hasattr(motion, "linkage"):
         found = OfStudy(motion)
     elif hasattr(motion, "xi_ref"):
         found = OfRun(motion)
     elif callable(motion) and hasattr(motion, "duration"):
+        if not hasattr(robot, "drives"):
+            raise TypeError(f"a reference needs the robot that follows it, not {robot!r}")
         found = OfReference(robot, motion)
     else:
         raise TypeError(f"a scene needs a Run, a Plan or other reference, or a Study, not {type(motion).__name__}")
