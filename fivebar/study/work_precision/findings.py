@@ -1,0 +1,140 @@
+"""What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing is known before."""
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from .table import OURS
+
+ABOVE_ROUNDING = 100.0
+
+
+def observed_order(steps, errors, rounding):
+    """The slope of log error over log step between the two smallest steps whose errors are clear of rounding; or nan.
+
+    Rounding is the given one, or the smallest error where smaller steps have larger ones.
+    """
+    order = np.argsort(steps)[::-1]
+    steps, errors = np.asarray(steps, dtype=float)[order], np.asarray(errors, dtype=float)[order]
+    if len(steps) < 2:
+        return math.nan
+    least = int(np.argmin(errors))
+    floor = max(rounding, errors[least] if least < len(errors) - 1 else 0.0)
+    clear = np.flatnonzero(errors[: least + 1] > ABOVE_ROUNDING * floor)
+    if len(clear) < 2:
+        return math.nan
+    a, b = clear[-2:]
+    return float(math.log(errors[a] / errors[b]) / math.log(steps[a] / steps[b]))
+
+
+def orders(result, panel):
+    """{method: observed order} of those that have one, by this panel's errors."""
+    found = {}
+    for method in result.chart.methods:
+        points = counted(result, panel, method.name)
+        if method.order and points:
+            steps = [result.chart.step(row["knob"]) for row in points]
+            found[method.name] = observed_order(steps, [row[panel.y] for row in points], panel.rounding)
+    return {name: order for name, order in found.items() if not math.isnan(order)}
+
+
+def counted(result, panel, method=None):
+    """The rows that are points of a panel."""
+    return [row for row in result.of(panel.problem, method) if row.get(panel.y, math.inf) <= panel.ceiling]
+
+
+def failures(result, panel):
+    """{method: [(row, word), ...]}: failed and left-out attempts, and those whose error is above the panel's ceiling."""
+    found = {}
+    for row in result.rows:
+        if row["problem"] != panel.problem:
+            continue
+        if row["status"] != "ok":
+            found.setdefault(row["method"], []).append((row, row["word"]))
+        elif panel.y in row and row[panel.y] > panel.ceiling:
+            found.setdefault(row["method"], []).append((row, f"off by more than {panel.ceiling:g}"))
+    return found
+
+
+def words_of(failed):
+    """The words of one method's failures, with how often each came."""
+    counts = Counter(word for _, word in failed)
+    return ", ".join(f"{word} ({count} times)" if count > 1 else word for word, count in counts.items())
+
+
+def caption(result):
+    """What the charts shows, in sentences, wins and losses of ours alike."""
+    sentences = []
+    for panel in (panel for row in result.chart.panels for panel in row):
+        said = [*_standing(result, panel), *_ratios(result, panel)]
+        if said:
+            sentences.append(f"{panel.title[0].upper()}{panel.title[1:]}: {'; '.join(said)}.")
+    return " ".join([*sentences, *_failed(result)])
+
+
+def _standing(result, panel):
+    """For each level how the fastest of ours stands to the fastest other."""
+    families = {method.name: method.family for method in result.chart.methods}
+    won, lost = [], []
+    for level in panel.levels:
+        best = {}
+        for row in counted(result, panel):
+            side = families[row["method"]] == OURS
+            if row[panel.y] <= level and (side not in best or row["seconds"] < best[side]["seconds"]):
+                best[side] = row
+        mine, other = best.get(True), best.get(False)
+        if mine and not other:
+            won.append(f"only fivebar gets to {level:.0e}")
+        elif other and not mine:
+            lost.append(f"fivebar does not get to {level:.0e}, {other['method']} does")
+        elif mine and mine["seconds"] < other["seconds"]:
+            won.append(f"to {level:.0e} {_times(other, mine)} as fast as {other['method']}")
+        elif mine:
+            lost.append(f"to {level:.0e} {other['method']} is {_times(mine, other)} as fast")
+    parts = []
+    if won:
+        parts.append("fivebar is ahead, " + ", ".join(won) if any("as fast" in w for w in won) else ", ".join(won))
+    if lost:
+        parts.append("it loses: " + ", ".join(lost))
+    return parts
+
+
+def _times(slow, fast):
+    return f"{slow['seconds'] / fast['seconds']:.2g} ×"
+
+
+def _ratios(result, panel):
+    """Where the abscissa is neither time nor knob: the other methods' errors over ours, at the same abscissa."""
+    if panel.x in ("seconds", "knob"):
+        return []
+    mine = {}
+    families = {method.name: method.family for method in result.chart.methods}
+    for row in counted(result, panel):
+        if families[row["method"]] == OURS:
+            mine[row["knob"]] = row[panel.y]
+    ratios = {
+        name: np.median([r[panel.y] / mine[r["knob"]] for r in counted(result, panel, name) if r["knob"] in mine])
+        for name, family in families.items()
+        if family != OURS and any(r["knob"] in mine for r in counted(result, panel, name))
+    }
+    if not ratios:
+        return []
+    return ["errors over fivebar's, median: " + ", ".join(f"{name} {ratio:.2g}" for name, ratio in ratios.items())]
+
+
+def _failed(result):
+    """Which methods failed how often on which problem, ours first."""
+    sentences = []
+    for problem, words in result.chart.problems.items():
+        panel = next(panel for row in result.chart.panels for panel in row if panel.problem == problem)
+        found = {
+            name: failed for name, failed in failures(result, panel).items() if failed[0][0]["status"] != "left out"
+        }
+        totals = Counter(row["method"] for row in result.rows if row["problem"] == problem)
+        families = {method.name: method.family for method in result.chart.methods}
+        for ours in (True, False):
+            own = [f"{n} {len(f)} of {totals[n]}" for n, f in found.items() if (families[n] == OURS) == ours]
+            if own:
+                sentences.append(f"Failed on “{words}”, {'of ours' if ours else 'of the others'}: {', '.join(own)}.")
+    return sentences
