@@ -1,6 +1,5 @@
 """`fivebar chart`: speed against accuracy, measured here and drawn."""
 
-import sys
 from pathlib import Path
 
 
@@ -17,7 +16,7 @@ def _chart(arguments):
     from .study.work_precision import chart_names, make
 
     names = chart_names() if arguments.name == "all" else (arguments.name,)
-    made = make(names, arguments.out, arguments.quick, lambda line: print(line, file=sys.stderr))
+    made = make(names, arguments.out, arguments.quick)
     for name in made:
         print(*(arguments.out / f"{name}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
     print(arguments.out / "index.html")

@@ -13,7 +13,7 @@ from ...singularity import Singularity
 from .table import OURS, Attempt, Chart, Method, Panel
 
 ROBOT = FiveBar()
-NODES = (25, 35, 50, 71, 100, 141, 200, 283, 400, 566, 800, 1131, 1600)
+NODES = (25, 35, 50, 71, 100, 141, 200, 283, 400, 566, 800, 1131)
 NEIGHBOURS = 8
 REGULAR = 0.3  # sines of both legs from which on a pose counts as away from Type 1
 
@@ -133,9 +133,9 @@ def chart():
     return Chart(
         name="singularity-map",
         title="Type-2 singularity loci: contours of a grid against the closed form",
-        reading="Each point of a grid's curve is a resolution, from 25 x 25 to 1600 x 1600 nodes over the workspace. "
-        "Left: distance of the points found from the true locus, away from Type 1; middle: of the drawn lines, everywhere, "
-        "at worst. Right: how far the true locus is from anything drawn, at worst: what a plot leaves out.",
+        reading="Each point of a grid's curve is a resolution, from 25 x 25 to 1131 x 1131 nodes over the workspace. "
+        "Left: distance of the points found from the true locus, away from Type 1; middle: of the drawn lines, "
+        "everywhere, at worst. Right: how far the true locus is from anything drawn, at worst: what a plot leaves out.",
         problems={"task": "task space, four working modes"},
         methods=methods,
         step=lambda nodes: 1 / nodes,
@@ -146,7 +146,7 @@ def chart():
                 Panel(y="error", title="lines drawn, at worst", ylabel="largest distance from the true locus (m)",
                       levels=(1e-4, 1e-6, 1e-9), **common),
                 Panel(y="missing", title="what is left out, at worst",
-                      ylabel="largest distance of the true locus from the lines drawn (m)", levels=(1e-3, 1e-4, 1e-5),
+                      ylabel="largest distance from true locus to drawing (m)", levels=(1e-3, 1e-4, 1e-5),
                       **common),
             ),
         ),

@@ -5,9 +5,9 @@ from collections import Counter
 
 import numpy as np
 
-from .table import OURS
+from .table import LIMIT, OURS
 
-ABOVE_ROUNDING = 100.0
+ABOVE_ROUNDING = 10.0
 
 
 def observed_order(steps, errors, rounding):
@@ -45,7 +45,7 @@ def counted(result, panel, method=None):
 
 
 def failures(result, panel):
-    """{method: [(row, word), ...]}: failed and left-out attempts, and those whose error is above the panel's ceiling."""
+    """{method: [(row, word), ...]}: failed and left-out attempts, and those with an error above the panel's ceiling."""
     found = {}
     for row in result.rows:
         if row["problem"] != panel.problem:
@@ -74,34 +74,60 @@ def caption(result):
 
 
 def _standing(result, panel):
-    """For each level how the fastest of ours stands to the fastest other."""
-    families = {method.name: method.family for method in result.chart.methods}
-    won, lost = [], []
+    """For each level how the fastest of ours stands to the fastest other, and which of ours are slower than that."""
+    won, lost, alone, short, slower, limit = {}, {}, [], {}, {}, {}
     for level in panel.levels:
-        best = {}
-        for row in counted(result, panel):
-            side = families[row["method"]] == OURS
-            if row[panel.y] <= level and (side not in best or row["seconds"] < best[side]["seconds"]):
-                best[side] = row
-        mine, other = best.get(True), best.get(False)
-        if mine and not other:
-            won.append(f"only fivebar gets to {level:.0e}")
-        elif other and not mine:
-            lost.append(f"fivebar does not get to {level:.0e}, {other['method']} does")
-        elif mine and mine["seconds"] < other["seconds"]:
-            won.append(f"to {level:.0e} {_times(other, mine)} as fast as {other['method']}")
+        mine, others, limits = _fastest(result, panel, level)
+        if mine and limits:
+            limit[limits[0]["method"]] = mine[0]["seconds"] / limits[0]["seconds"]
+        if mine and not others:
+            alone.append(level)
+        elif others and not mine:
+            short.setdefault(others[0]["method"], []).append(level)
         elif mine:
-            lost.append(f"to {level:.0e} {other['method']} is {_times(mine, other)} as fast")
-    parts = []
-    if won:
-        parts.append("fivebar is ahead, " + ", ".join(won) if any("as fast" in w for w in won) else ", ".join(won))
-    if lost:
-        parts.append("it loses: " + ", ".join(lost))
+            ratio, name = others[0]["seconds"] / mine[0]["seconds"], others[0]["method"]
+            (won if ratio > 1 else lost).setdefault(name, []).append((level, max(ratio, 1 / ratio)))
+            behind = {row["method"]: row["seconds"] / others[0]["seconds"] for row in mine[1:]}
+            slower = {name: (others[0]["method"], ratio) for name, ratio in behind.items() if ratio > 1}
+    parts = [f"{_ratios_at(found)} as fast as {name}" for name, found in won.items()]
+    parts = ["fivebar is " + ", ".join(parts)] if parts else []
+    parts += [f"only fivebar gets to {_levels(alone)}"] if alone else []
+    parts += [f"fivebar loses: {name} is {_ratios_at(found)} as fast" for name, found in lost.items()]
+    parts += [f"fivebar does not get to {_levels(found)}, {name} does" for name, found in short.items()]
+    if slower:
+        listed = ", ".join(f"{name} ({_number(ratio)} ×)" for name, (_, ratio) in slower.items())
+        parts.append(f"slower than {next(iter(slower.values()))[0]} are {listed}")
+    parts += [f"{name} is {_number(ratio)} × as fast as fivebar" for name, ratio in limit.items()]
     return parts
 
 
-def _times(slow, fast):
-    return f"{slow['seconds'] / fast['seconds']:.2g} ×"
+def _fastest(result, panel, level):
+    """Of each method the fastest row with an error of at most `level`, by time: ours, the others, the limits."""
+    best = {}
+    for row in counted(result, panel):
+        known = best.get(row["method"])
+        if row[panel.y] <= level and (known is None or row["seconds"] < known["seconds"]):
+            best[row["method"]] = row
+    ordered = sorted(best.values(), key=lambda row: row["seconds"])
+    families = {method.name: method.family for method in result.chart.methods}
+    parts = {OURS: [], LIMIT: [], None: []}
+    for row in ordered:
+        family = families[row["method"]]
+        parts[family if family in parts else None].append(row)
+    return parts[OURS], parts[None], parts[LIMIT]
+
+
+def _number(ratio):
+    """Two digits, without an exponent."""
+    return f"{float(f'{ratio:.2g}'):g}"
+
+
+def _levels(levels):
+    return ", ".join(f"{level:.0e}".replace("e-0", "e-") for level in levels)
+
+
+def _ratios_at(found):
+    return f"{', '.join(_number(ratio) for _, ratio in found)} × (to {_levels([level for level, _ in found])})"
 
 
 def _ratios(result, panel):

@@ -1,11 +1,10 @@
 """The picture of the stability chart: colours over the plane of the gains, the exact limits on it."""
 
 import numpy as np
-from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 from .picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, _wrapped
-from .stability import PROBLEMS, WINDOWS
+from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
 LEVELS = {"growth": (0.5, 0.8, 1.0), "noise": (1.5, 2.0, 3.0, 5.0)}
 BAR = 0.75  # in, for the colour bar
@@ -40,21 +39,14 @@ def figure(result):
 def _map(made, axes, bar, result, panel):
     words, delay, _, exact = PROBLEMS[panel.problem]
     kind = panel.problem.split("-")[0]
-    rows = result.of(panel.problem)
-    p, q, value = (np.array([row[name] for row in rows]) for name in ("p", "q", "value"))
     if kind == "growth":
-        colours = dict(cmap="PuOr_r", norm=TwoSlopeNorm(1.0, 0.0, 2.0))
-        label = "factor per sample, simulated"
+        colours, label = dict(cmap="PuOr_r", vmin=0.0, vmax=2.0), "factor per sample, simulated"
     else:
         colours, label = dict(cmap="cividis_r", vmin=1.0, vmax=6.0), "angles' deviation over the noise's, simulated"
-    image = axes.scatter(p, q, c=value, s=_mark(len(result.of(panel.problem)) + len(_lost(result, panel))), marker="s",
-                         linewidths=0, **colours)  # fmt: skip
-    lost = _lost(result, panel)
-    if lost:
-        from .stability import gains
-
-        points = np.array([gains(panel.problem, row["knob"]) for row in lost])
-        axes.plot(*points.T, "x", color="#aaaaaa", ms=4, label="does not hold")
+    edges = (np.linspace(0, high, side_of(panel.problem) + 1) for high in WINDOWS[delay])
+    image = axes.pcolormesh(*edges, _grid(result, panel.problem), **colours)
+    if lost := result.of(panel.problem, status="failed"):
+        axes.plot(*np.transpose([gains(panel.problem, row["knob"]) for row in lost]), "x", color="#999999", ms=4)
     x, y = (np.linspace(1e-6, high, FINE) for high in WINDOWS[delay])
     field = np.array([[min(exact(a, b, delay), 99.0) for a in x] for b in y])
     styles = dict(colors=[INK], linewidths=1.6)
@@ -74,13 +66,25 @@ def _map(made, axes, bar, result, panel):
     bar.tick_params(labelsize=8)
 
 
-def _mark(count):
-    """Area of a square marker, pt^2, that `count` points (a grid, or every other point of one) fill the axes with."""
-    return WIDTH * HEIGHT * 72**2 / count * 0.9
+def _grid(result, problem):
+    """Values over the grid, [Kd, Kp]; what a quick run left out is the mean of the neighbours."""
+    side = side_of(problem)
+    values = np.full(side * side, np.nan)
+    measured = np.zeros(side * side, bool)
+    for row in result.of(problem):
+        values[int(row["knob"])] = row["value"]
+    for row in [*result.of(problem), *result.of(problem, status="failed")]:
+        measured[int(row["knob"])] = True
+    wide, known = np.pad(values.reshape(side, side), 1, constant_values=np.nan), measured.reshape(side, side)
+    around = np.stack([wide[:-2, 1:-1], wide[2:, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:]])
+    found = np.isfinite(around)
+    mean = np.where(found, around, 0.0).sum(axis=0) / np.maximum(found.sum(axis=0), 1)
+    inside = found.sum(axis=0) >= 2
+    return np.where(known, wide[1:-1, 1:-1], np.where(inside, mean, np.nan)).T
 
 
-def _lost(result, panel):
-    return result.of(panel.problem, status="failed")
+def _holds(problem, row):
+    return row["value"] < 1 if problem.startswith("growth") else True  # it grows less than the run is long
 
 
 def caption(result):
@@ -91,16 +95,12 @@ def caption(result):
         lost = result.of(problem, status="failed")
         if not rows:
             continue
-        off = np.array([abs(row["value"] / row["exact"] - 1) for row in rows])
+        off = np.array([abs(row["value"] / row["exact"] - 1) for row in rows if row["exact"] < NEVER])
+        wrong = [row["radius"] for row in rows if (row["radius"] < 1) != _holds(problem, row)]
+        astray = sum(row["word"] != "grows" for row in lost)
         text = f"{words[0].upper()}{words[1:]}, {len(rows) + len(lost)} pairs of gains: simulated and exact differ by "
-        text += f"{100 * np.median(off):.2g} % in the median, {100 * off.max():.2g} % at most"
-        if problem.startswith("growth"):
-            wrong = [row for row in rows if (row["value"] < 1) != (row["exact"] < 1)]
-            farthest = max((abs(row["exact"] - 1) for row in wrong), default=0.0)
-            text += f"; they disagree on stability {len(wrong)} times"
-            text += f", there the exact factor is within {farthest:.2g} of 1" if wrong else ""
-        else:
-            wrong = sum(row["word"] != "grows" for row in lost) + sum(row["exact"] > 1e8 for row in rows)
-            text += f"; they disagree on stability {wrong} times"
+        text += f"{100 * np.median(off):.2g} % in the median, {100 * off.max():.2g} % at most; "
+        text += f"they disagree on stability {len(wrong) + astray} times"
+        text += f", where the exact factor is within {max(abs(r - 1) for r in wrong):.2g} of 1" if wrong else ""
         sentences.append(text + ".")
     return " ".join(sentences)

@@ -15,7 +15,7 @@ from ...singularity import singularity_margins
 from ..half_angle import half_angle
 from ..newton_dgm import newton_dgm
 from .exact import distance, exact_motion
-from .table import OURS, Attempt, Chart, Failed, Method, Panel
+from .table import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
 
 ROBOT, ASSEMBLY = FiveBar(), -1
 POSES, BATCH = 100, 10**6
@@ -246,7 +246,7 @@ def chart():
         Method("fivebar: RRR dyad, NumPy", OURS, closed(ours), everywhere),
         Method("fivebar: CasADi VM", OURS, in_casadi(False), single),
         Method("fivebar: CasADi, compiled C", OURS, in_casadi(True), single, machine),
-        Method("C loop by hand (the limit)", "C by hand", c_loop, single, machine),
+        Method("C loop by hand (the limit)", LIMIT, c_loop, single, machine),
         Method("closed form as printed (AMORO eq. 1-3)", "closed forms", closed(printed), everywhere),
         Method("tangent half-angle", "closed forms", closed(tangent_half_angle), everywhere),
         Method("equivalent four-bar (MechAnalyzer eq. 17-21)", "closed forms", closed(equivalent_four_bar), everywhere),
@@ -259,15 +259,16 @@ def chart():
     return Chart(
         name="geometry",
         title="Where is the end-effector? Direct geometric model of the five-bar: error against time",
-        reading=f"Left and middle: each point is a method, right and fast is down and left; errors are the largest of "
-        f"{POSES} poses of the whole joint space, against 50 digits. Iterations have one point for each tolerance. "
-        "Right: the same error where the distal bars approach one line (Type 2), against 1/σ, the amplification "
-        "of joint errors there; the dotted line is what rounding of the given angles alone must cost.",
+        reading="Left and middle: each point is a method; errors are the largest of "
+        f"{POSES} poses of the whole joint space, against 50 digits. Iterations have one point for each tolerance; the "
+        "loop in C is called once for all poses. Right: the same error where the distal bars approach one line "
+        "(Type 2), against 1/σ, the amplification of joint errors there; the dotted line is what rounding of the "
+        "given angles alone must cost.",
         problems={"one": "one pose at a time", "batch": "10⁶ poses at once", "singular": "near Type 2"},
         methods=methods,
         panels=(
             (
-                Panel("one", "one pose at a time, from Python", ylabel=size, xlabel="time per pose (s)",
+                Panel("one", "one pose at a time, called from Python", ylabel=size, xlabel="time per pose (s)",
                       levels=(1e-3, 1e-9, 1e-15)),
                 Panel("batch", "10⁶ poses at once", ylabel=size, xlabel="time per pose (s)", levels=(1e-12, 1e-15)),
                 Panel("singular", "near a Type-2 singularity", ylabel=size, x="inverse_sigma",

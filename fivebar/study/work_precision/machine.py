@@ -63,7 +63,8 @@ def missing(needs):
 def describe():
     """What a reader of the times must know of this machine: processor, cores, compiler, libraries' versions."""
     return {
-        "cpu": _processor(), "cores": os.cpu_count(), "system": platform.platform(), "python": platform.python_version(),
+        "cpu": _processor(), "cores": os.cpu_count(), "system": platform.platform(),
+        "python": platform.python_version(),
         "compiler": _compiler(), **{name: _version(name) for name in LIBRARIES},
     }  # fmt: skip
 

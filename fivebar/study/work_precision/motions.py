@@ -32,7 +32,7 @@ def from_home(*q_dot):
 
 MOTIONS = {
     "regular": FreeMotion(
-        "regular motion", from_home(-0.5, 1.0), (-0.06380678070477683638349, 0.04306396805388616699037)
+        "regular motion", from_home(-0.3, 1.1), (-0.07056483037979482713031, 0.0864695450628668164328)
     ),
     "grazing": FreeMotion(
         "motion that grazes Type 2", from_home(1.0, -1.728), (-0.06751875805022503989051, -0.03602829464741189173294)

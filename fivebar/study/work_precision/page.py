@@ -5,11 +5,13 @@ import os
 from html import escape
 
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 72rem; margin: 2rem auto; padding: 0 1rem }
-img { max-width: 100%; height: auto; border: 1px solid #ddd }
-table { border-collapse: collapse; font-size: .8rem } td, th { padding: .1rem .6rem; text-align: right; border-bottom: 1px solid #eee }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 72rem; margin: 2rem auto }
+body { padding: 0 1rem } img { max-width: 100%; height: auto; border: 1px solid #ddd }
+table { border-collapse: collapse; font-size: .8rem; display: block; overflow-x: auto }
+td, th { padding: .1rem .6rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap }
 td.word, th.word { text-align: left } .about { color: #666; font-size: .85rem } nav a { margin-right: 1.2rem }
 """
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 COLUMNS = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
 
 
@@ -20,7 +22,7 @@ def write_page(path, results, pictures, captions):
     text = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">"
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         f"<title>fivebar: speed against accuracy</title><style>{STYLE}</style></head><body>"
         f"<h1>Speed against accuracy</h1><nav>{links}</nav>{''.join(sections)}</body></html>\n"
     )

@@ -5,17 +5,17 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from .findings import caption, counted, failures, orders, words_of
 from .table import OURS
 
 INK, PALE = "#222222", "#777777"
 COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"  # Okabe and Ito's; ours is ink
-MARKERS = "osD^vP*<>ph8dHX"
+MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
-WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.2, 0.15
+WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
 LINE, LETTER = 0.158, 0.0655  # of small text: height of a line, mean width of a letter
-COLUMNS = 3  # of the legend
 
 
 def figure(result):
@@ -26,7 +26,8 @@ def figure(result):
     width = max(map(len, chart.panels)) * (LEFT + WIDTH + RIGHT)
     labels = _labels(result)
     reading, findings = _wrapped(chart.reading, width), _wrapped(caption(result), width)
-    key = LINE * 1.25 * -(-len(labels) // COLUMNS) + 0.1
+    columns = max(1, int((width - 2 * EDGE) / (LETTER * max(map(len, labels.values())) + 0.75)))
+    key = LINE * 1.25 * -(-len(labels) // columns) + 0.1
     head, foot = 0.5 + LINE * len(reading), key + LINE * len(findings) + 3 * EDGE
     height = head + foot + sum(strip + ABOVE + HEIGHT + BELOW for strip in strips)
     made = Figure(figsize=(width, height))
@@ -39,12 +40,15 @@ def figure(result):
             box = ((k * (LEFT + WIDTH + RIGHT) + LEFT) / width, top / height, WIDTH / width, HEIGHT / height)
             axes = made.add_axes(box)
             _draw(axes, result, panel, styles)
-            above = made.add_axes((box[0], box[1] + box[3], box[2], max(strip, 1e-3) / height), sharex=axes)
-            _strip(above, panel, lane, styles, strip)
+            axes.set_title(panel.title, fontsize=10.5, color=INK, pad=5 + 72 * LANE * len(lane))
+            if lane:
+                above = made.add_axes((box[0], box[1] + box[3], box[2], LANE * len(lane) / height), sharex=axes)
+                _strip(above, panel, lane, styles)
+            _decades(axes)
         top -= BELOW
     handles = [Line2D([], [], label=label, **styles[name]) for name, label in labels.items()]
     made.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(EDGE / width, (foot - key - EDGE) / height), ncols=COLUMNS,
+        handles=handles, loc="lower left", bbox_to_anchor=(EDGE / width, (foot - key - EDGE) / height), ncols=columns,
         fontsize=8.5, frameon=False, borderaxespad=0, columnspacing=2.0, labelspacing=0.35,
     )  # fmt: skip
     y = (foot - key - 1.6 * EDGE) / height
@@ -63,7 +67,8 @@ def _styles(chart):
     return {
         m.name: dict(
             color=colours[m.family], marker=MARKERS[k % len(MARKERS)], ms=6 if m.family == OURS else 5,
-            lw=1.7 if m.family == OURS else 1.1, mfc=colours[m.family] if m.family == OURS else "white", mew=1.1,
+            lw=1.7 if m.family == OURS else 1.1, mew=1.1,
+            mfc=colours[m.family] if m.family == OURS or k >= len(MARKERS) else "white",
         )
         for k, m in enumerate(chart.methods)
     }  # fmt: skip
@@ -115,28 +120,33 @@ def _draw(axes, result, panel, styles):
         axes.set_xlim(x)
     if panel.x == "seconds":
         arrow = dict(arrowstyle="-|>", color=PALE, lw=1.3)
-        axes.annotate("", (0.015, 0.02), (0.1, 0.115), "axes fraction", arrowprops=arrow)
-        axes.text(0.105, 0.1, "better", transform=axes.transAxes, fontsize=8, color=PALE)
+        axes.annotate("", (-0.15, -0.125), (-0.1, -0.06), "axes fraction", arrowprops=arrow, annotation_clip=False)
+        axes.text(-0.12, -0.15, "better", transform=axes.transAxes, fontsize=8, color=PALE, va="center")
     axes.set_xlabel(panel.xlabel, fontsize=9)
     axes.set_ylabel(panel.ylabel, fontsize=9)
     axes.tick_params(labelsize=8)
     axes.margins(x=0.07, y=0.09)
 
 
-def _strip(axes, panel, lanes, styles, height):
-    """Failed attempts at their times, a lane for each method, and how they failed."""
-    axes.set_title(panel.title, fontsize=10.5, color=INK)
+def _strip(axes, panel, lanes, styles):
+    """Failed attempts at their times, a lane for each method, and above them in words how they failed."""
     axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False, which="both")
-    if not height:
-        axes.set_frame_on(False)
-        return
     axes.set_facecolor("#f1f1f1")
-    axes.set_ylim(max(height / LANE, 1), 0)
+    axes.set_ylim(len(lanes), 0)
     for k, (name, failed) in enumerate(lanes.items()):
         times = [row[panel.x] for row, _ in failed if panel.x in row]
-        axes.plot(times, [k + 0.5] * len(times), "x", color=styles[name]["color"], ms=5, mew=1.3)
+        axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
         text = f"{name}: {words_of(failed)}"
-        axes.text(
-            0.01, k + 0.52, text, transform=axes.get_yaxis_transform(), fontsize=6.8, va="center", color=INK,
-            bbox=dict(fc="white", ec="none", alpha=0.7, pad=0.6),
-        )  # fmt: skip
+        axes.text(0.008, k + 0.3, text, transform=axes.get_yaxis_transform(), fontsize=6.8, va="center", color=INK)
+
+
+def _decades(axes):
+    """Ticks at powers of ten, at least two on each axis."""
+    for low_high, set_limits, axis in (
+        (axes.get_xlim(), axes.set_xlim, axes.xaxis), (axes.get_ylim(), axes.set_ylim, axes.yaxis)
+    ):  # fmt: skip
+        low, high = np.log10(low_high)
+        if np.floor(high) - np.ceil(low) < 1:
+            low, high = min(low, np.floor(low + 0.15)), max(high, np.ceil(high - 0.15))
+            set_limits(10**low, 10**high)
+        axis.set_minor_formatter(NullFormatter())

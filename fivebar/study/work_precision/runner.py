@@ -10,7 +10,7 @@ import numpy as np
 from ...errors import SingularityError, UnreachableError
 from .machine import describe, missing, times_of
 from .store import Partial, Result
-from .table import Failed, load, module_of
+from .table import Attempt, Failed, load, module_of
 
 BUDGET = {True: 0.1, False: 0.5}  # s of timing for one attempt, in a quick and in a full run
 REFUSALS = (ArithmeticError, ValueError, RuntimeError, MemoryError)  # other errors are ours, and end the run
@@ -47,7 +47,8 @@ def row_of(problem, method, knob, measure):
 def measure(chart, problem, name, knob, budget):
     """Columns of an attempt: its times and measures, or how it failed, and after what time."""
     before = time.perf_counter()
-    attempt = None
+    attempt = Attempt(None, None)  # until there is another
+    once = None
     try:
         with np.errstate(all="ignore"):
             attempt = chart.method(name).prepare(problem, knob)
@@ -55,14 +56,15 @@ def measure(chart, problem, name, knob, budget):
             result = attempt.call()
             once = time.perf_counter() - before
             measures = attempt.judge(result)
+        if not all(np.isfinite(value) for value in measures.values()):
+            raise Failed("nan")
     except (Failed, *REFUSALS) as error:
-        spent = time.perf_counter() - before
-        return {"status": "failed", "word": word_for(error), "seconds": spent / (attempt.per if attempt else 1)}
-    bad = [key for key, value in measures.items() if not np.isfinite(value)]
-    if bad:
-        return {"status": "failed", "word": "nan", "seconds": once / attempt.per}
+        spent = once or time.perf_counter() - before
+        if attempt.times and len(own := attempt.times()):
+            spent = float(np.median(own))
+        return {"status": "failed", "word": word_for(error), "seconds": spent / attempt.per}
     with np.errstate(all="ignore"):
-        samples = attempt.times(result) if attempt.times else times_of(attempt.call, once, budget)
+        samples = attempt.times() if attempt.times else times_of(attempt.call, once, budget)
     low, middle, high = (float(s) for s in np.percentile(samples / attempt.per, QUARTILES))
     return {
         "seconds": middle, "seconds_low": low, "seconds_high": high, "repeats": len(samples),

@@ -34,7 +34,9 @@ class Result:
             file.write(f"# fivebar chart {self.chart.name}, SI units: {json.dumps(self.about)}\n")
             writer = csv.DictWriter(file, (*BASE, *measures), restval="", lineterminator="\n")
             writer.writeheader()
-            writer.writerows({k: repr(v) if isinstance(v, float) else v for k, v in row.items()} for row in self.rows)
+            writer.writerows(
+                {k: repr(float(v)) if isinstance(v, float) else v for k, v in row.items()} for row in self.rows
+            )
         os.replace(part, path)
 
 

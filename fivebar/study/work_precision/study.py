@@ -3,22 +3,24 @@
 import io
 from importlib import import_module
 
+from PIL import Image
+
 from . import findings, picture, runner
 from .page import write_page
 from .store import from_csv
 from .table import CHARTS, load, module_of
 
-DPI = 110
+DPI, COLOURS = 110, 256  # a palette makes a third of the file
 
 
 def chart_names():
     return tuple(CHARTS)
 
 
-def make(names, folder, quick=False, message=print):
-    """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all that are there; {name: Result}.
+def make(names, folder, quick=False):
+    """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
 
-    quick: every other knob and less time for each. An interrupted run goes on where it was. message: takes a line.
+    quick: every other knob and less time for each. An interrupted run goes on where it was.
     """
     from tqdm import tqdm
 
@@ -53,9 +55,11 @@ def draw(result, folder):
     figure = module_with(result.chart).figure(result)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
-    (folder / f"{result.chart.name}.png").write_bytes(buffer.getvalue())
+    small = io.BytesIO()
+    Image.open(buffer).convert("RGB").quantize(COLOURS).save(small, "png", optimize=True)
+    (folder / f"{result.chart.name}.png").write_bytes(small.getvalue())
     figure.savefig(folder / f"{result.chart.name}.svg")
-    return buffer.getvalue()
+    return small.getvalue()
 
 
 class _Usual:

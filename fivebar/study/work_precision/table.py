@@ -27,7 +27,7 @@ class Failed(Exception):
 class Attempt:
     """A method made ready: call () -> result is what is timed; judge (result) -> {measure: value}, or raises Failed.
 
-    per: units of work in a call, by which its time is divided; times: result -> (n,) s where the call measures its own.
+    per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call has measured its own.
     """
 
     call: object
@@ -54,7 +54,7 @@ class Method:
     def knobs_of(self, problem, quick):
         """The knobs, in a quick run every other one, the first among them."""
         knobs = self.knobs.get(problem, ()) if isinstance(self.knobs, dict) else self.knobs
-        return knobs[::2] if quick else knobs
+        return tuple(k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs))
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,7 @@ class Panel:
 
 
 OURS = "fivebar"  # the family that the captions compare with all others
+LIMIT = "the limit"  # the family of what nobody would write by hand for every model: named apart
 
 
 @dataclass(frozen=True)

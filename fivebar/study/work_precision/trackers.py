@@ -51,7 +51,7 @@ def tracked(controller_of):
                 raise Failed(f"QP fails in {np.count_nonzero(log.status) / len(log.status):.0%} of the steps")
             return {"error": figures["rms_error_m"], "largest": figures["max_error_m"]}
 
-        return Attempt(call, judge, times=lambda _: np.array(times[WARM_UP:]))
+        return Attempt(call, judge, times=lambda: np.array(times[WARM_UP:]))
 
     return prepare
 
