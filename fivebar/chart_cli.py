@@ -1,5 +1,6 @@
 """`fivebar chart`: speed against accuracy, measured here and drawn."""
 
+import sys
 from pathlib import Path
 
 
@@ -16,7 +17,11 @@ def _chart(arguments):
     from .study.work_precision import chart_names, make
 
     names = chart_names() if arguments.name == "all" else (arguments.name,)
-    made = make(names, arguments.out, arguments.quick)
+    try:
+        made = make(names, arguments.out, arguments.quick)
+    except KeyboardInterrupt:
+        print(f"fivebar: what was measured is kept in {arguments.out}; the same command goes on there", file=sys.stderr)
+        raise
     for name in made:
         print(*(arguments.out / f"{name}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
     print(arguments.out / "index.html")

@@ -8,6 +8,7 @@ import numpy as np
 from .table import LIMIT, OURS
 
 ABOVE_ROUNDING = 10.0
+LEVEL = 1.1  # a ratio of times below it is no difference
 
 
 def observed_order(steps, errors, rounding):
@@ -75,7 +76,7 @@ def caption(result):
 
 def _standing(result, panel):
     """For each level how the fastest of ours stands to the fastest other, and which of ours are slower than that."""
-    won, lost, alone, short, slower, limit = {}, {}, [], {}, {}, {}
+    won, level_with, lost, alone, short, slower, limit = {}, {}, {}, [], {}, {}, {}
     for level in panel.levels:
         mine, others, limits = _fastest(result, panel, level)
         if mine and limits:
@@ -86,13 +87,18 @@ def _standing(result, panel):
             short.setdefault(others[0]["method"], []).append(level)
         elif mine:
             ratio, name = others[0]["seconds"] / mine[0]["seconds"], others[0]["method"]
-            (won if ratio > 1 else lost).setdefault(name, []).append((level, max(ratio, 1 / ratio)))
+            if max(ratio, 1 / ratio) < LEVEL:
+                level_with.setdefault(name, []).append(level)
+            else:
+                (won if ratio > 1 else lost).setdefault(name, []).append((level, max(ratio, 1 / ratio)))
             behind = {row["method"]: row["seconds"] / others[0]["seconds"] for row in mine[1:]}
-            slower = {name: (others[0]["method"], ratio) for name, ratio in behind.items() if ratio > 1}
-    parts = [f"{_ratios_at(found)} as fast as {name}" for name, found in won.items()]
-    parts = ["fivebar is " + ", ".join(parts)] if parts else []
+            slower = {name: (others[0]["method"], ratio) for name, ratio in behind.items() if ratio > LEVEL}
+    ahead = [f"{_ratios_at(found)} as fast as {name}" for name, found in won.items()]
+    ahead += [f"level with {name} (to {_levels(found)})" for name, found in level_with.items()]
+    parts = ["fivebar is " + ", ".join(ahead)] if ahead else []
+    if lost:
+        parts.append("fivebar loses: " + ", ".join(f"{n} is {_ratios_at(found)} as fast" for n, found in lost.items()))
     parts += [f"only fivebar gets to {_levels(alone)}"] if alone else []
-    parts += [f"fivebar loses: {name} is {_ratios_at(found)} as fast" for name, found in lost.items()]
     parts += [f"fivebar does not get to {_levels(found)}, {name} does" for name, found in short.items()]
     if slower:
         listed = ", ".join(f"{name} ({_number(ratio)} ×)" for name, (_, ratio) in slower.items())

@@ -94,7 +94,7 @@ def by_casadi(plugin):
             if plugin == "cvodes"
             else {
                 "number_of_finite_elements": int(knob),
-                "interpolation_order": 4,
+                "interpolation_order": 3,
                 "rootfinder": "newton",
                 "rootfinder_options": {"abstol": 1e-15, "abstolStep": 1e-16, "error_on_fail": False},
             }
@@ -170,7 +170,7 @@ def chart():
         Method("fivebar: order 8, joint chart, VM", OURS, ours("joint", "dop8", False), few, (), 8),
         Method("fivebar: order 8, task chart, compiled", OURS, ours("task", "dop8", True), few, compiler, 8),
         Method("fivebar: RK4, joint chart, compiled", OURS, ours("joint", "rk4", True), many, compiler, 4),
-        Method("fivebar.simulate: order 8, auto chart", OURS, ours_auto, counts(32, 1024), (), 8),
+        Method("fivebar.simulate: order 8, auto chart", OURS, ours_auto, counts(16, 1024), (), 8),
         Method("explicit Euler, Python", python, stepped(explicit_euler), by_hand, order=1),
         Method("semi-implicit Euler, Python", python, stepped(semi_implicit_euler), by_hand, order=1),
         Method("RK4, Python", python, stepped(rk4), counts(50, 800), order=4),
@@ -178,7 +178,7 @@ def chart():
         Method("SciPy Radau, Python model", "SciPy", by_scipy("Radau"), tolerances[:7]),  # tighter, it takes seconds
         Method("SciPy LSODA, Python model", "SciPy", by_scipy("LSODA"), tolerances),
         Method("CasADi CVODES", casadi, by_casadi("cvodes"), tolerances),
-        Method("CasADi collocation, Radau of degree 4", casadi, by_casadi("collocation"), counts(8, 128), order=7),
+        Method("CasADi collocation, Radau of degree 3", casadi, by_casadi("collocation"), counts(8, 128), order=5),
         Method("redundant DAE, RK4, Python", dae, redundant(lambda step: 0.0), counts(50, 800), order=4),
         Method("redundant DAE, Baumgarte 10/s", dae, redundant(lambda step: ALPHA), counts(50, 800), order=4),
         Method("redundant DAE, Baumgarte 1/step", dae, redundant(lambda step: 1 / step), counts(50, 800), order=2),

@@ -12,7 +12,7 @@ from .machine import describe, missing, times_of
 from .store import Partial, Result
 from .table import Attempt, Failed, load, module_of
 
-BUDGET = {True: 0.1, False: 0.5}  # s of timing for one attempt, in a quick and in a full run
+BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
 REFUSALS = (ArithmeticError, ValueError, RuntimeError, MemoryError)  # other errors are ours, and end the run
 WORDS = (
     (SingularityError, "refused: singular"), (UnreachableError, "refused: unreachable"),

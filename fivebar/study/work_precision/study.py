@@ -24,16 +24,16 @@ def make(names, folder, quick=False):
     """
     from tqdm import tqdm
 
+    partials, results, modules = [], {}, {name: module_of(name) for name in names}
     folder.mkdir(parents=True, exist_ok=True)
-    results, modules = {}, {name: module_of(name) for name in names}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
     with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
         for name in modules:
             bar.set_description(name)
             result, partial = runner.run(name, folder, quick, bar.update)
             result.to_csv(folder / f"{name}.csv")
-            partial.done()
             results[name] = result
+            partials.append(partial)
     for name in CHARTS:
         if name not in results and (folder / f"{name}.csv").exists():
             results[name] = redraw(folder / f"{name}.csv", name)
@@ -42,6 +42,8 @@ def make(names, folder, quick=False):
     for name, result in ordered.items():
         pictures[name], captions[name] = draw(result, folder), module_with(result.chart).caption(result)
     write_page(folder / "index.html", ordered, pictures, captions)
+    for partial in partials:  # not before all are done: an interrupted run of several charts keeps the finished ones
+        partial.done()
     return results
 
 

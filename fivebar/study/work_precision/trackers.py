@@ -101,7 +101,7 @@ def chart():
         panels=(
             tuple(
                 Panel(p, words, ylabel="RMS error of the end-effector (m)", xlabel="time of a control step (s)",
-                      levels=(1e-3, 1e-4, 1e-5, 1e-6), ceiling=ASTRAY)
+                      levels=(2e-2, 5e-3) if p == "torque-limit" else (1e-3, 1e-4, 1e-5, 1e-6), ceiling=ASTRAY)
                 for p, words in problems.items()
             ),
         ),
