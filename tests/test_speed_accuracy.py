@@ -283,7 +283,7 @@ def test_failures_are_on_the_chart(toy_result):
     strip = made.axes[1]
     said = [text.get_text() for text in strip.texts]
     assert len(said) == len(failures(toy_result, panel)) == 7
-    for words in ("astray: off by more than 1 (2 times)", "hangs: timeout, 1.5 s", "needs more: no C compiler (cc"):
+    for words in ("astray: error above 1 (2 times)", "hangs: timeout, 1.5 s", "needs more: no C compiler (cc"):
         assert any(words in text for text in said)
     assert sum(len(line.get_xdata()) for line in strip.lines) == 10
 
@@ -392,6 +392,16 @@ def test_a_csv_that_is_none(tmp_path):
     path.write_text("# fivebar chart toy, SI units: {}\nproblem,method,knob\np,m,x\n")
     with pytest.raises(ValueError, match="line 3: not numbers"):
         from_csv(path, chart)
+    path.write_text("# fivebar chart toy, SI units: {}\nproblem,method,knob\np,of old,1\n")
+    with pytest.raises(ValueError, match="line 3: the chart toy has no method 'of old' on a problem 'p'"):
+        from_csv(path, chart)
+
+
+def test_a_csv_of_another_version_is_refused_before_anything_is_measured(toy, tmp_path, monkeypatch, capsys):
+    (tmp_path / "geometry.csv").write_text("# fivebar chart geometry, SI units: {}\nproblem,method,knob\none,old,1\n")
+    monkeypatch.setattr(Worker, "measure", lambda *_: pytest.fail("measured"))
+    assert main(["chart", "toy", "--quick", "--out", str(tmp_path)]) == 1
+    assert "geometry.csv" in capsys.readouterr().err
 
 
 def test_times_are_medians_of_repeats():

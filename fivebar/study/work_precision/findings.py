@@ -54,7 +54,7 @@ def failures(result, panel):
         if row["status"] != "ok":
             found.setdefault(row["method"], []).append((row, row["word"]))
         elif panel.y in row and row[panel.y] > panel.ceiling:
-            found.setdefault(row["method"], []).append((row, f"off by more than {panel.ceiling:g}"))
+            found.setdefault(row["method"], []).append((row, f"error above {panel.ceiling:g}"))
     return found
 
 

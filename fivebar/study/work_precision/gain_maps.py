@@ -40,7 +40,8 @@ def _map(made, axes, bar, result, panel):
     words, delay, _, exact = PROBLEMS[panel.problem]
     kind = panel.problem.split("-")[0]
     if kind == "growth":
-        colours, label = dict(cmap="PuOr_r", vmin=0.0, vmax=2.0), "factor per sample, simulated"
+        reach = (1.0, 0.3)[delay]
+        colours, label = dict(cmap="PuOr_r", vmin=1 - reach, vmax=1 + reach), "factor per sample, simulated"
     else:
         colours, label = dict(cmap="cividis_r", vmin=1.0, vmax=6.0), "angles' deviation over the noise's, simulated"
     edges = (np.linspace(0, high, side_of(panel.problem) + 1) for high in WINDOWS[delay])

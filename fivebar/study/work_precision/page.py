@@ -45,9 +45,9 @@ def _section(name, result, png, caption):
     return (
         f'<section id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p>'
         f'<img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"><p>{escape(caption)}</p>'
-        f'<p class="about">{escape(about)}</p><details><summary>{len(result.rows)} measurements, SI units; also in '
-        f'<a href="{escape(name)}.csv">{escape(name)}.csv</a>, the picture in <a href="{escape(name)}.svg">'
-        f"{escape(name)}.svg</a></summary><table><tr>{head}</tr>{rows}</table></details></section>"
+        f'<p class="about">{escape(about)}</p><p class="about"><a href="{escape(name)}.csv">{escape(name)}.csv</a>, '
+        f'<a href="{escape(name)}.svg">{escape(name)}.svg</a></p><details><summary>{len(result.rows)} measurements, SI '
+        f"units</summary><table><tr>{head}</tr>{rows}</table></details></section>"
     )
 
 

@@ -137,7 +137,7 @@ def _strip(axes, panel, lanes, styles):
         times = [row[panel.x] for row, _ in failed if panel.x in row]
         axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
         text = f"{name}: {words_of(failed)}"
-        axes.text(0.008, k + 0.3, text, transform=axes.get_yaxis_transform(), fontsize=6.8, va="center", color=INK)
+        axes.text(0.008, k + 0.3, text, transform=axes.get_yaxis_transform(), fontsize=6.6, va="center", color=INK)
 
 
 def _decades(axes):

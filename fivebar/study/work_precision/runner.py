@@ -33,7 +33,8 @@ def run(name, folder, quick=False, progress=None):
                 partial.add(row_of(problem, method, knob, worker.measure))
             if progress:
                 progress()
-    return Result(chart, about, partial.rows), partial
+    keys = [(problem, method.name, knob) for problem, method, knob in chart.jobs(quick)]
+    return Result(chart, about, [partial.row(*key) for key in keys]), partial
 
 
 def row_of(problem, method, knob, measure):

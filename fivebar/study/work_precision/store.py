@@ -47,12 +47,17 @@ def from_csv(path, chart):
         if not first.startswith(start):
             raise ValueError(f"{path}, line 1: not a CSV file of the chart {chart.name}")
         about = json.loads(first[len(start) :])
-        rows = []
+        rows, known = [], {(problem, method.name) for problem in chart.problems for method in chart.methods}
         for number, row in enumerate(csv.DictReader(file), start=3):
             try:
                 rows.append({k: v if k in TEXT else float(v) for k, v in row.items() if v != "" or k in TEXT})
             except (TypeError, ValueError):
                 raise ValueError(f"{path}, line {number}: not numbers: {row}") from None
+            if (row["problem"], row["method"]) not in known:
+                raise ValueError(
+                    f"{path}, line {number}: the chart {chart.name} has no method {row['method']!r} on a problem "
+                    f"{row['problem']!r}: the file is of another version"
+                )
     return Result(chart, about, rows)
 
 
@@ -70,14 +75,14 @@ class Partial:
             self.rows = [row for row in found[1:] if row is not None]  # None: cut off in the middle of a line
         else:
             self.begun_anew = bool(found)
-        self._known = {_key(row) for row in self.rows}
+        self._known = {_key(row): row for row in self.rows}
         part = path.with_name(path.name + ".part")
         part.write_text("".join(json.dumps(each) + "\n" for each in (about, *self.rows)), encoding="utf-8")
         os.replace(part, path)
 
     def add(self, row):
         self.rows.append(row)
-        self._known.add(_key(row))
+        self._known[_key(row)] = row
         with open(self.path, "a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
             file.flush()
@@ -85,6 +90,9 @@ class Partial:
 
     def has(self, problem, method, knob):
         return (problem, method, knob) in self._known
+
+    def row(self, problem, method, knob):
+        return self._known[problem, method, knob]
 
     def done(self):
         self.path.unlink()

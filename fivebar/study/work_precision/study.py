@@ -10,7 +10,7 @@ from .page import write_page
 from .store import from_csv
 from .table import CHARTS, load, module_of
 
-DPI, COLOURS = 110, 256  # a palette makes a third of the file
+DPI, COLOURS = 100, 256  # a palette makes a third of the file
 
 
 def chart_names():
@@ -24,19 +24,17 @@ def make(names, folder, quick=False):
     """
     from tqdm import tqdm
 
-    partials, results, modules = [], {}, {name: module_of(name) for name in names}
+    partials, modules = [], {name: module_of(name) for name in names}
     folder.mkdir(parents=True, exist_ok=True)
+    others = [name for name in CHARTS if name not in modules and (folder / f"{name}.csv").exists()]
+    results = {name: redraw(folder / f"{name}.csv", name) for name in others}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
     with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
         for name in modules:
             bar.set_description(name)
-            result, partial = runner.run(name, folder, quick, bar.update)
-            result.to_csv(folder / f"{name}.csv")
-            results[name] = result
+            results[name], partial = runner.run(name, folder, quick, bar.update)
+            results[name].to_csv(folder / f"{name}.csv")
             partials.append(partial)
-    for name in CHARTS:
-        if name not in results and (folder / f"{name}.csv").exists():
-            results[name] = redraw(folder / f"{name}.csv", name)
     ordered = {name: results[name] for name in CHARTS if name in results}
     pictures, captions = {}, {}
     for name, result in ordered.items():
@@ -44,7 +42,7 @@ def make(names, folder, quick=False):
     write_page(folder / "index.html", ordered, pictures, captions)
     for partial in partials:  # not before all are done: an interrupted run of several charts keeps the finished ones
         partial.done()
-    return results
+    return {name: results[name] for name in modules}
 
 
 def redraw(path, name):
