@@ -7,8 +7,7 @@ import numpy as np
 from ..robots import FiveBar
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .replies import KINDS, Reply
-from .variants import CONSTANTS
+from .replies import Reply
 
 LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
 
@@ -34,8 +33,8 @@ class Asked:
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, student, exercises, robot, hopeless):
-        self._student, self._exercises, self._robot, self._hopeless = student, exercises, robot, hopeless
+    def __init__(self, program, exercises, hopeless):
+        self._program, self._exercises, self._hopeless = program, exercises, hopeless
         self.record = []
 
     def __call__(
@@ -43,17 +42,16 @@ class Ask:
     ):  # fmt: skip
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
 
-        robot: another than the student's; where it differs, its numbers are set in the student's file. constants: more
-        names to set there. tolerance, refuse: of `judge`. limit: seconds. Raises Wrong unless all is right.
+        robot: another than the student's; its numbers are set where the student's file names them. constants: more
+        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds. Raises Wrong unless all is right.
         """
         __tracebackhide__ = True
         if name not in self._exercises:
             raise LookupError(f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}")
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
-        robot = robot or self._robot
-        wanted = {} if own else {key: getattr(robot, key) for key in CONSTANTS if key in vars(robot)}
-        wanted = {key: value for key, value in wanted.items() if value != getattr(self._robot, key, None)}
+        robot = robot or self._program.robot
+        wanted = {} if own else {key: getattr(robot, key) for key in self._program.settable}
         replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
         if own and robot != FiveBar():
             exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise)))
@@ -85,11 +83,11 @@ class Ask:
     def _replies(self, name, rows, constants, limit):
         if name in self._hopeless:
             return [self._hopeless[name]] * len(rows)
-        replies = self._student.ask(name, rows, constants=constants or None, limit=limit)
+        replies = self._program.student.ask(name, rows, constants=constants or None, limit=limit)
         kinds = {reply.kind for reply in replies}
         if len(kinds) == 1 and kinds <= set(LOST):
             last = replies[-1]
-            text = f"{KINDS[last.kind]} in an earlier check, in every call"
+            text = "so did every call of an earlier check"
             self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
         return replies
 

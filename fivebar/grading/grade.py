@@ -2,11 +2,12 @@
 
 import hashlib
 import os
+import re
 import stat
 import sys
 import time
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from ..robots import FiveBar
@@ -26,7 +27,7 @@ _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 class NoProgram:
     """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
 
-    names, output = (), ""
+    output, notes = "", ()
 
     def __init__(self, text):
         self.trouble = Reply("import", text=text)
@@ -38,13 +39,28 @@ class NoProgram:
         pass
 
 
-def run_checks(lab, student, robot, seed):
-    """The lab's checks on a student: a plugin.Checks, whose `found` has a Check per test."""
+@dataclass(frozen=True)
+class Program:
+    """A student's running program and the robot it is judged for.
+
+    settable: constants that its source names, so that a check may set them; constants: those it gives plain values;
+    where: a line's number in its author's words.
+    """
+
+    student: object
+    robot: FiveBar
+    settable: frozenset = frozenset()
+    constants: dict = field(default_factory=dict)
+    where: object = "line {}".format
+
+
+def run_checks(lab, program, seed):
+    """The lab's checks on a Program: a plugin.Checks, whose `found` has a Check per test."""
     import pytest
 
     from .plugin import Checks
 
-    checks = Checks(student, robot, seed)
+    checks = Checks(program, seed)
     with _alone(lab):
         arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
         code = pytest.main(list(map(str, arguments)), plugins=[checks])
@@ -90,31 +106,30 @@ class Task:
     limit: float | None = None
 
     def open(self):
-        """(student, robot, source): the program in a process of its own, or NoProgram where it cannot be read."""
+        """The Program in a process of its own, or NoProgram where it cannot be read."""
         from .student import Student
         from .submission import SubmissionError, read_submission
 
         try:
             submission = read_submission(self.path)
         except SubmissionError as error:
-            return NoProgram(str(error)), self.robot or FiveBar(), ""
-        limits = {} if self.limit is None else {"limit": self.limit}
+            return Program(NoProgram(str(error)), self.robot or FiveBar())
+        source, limits = submission.source, {} if self.limit is None else {"limit": self.limit}
         student = Student(submission, isolate=self.isolate, **limits)
-        return student, self.robot or robot_from(constants_in(submission.source)), submission.source
+        found = constants_in(source)
+        settable = frozenset(name for name in CONSTANTS if re.search(rf"\b{name}\b", source))
+        return Program(student, self.robot or robot_from(found), settable, found, submission.where)
 
 
 def grade(lab, task, home=False):
     """Report on one file. lab: a Lab; home: the inputs are public and the report says that others exist."""
-    before = time.perf_counter()
-    student, robot, source = task.open()
+    before, program = time.perf_counter(), task.open()
     try:
-        checks = run_checks(lab, student, robot, task.seed)
-        trouble, output = student.trouble, student.output
+        checks = run_checks(lab, program, task.seed)
     finally:
-        student.close()
+        program.student.close()
     return _report(
-        lab, checks, robot, task.path.name, trouble, output, before, home,
-        student=task.student, isolate=task.isolate, notes=_notes(robot, constants_in(source)),
+        lab, checks, before, home, submission=task.path.name, student=task.student, isolate=task.isolate,
         submission_hash=file_hash(task.path),
     )  # fmt: skip
 
@@ -136,20 +151,23 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
     for function in functions.values():
         names = getattr(function, "__globals__", {})
         found |= {name: names[name] for name in CONSTANTS if type(names.get(name)) in (int, float)}
-    student, robot = from_functions(**functions), robot_from(found)
-    checks = run_checks(lab, student, robot, seed)
-    return _report(
-        lab, checks, robot, "this session", student.trouble, student.output, before, True, notes=_notes(robot, found)
-    )
+    program = Program(from_functions(**functions), robot_from(found), frozenset(found), found)
+    return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
 
 
-def _report(lab, checks, robot, name, trouble, output, before, home, **rest):
-    if trouble is not None:
-        place = f"line {trouble.line}, `{trouble.source.strip()}`: " if trouble.line else ""
-        trouble = f"{place}{trouble.text}"
+def _report(lab, checks, before, home, **rest):
+    program = checks.program
+    student, where, trouble = program.student, program.where, program.student.trouble
+    if isinstance(student, NoProgram):
+        trouble = f"The file cannot be read: {trouble.text}."
+    elif trouble is not None:
+        place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
+        trouble = f"The file did not run to its end: {place}{trouble.text}. What works without that line is graded."
+    notes = () if home else tuple(student.notes)
     return Report(
-        lab.name, name, tuple(checks.found), seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(),
-        trouble=trouble or "", faults=tuple(checks.trouble), output=output,
+        lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
+        seed=checks.seed, robot=asdict(program.robot), lab_hash=lab.hash(), trouble=trouble or "",
+        notes=(*notes, *_notes(program.robot, program.constants)), faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home, **rest,
     )  # fmt: skip
 

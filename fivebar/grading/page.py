@@ -24,7 +24,7 @@ STYLE = """
 .fivebar figcaption { font-size: .85rem; color: #57606a; } .fivebar pre { background: #f6f8fa; padding: .6rem; white-space: pre-wrap; }
 .fivebar .hint { background: #eaf3ff; border-radius: 6px; padding: .1rem .5rem; }
 """
-CODE = ("asked", "came", "line")
+CODE = ("asked", "came", "where")
 CAPTION = "Green: as it should be. Red, dashed: as your answer has it."
 
 

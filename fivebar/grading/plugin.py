@@ -41,21 +41,21 @@ def _from_options(config):
 
     option = config.option
     if not option.submission:
-        return Checks(None, FiveBar(), option.seed)
+        return Checks(None, option.seed)
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
     own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
-    student, robot, _ = Task(path, option.student, option.seed, own, option.isolate, option.time_limit).open()
-    config.add_cleanup(student.close)
-    return Checks(student, robot, option.seed)
+    program = Task(path, option.student, option.seed, own, option.isolate, option.time_limit).open()
+    config.add_cleanup(program.student.close)
+    return Checks(program, option.seed)
 
 
 class Checks:
     """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
 
-    def __init__(self, student, robot, seed):
-        self.student, self._robot, self.seed = student, robot, seed
+    def __init__(self, program, seed):
+        self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}
 
@@ -64,15 +64,15 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request):
-        if self.student is None:
+        if self.program is None:
             pytest.fail("which file is to be checked? Give --submission FILE", pytrace=False)
-        ask = Ask(self.student, exercises_beside(request.path), self._robot, self._hopeless)
+        ask = Ask(self.program, exercises_beside(request.path), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
     def robot(self):
-        return self._robot
+        return self.program.robot if self.program else FiveBar()
 
     @pytest.fixture
     def draw(self, request):
@@ -84,7 +84,7 @@ class Checks:
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if report.when == "call" or error is not None:
-            if _ASK in item.stash or self.student is not None:
+            if _ASK in item.stash or self.program is not None:
                 self._record(item, call, report, error)
         return report
 

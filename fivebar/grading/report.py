@@ -23,7 +23,7 @@ def off_text(off):
 
 def not_started(check):
     """The student has not come to it yet: a friendlier word than wrong."""
-    return check.reason == "exception" and "NotImplementedError" in check.text or check.reason == "missing"
+    return check.reason == "exception" and "NotImplementedError" in check.text or check.reason == "missing" and "no function" in check.text
 
 
 def word(check):
@@ -39,19 +39,19 @@ def facts(check):
         yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
         return
     if not_started(check):
-        yield "task", check.text.removeprefix("raised an exception: ").removeprefix("NotImplementedError: ")
+        yield "task", check.text.removeprefix("raised an exception: ").removeprefix("is not defined: ").removeprefix("NotImplementedError: ")
     else:
-        count = f" in {check.wrong} of {check.rows} calls" if check.rows > 1 else ""
-        first = ", the first:" if check.rows > 1 and check.wrong > 1 and check.asked else ""
-        yield "why", f"{check.text}{count}{first}"
+        yield "why", check.text
+        if check.rows > 1:
+            yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
         if check.asked:
             yield "asked", check.asked
-        if check.came and check.reason not in ("exception", "import"):
+        if check.came and check.reason in ("value", "nan", "shape", "type", "accepted"):
             yield "came", check.came
         if check.off is not None and check.reason == "value":
             yield "off by", off_text(check.off)
     if check.line and not not_started(check):
-        yield "line", f"{check.line}: {check.source.strip()}"
+        yield "where", f"{check.place}: {check.source.strip()}"
     if check.misconception:
         yield "looks like", check.misconception
         yield "hint", check.hint
@@ -63,7 +63,7 @@ def same_fault(check):
         return None
     if check.misconception:
         return check.function, check.misconception
-    return check.reason, check.text, check.line, check.function
+    return check.reason, check.text, check.line, check.reason != "import" and check.function
 
 
 def check_lines(check, width, known=None):
@@ -113,7 +113,7 @@ def _coloured(line, check):
 def headlines(report):
     """What to know before reading the checks."""
     if report.trouble:
-        yield f"The file did not run to its end: {report.trouble}. What came before that line is graded."
+        yield report.trouble
     elif report.checks and all(not_started(check) for check in report.checks):
         yield "Nothing is filled in yet: each check below says which task it belongs to. Begin with the first."
     yield from report.notes

@@ -13,7 +13,8 @@ class Check:
     """One check's result; outcome is right, partly, wrong, or broken where the check itself failed.
 
     points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source, remarks: as in Verdict, of
-    what was asked first and was not right; function: whose answers were judged; misconception, hint: "" where none.
+    what was asked first and was not right; place: the line in its author's words;
+    function: whose answers were judged; misconception, hint: "" where none.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Check:
     hint: str = ""
     line: int | None = None
     source: str = ""
+    place: str = ""
     remarks: tuple = ()
     figure: str = field(default="", repr=False)  # SVG, for pages only
 
@@ -57,7 +59,7 @@ def checked(name, title, points, record, error):
     figure = pose_figure(asked.robot, asked.exercise, v.sample) if v.sample else ""
     return Check(
         name, title, points, earned, v.share, "partly" if v.share > 0 else "wrong", function, v.reason, v.text, v.wrong,
-        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, remarks, figure,
+        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, f"line {v.line}" if v.line else "", remarks, figure,
     )  # fmt: skip
 
 
