@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import site
 import subprocess
 import sys
 import sysconfig
@@ -9,6 +10,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+_ROOT_FOLDERS = ("/lib", "/lib64")  # links to those in /usr, where they are not folders of their own
 CELL = Path(__file__).parent / "cell"
 
 
@@ -36,19 +38,17 @@ def unreachable(packages):
 
 
 def system_folders():
-    """Folders of the libraries that an interpreter needs, those that exist, none within another."""
+    """Real folders of the libraries that an interpreter needs, none within another."""
     prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
-    wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/lib", "/lib64", "/nix/store")]
+    wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/nix/store", *_ROOT_FOLDERS)]
     wanted += [prefix / name for prefix in sorted(prefixes) for name in ("lib", "lib64")]
-    wanted = [folder for folder in wanted if folder.is_dir()]
+    wanted = [folder for folder in dict.fromkeys(wanted) if folder.is_dir() and not folder.is_symlink()]
     return [folder for folder in wanted if not any(other in folder.parents for other in wanted)]
 
 
 def _hidden():
     """Folders of installed packages beneath the system's, which would show more than the packages allowed."""
-    import site
-
-    library = Path(sysconfig.get_path("stdlib"))
+    library = Path(sysconfig.get_path("stdlib")).resolve()
     variables = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
     found = [*map(Path, site.getsitepackages()), *map(Path, sys.path)]
     found += [Path(sysconfig.get_path(name, vars=variables)) for name in ("purelib", "platlib")]
@@ -56,9 +56,25 @@ def _hidden():
     kept = {library, library / "lib-dynload"}
     return [
         folder
-        for folder in dict.fromkeys(found)
+        for folder in dict.fromkeys(place.resolve() for place in found)
         if folder.is_dir() and folder not in kept and any(top in folder.parents for top in system_folders())
     ]
+
+
+@cache
+def readable(packages):
+    """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
+    more = ("/etc/ld.so.cache", "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
+    readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
+    listable, waiting, hidden = [*import_folders(packages)], system_folders(), _hidden()
+    while waiting:
+        folder = waiting.pop()
+        if not any(folder in place.parents for place in hidden):
+            readable.append(folder)
+            continue
+        listable.append(folder)
+        waiting += [entry for entry in folder.iterdir() if entry not in hidden and not entry.is_symlink()]
+    return [str(place) for place in readable], [str(place) for place in listable]
 
 
 def _parts(packages):
@@ -78,6 +94,7 @@ def bwrap_command(packages):
     binds += [("--tmpfs", str(place)) for place in _hidden()]
     shown = [*_parts(packages), interpreter()]
     binds += [("--ro-bind", str(place), str(place)) for place in shown]
+    binds += [("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)]
     binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
     above = {folder for place in [*system_folders(), *shown] for folder in place.parents}
     above = sorted(folder for folder in above if not any(top in (folder, *folder.parents) for top in system_folders()))

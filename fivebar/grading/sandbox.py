@@ -9,27 +9,34 @@ import subprocess
 import tempfile
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
-from .places import CELL, bwrap_command, import_folders, interpreter, unreachable
+from .places import CELL, bwrap_command, import_folders, interpreter, readable, unreachable
 from .wire import MOST_LINE, Garbled, clean, message
 
 PACKAGES = ("numpy", "scipy")
 MOST_OUTPUT = 64_000
 START_LIMIT = 20.0  # s, for the interpreter itself
-FIRST_USER = 61_200  # unprivileged user ids that nobody has, one per worker, so that none meets another's limits
-USERS = 3_000
+USERS = 3_000  # unprivileged ids that nobody has, one per worker, so that none can reach another
 
 
 class IsolationError(RuntimeError):
     """A worker cannot be isolated as asked; the message says what is missing."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Lost(Exception):
     """A worker's end: a Reply's kind, and what is known of it."""
 
     kind: str
     text: str = ""
+
+
+def _spare_user():
+    """A user id without an account, of those that this user namespace has."""
+    mapped = Path("/proc/self/uid_map")
+    many = not mapped.exists() or int(mapped.read_text().split()[2]) > 500_000
+    return (400_000 if many else 61_200) + secrets.randbelow(USERS)
 
 
 class Worker:
@@ -57,16 +64,18 @@ class Worker:
         os.set_blocking(self._out, False)
 
     def _start(self, isolate, memory, cpu, request, reply):
-        uid = FIRST_USER + secrets.randbelow(USERS) if os.getuid() == 0 else None
+        uid = _spare_user() if os.getuid() == 0 else None
+        outside = isolate == "process"
+        files, folders = readable(PACKAGES) if outside else (None, ())
         settings = {
             "read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu, "packages": PACKAGES,
             "paths": [str(folder) for folder in import_folders(PACKAGES)], "uid": uid,
-            "moved": uid is not None and isolate == "process" and unreachable(PACKAGES),
-            "parent": os.getpid() if isolate == "process" else None,
+            "moved": uid is not None and outside and unreachable(PACKAGES),
+            "readable": files, "listable": [*folders, self._folder.name], "parent": os.getpid() if outside else None,
         }  # fmt: skip
-        cell = "/cell" if isolate == "bwrap" else str(CELL)
+        cell = str(CELL) if outside else "/cell"
         command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
-        if isolate == "bwrap":
+        if not outside:
             command = [*bwrap_command(PACKAGES), *command]
         os.chmod(self._folder.name, 0o755)  # the worker's user is another
         threads = ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
@@ -96,7 +105,10 @@ class Worker:
         self._selector.register(self._out, selectors.EVENT_WRITE)
         try:
             while line:
-                if self._out in self._ready(end):
+                ready = self._ready(end)
+                if self._in in ready and not self._fill():
+                    raise self._end()
+                if self._out in ready:
                     line = line[os.write(self._out, line[: 1 << 16]) :]
         except BrokenPipeError:
             raise self._end() from None
@@ -107,8 +119,6 @@ class Worker:
         """The next message, which must carry the nonce. Raises Lost, Garbled."""
         end = time.monotonic() + limit
         while (stop := self._buffer.find(b"\n")) < 0:
-            if len(self._buffer) > MOST_LINE:
-                raise Lost("flood", f"more than {MOST_LINE} bytes")
             if self._in in self._ready(end) and not self._fill():
                 raise self._end()
         line = bytes(self._buffer[:stop])
@@ -128,6 +138,8 @@ class Worker:
     def _fill(self):
         piece = os.read(self._in, 1 << 16)
         self._buffer += piece
+        if len(self._buffer) > 2 * MOST_LINE:
+            raise Lost("flood", f"more than {MOST_LINE} bytes")
         return piece
 
     def _drain(self):

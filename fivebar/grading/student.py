@@ -4,6 +4,7 @@ import os
 import re
 import secrets
 import sys
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,11 @@ import numpy as np
 from .places import bwrap_trouble
 from .replies import Reply
 from .sandbox import IsolationError, Lost, Worker
-from .wire import Garbled, place, reply
+from .wire import Garbled, clean, place, reply
 
 MOST_LOSSES = 3
-LOAD_LIMIT = 10.0  # s, for one statement of the file: an import of SciPy from a slow disk
+MOST_NAMES = 1000
+LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 
 class Student:
@@ -35,8 +37,8 @@ class Student:
             raise IsolationError(f"bwrap cannot isolate a worker here: {bwrap_trouble()}")
         self._submission, self._isolate = submission, isolate
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
-        self._lines = submission.source.splitlines()
-        self._skip, self._lost = [], {}
+        self._lines = submission.source.split("\n")
+        self._skip, self._losses = [], {}
         self._worker = None
         self._output = ""
         self.names, self.trouble, self.notes = (), None, ()
@@ -67,43 +69,41 @@ class Student:
         """
         rows = [[_number(part) for part in row] for row in rows]
         constants = {name: _number(part) for name, part in (constants or {}).items()}
-        replies, budget = [], self._total
+        limit = limit or self._limit
+        replies, left = [], self._total
         while len(replies) < len(rows):
+            if self._worker is None:
+                self._load()
+            if self._worker is None:
+                return replies + [self.trouble] * (len(rows) - len(replies))
+            start = time.monotonic()
             try:
-                budget = self._batch(function, rows[len(replies) :], constants, limit or self._limit, budget, replies)
-                continue
+                self._batch(function, rows[len(replies) :], constants, limit, start + left, replies)
+                break
             except Garbled as garbled:
                 lost = Reply("garbled", text=str(garbled))
             except Lost as end:
-                lost = Reply(end.kind, text=end.text)
+                lost = Reply(end.kind, text=end.text or f"no answer within {limit:g} s")
+            left -= time.monotonic() - start
+            if left <= 0:
+                lost = Reply("timeout", text=f"the calls took more than {self._total:g} s together")
             self.close()
             replies.append(lost)
-            self._lost[function] = self._lost.get(function, 0) + 1
-            if self._lost[function] >= MOST_LOSSES:
+            self._losses[function] = self._losses.get(function, 0) + 1
+            if self._losses[function] >= MOST_LOSSES or left <= 0:
                 replies += [lost] * (len(rows) - len(replies))
         return replies
 
-    def _batch(self, function, rows, constants, limit, budget, replies):
-        """Appends a Reply per row as they come; what is left of the budget (s)."""
-        if self._worker is None:
-            self._load()
-        if self._worker is None:
-            replies += [self.trouble] * len(rows)
-            return budget
+    def _batch(self, function, rows, constants, limit, end, replies):
+        """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
-        request = {"n": nonce, "function": function, "rows": rows, "constants": constants}
-        self._worker.send(request, limit)
+        self._worker.send({"n": nonce, "function": function, "rows": rows, "constants": constants}, limit)
         for _ in rows:
-            if budget <= 0:
-                raise Lost("timeout", f"the calls took {self._total:g} s together")
-            data = self._worker.receive(nonce, min(limit, budget))
+            data = self._worker.receive(nonce, min(limit, end - time.monotonic()))
             if data.get("k") == "missing":
                 replies += [self._missing(function, data.get("absent"))] * len(rows)
-                return budget
-            answer = reply(data, self._lines)
-            budget -= answer.seconds
-            replies.append(answer)
-        return budget
+                return
+            replies.append(reply(data, self._lines))
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
@@ -119,11 +119,12 @@ class Student:
             report = self._worker.confined()
             self._note(report)
             at = None
+            end = time.monotonic() + LOAD_LIMIT
             try:
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
                 self._worker.send(request | {"notebook": self._submission.kind == "notebook"}, LOAD_LIMIT)
-                while (data := self._worker.receive(nonce, LOAD_LIMIT)).get("k") == "at":
+                while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":
                     at = data
                 self._loaded(data)
                 return
@@ -138,25 +139,24 @@ class Student:
 
     def _loaded(self, data):
         names = data.get("names")
-        if data.get("k") != "loaded" or not isinstance(names, list):
-            raise Garbled("a message that is no end of the file")
-        self.names = tuple(name for name in names if isinstance(name, str) and name.isidentifier())
-        if data.get("trouble") is not None and self.trouble is None:
-            self.trouble = replace(reply(dict(data["trouble"]), self._lines), kind="import")
+        trouble = data.get("trouble")
+        if data.get("k") != "loaded" or not isinstance(names, list) or not isinstance(trouble, dict | None):
+            raise Garbled("a message that is not the end of the file")
+        self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
+        if trouble is not None and self.trouble is None:
+            self.trouble = replace(reply(trouble, self._lines), kind="import")
 
     def _note(self, report):
-        if self.notes:
-            return
         notes = []
         if report["uid"] != os.getuid():
             notes.append(f"running as root: the student's program runs as user {report['uid']}")
         if not report["filter"]:
-            notes.append("this system has no filter of system calls (seccomp): files and signals are not protected")
+            notes.append("the kernel cannot filter system calls (seccomp): files and signals are not protected")
+        if self._isolate == "process" and not report["landlock"]:
+            notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")
         self.notes = tuple(notes)
 
 
 def _number(part):
-    """A value that JSON can hold."""
-    if isinstance(part, np.generic | np.ndarray):
-        part = part.tolist()
-    return part
+    """A value that JSON can hold, of a NumPy one."""
+    return part.tolist() if isinstance(part, np.generic | np.ndarray) else part

@@ -9,6 +9,7 @@ from .replies import KINDS, Reply
 
 MOST_LINE = 1_000_000
 MOST_TEXT = 500
+MOST_BITS = 1000
 
 
 class Garbled(ValueError):
@@ -35,7 +36,10 @@ def reply(data, lines):
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e6:
         raise Garbled("a message with no duration")
     line, source = place(data.get("l"), lines)
-    found = value(data.get("v")) if kind == "value" else None
+    try:
+        found = value(data.get("v")) if kind == "value" else None
+    except RecursionError:
+        raise Garbled("lists too deep in each other") from None
     return Reply(kind, found, clean(data.get("t", "")), line, source, float(seconds))
 
 
@@ -57,6 +61,8 @@ def value(data):
         return [value(part) for part in data]
     if isinstance(data, str):
         return clean(data)
+    if type(data) is int and data.bit_length() > MOST_BITS:
+        raise Garbled("an integer too long")
     if not isinstance(data, dict):
         return data
     kind = data.get("~")
@@ -70,7 +76,7 @@ def value(data):
 
 
 def _is_number(data):
-    return isinstance(data, float) or (type(data) is int and abs(data) < 1e300)
+    return isinstance(data, float) or (type(data) is int and data.bit_length() <= MOST_BITS)
 
 
 def _array(shape, data):

@@ -7,19 +7,23 @@ import signal
 import sys
 
 from filter import install
+from landlock import restrict
 
 _DEATH_SIGNAL = 1  # prctl
 
 
 def confine(settings):
-    """Limits, an unprivileged user, no new processes, no files written: {"filter": whether calls are filtered, "uid"}.
+    """Limits, an unprivileged user, no new processes, no files written, few read: {"filter", "landlock", "uid"}.
 
-    settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to stay), parent (pid to
-    die with, None if that is another's work). Raises OSError where the user cannot be left.
+    settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to stay), readable and
+    listable (files and folders), parent (pid to die with); the last three None if that is bubblewrap's work. Says
+    which of the kernel's means were there. Raises OSError where the user cannot be left.
     """
+    linux = sys.platform == "linux"
     sys.path[:] = [*(path for path in sys.path if path != os.path.dirname(__file__)), *settings["paths"]]
+    if linux:
+        _limit(resource.RLIMIT_AS, settings["memory"], settings["memory"])
     for name, most in (
-        ("AS", settings["memory"]),
         ("CPU", settings["cpu"]),
         ("FSIZE", 1 << 20),
         ("CORE", 0),
@@ -27,14 +31,14 @@ def confine(settings):
         ("NPROC", 0),
     ):
         _limit(getattr(resource, f"RLIMIT_{name}"), most, most + 1 if name == "CPU" else most)
+    landlock = linux and settings["readable"] is not None and restrict(settings["readable"], settings["listable"])
     if settings["uid"] is not None:
         _become(settings["uid"], settings["moved"])
-    linux = sys.platform == "linux"
     if linux and settings["parent"] is not None:
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
         if os.getppid() != settings["parent"]:
             os._exit(0)
-    return {"filter": linux and install(), "uid": os.getuid()}
+    return {"filter": linux and install(), "landlock": landlock, "uid": os.getuid()}
 
 
 def _limit(which, soft, hard):
@@ -53,9 +57,12 @@ def _become(uid, moved):
             if hasattr(module, "__path__"):
                 module.__path__[:] = [_moved(path, by_descriptor) for path in module.__path__]
         sys.path_importer_cache.clear()
-    os.setgroups([])
-    os.setresgid(uid, uid, uid)
-    os.setresuid(uid, uid, uid)
+    try:
+        os.setgroups([])
+        os.setresgid(uid, uid, uid)
+        os.setresuid(uid, uid, uid)
+    except OSError as error:
+        raise OSError(f"root cannot become the user {uid} ({error.strerror}): grade as a normal user") from None
 
 
 def _descriptor(path):

@@ -51,7 +51,7 @@ def _statements(source):
 
 def _pieces(source):
     """The top-level statements of a file with syntax errors that can be read by themselves."""
-    lines = source.splitlines(keepends=True)
+    lines = [f"{line}\n" for line in source.split("\n")]
     starts = [
         i
         for i, line in enumerate(lines)
