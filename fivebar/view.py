@@ -119,8 +119,11 @@ def _legs(bars, grounded, actuated):
     """(depth, leg) of each bar: how many bars are between it and the nearest grounded joint, and which one that is."""
     roots = [joint for joint in dict.fromkeys([*grounded, *actuated]) if any(joint in bar for bar in bars)]
     reached, legs = {joint: (0, leg) for leg, joint in enumerate(roots)}, {}
-    while wave := {b: min(reached[joint] for joint in bar if joint in reached) for b, bar in enumerate(bars)
-                   if b not in legs and not reached.keys().isdisjoint(bar)}:
+    while wave := {
+        b: min(reached[joint] for joint in bar if joint in reached)
+        for b, bar in enumerate(bars)
+        if b not in legs and not reached.keys().isdisjoint(bar)
+    }:
         legs |= wave
         for b, (depth, leg) in wave.items():
             for joint in bars[b]:
@@ -138,8 +141,11 @@ def _at(x=0.0, y=0.0, z=0.0, angle=0.0, scale=1.0):
 
 def _mesh(geometry, matrix, colour, **material):
     # Only outer faces are drawn, or hidden walls show as hairlines; all cast shadows, or light leaks in below a solid.
-    return {"geometry": geometry, "matrix": matrix, "material": {
-        "type": "MeshPhongMaterial", "color": colour, "shininess": 20, "shadowSide": 2, **material}}
+    return {
+        "geometry": geometry,
+        "matrix": matrix,
+        "material": {"type": "MeshPhongMaterial", "color": colour, "shininess": 20, "shadowSide": 2, **material},
+    }
 
 
 def _box(centre, length, width, low, high, colour, angle=0.0):
@@ -148,17 +154,30 @@ def _box(centre, length, width, low, high, colour, angle=0.0):
 
 
 def _cylinder(radius, low, high, colour):
-    geometry = {"type": "CylinderGeometry", "radiusTop": radius, "radiusBottom": radius, "height": high - low,
-                "radialSegments": 40}
+    geometry = {
+        "type": "CylinderGeometry",
+        "radiusTop": radius,
+        "radiusBottom": radius,
+        "height": high - low,
+        "radialSegments": 40,
+    }
     upright = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, (low + high) / 2, 1]  # three.js lays its axis along y
     return _mesh(geometry, upright, colour)
 
 
 def _triangles(vertices, faces, colour, **material):
-    return _mesh({"type": "BufferGeometry", "data": {
-        "attributes": {"position": {"itemSize": 3, "type": "Float32Array", "array": _packed(vertices)}},
-        "index": {"itemSize": 1, "type": "Uint32Array", "array": _packed(faces, "<u4")},
-    }}, _at(), colour, **material)
+    return _mesh(
+        {
+            "type": "BufferGeometry",
+            "data": {
+                "attributes": {"position": {"itemSize": 3, "type": "Float32Array", "array": _packed(vertices)}},
+                "index": {"itemSize": 1, "type": "Uint32Array", "array": _packed(faces, "<u4")},
+            },
+        },
+        _at(),
+        colour,
+        **material,
+    )
 
 
 def _link(length, width, low, high, colour):
@@ -169,8 +188,12 @@ def _link(length, width, low, high, colour):
     n = len(outline)
     vertices = np.concatenate([np.column_stack([outline, np.full(n, z)]) for z in (low, high)])
     here, after, first = np.arange(n), np.roll(np.arange(n), -1), np.zeros(n, int)
-    faces = [(first, after, here), (first + n, here + n, after + n),  # bottom, top, and two for each piece of wall
-             (here, after, after + n), (here, after + n, here + n)]
+    faces = [
+        (first, after, here),
+        (first + n, here + n, after + n),  # bottom, top, and two for each piece of wall
+        (here, after, after + n),
+        (here, after + n, here + n),
+    ]
     return _triangles(vertices, np.concatenate([np.stack(face, axis=1) for face in faces]), colour, flatShading=True)
 
 
@@ -198,27 +221,56 @@ def _packed(numbers, dtype="<f4"):
 
 
 def _object(path, meshes):
-    return {"type": "set_object", "path": path, "object": {
-        "metadata": {"version": 4.5, "type": "Object"},
-        "geometries": [{"uuid": f"g{i}", **mesh["geometry"]} for i, mesh in enumerate(meshes)],
-        "materials": [{"uuid": f"m{i}", **mesh["material"]} for i, mesh in enumerate(meshes)],
-        "object": {"type": "Group", "children": [
-            {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": mesh["matrix"], "receiveShadow": True,
-             "castShadow": mesh["material"]["type"] == "MeshPhongMaterial"} for i, mesh in enumerate(meshes)]}}}
+    return {
+        "type": "set_object",
+        "path": path,
+        "object": {
+            "metadata": {"version": 4.5, "type": "Object"},
+            "geometries": [{"uuid": f"g{i}", **mesh["geometry"]} for i, mesh in enumerate(meshes)],
+            "materials": [{"uuid": f"m{i}", **mesh["material"]} for i, mesh in enumerate(meshes)],
+            "object": {
+                "type": "Group",
+                "children": [
+                    {
+                        "type": "Mesh",
+                        "geometry": f"g{i}",
+                        "material": f"m{i}",
+                        "matrix": mesh["matrix"],
+                        "receiveShadow": True,
+                        "castShadow": mesh["material"]["type"] == "MeshPhongMaterial",
+                    }
+                    for i, mesh in enumerate(meshes)
+                ],
+            },
+        },
+    }
 
 
 def _stage():
     """A light ground under the machine's shadow, in place of the viewer's grid, axes and dark sky."""
-    ground = _mesh({"type": "PlaneGeometry", "width": 40, "height": 40}, _at(z=-0.06), 0x000000,
-                   type="ShadowMaterial", transparent=True, opacity=0.16)
+    ground = _mesh(
+        {"type": "PlaneGeometry", "width": 40, "height": 40},
+        _at(z=-0.06),
+        0x000000,
+        type="ShadowMaterial",
+        transparent=True,
+        opacity=0.16,
+    )
     clutter = ("/Grid", "/Axes", "/Lights/PointLightNegativeX", "/Lights/PointLightPositiveX")
-    settings = [("/Background", "top_color", [1, 1, 1]), ("/Background", "bottom_color", [0.93, 0.94, 0.95]),
-                ("/Lights/SpotLight", "visible", True), ("/Lights/SpotLight/<object>", "castShadow", True),
-                ("/Lights/SpotLight/<object>", "position", [0.5, 0.9, 3]),
-                ("/Lights/SpotLight/<object>", "angle", 0.4), ("/Lights/SpotLight/<object>", "intensity", 0.42)]
-    return [*({"type": "delete", "path": path} for path in clutter),
-            *({"type": "set_property", "path": path, "property": name, "value": to} for path, name, to in settings),
-            _object("/ground", [ground])]
+    settings = [
+        ("/Background", "top_color", [1, 1, 1]),
+        ("/Background", "bottom_color", [0.93, 0.94, 0.95]),
+        ("/Lights/SpotLight", "visible", True),
+        ("/Lights/SpotLight/<object>", "castShadow", True),
+        ("/Lights/SpotLight/<object>", "position", [0.5, 0.9, 3]),
+        ("/Lights/SpotLight/<object>", "angle", 0.4),
+        ("/Lights/SpotLight/<object>", "intensity", 0.42),
+    ]
+    return [
+        *({"type": "delete", "path": path} for path in clutter),
+        *({"type": "set_property", "path": path, "property": name, "value": to} for path, name, to in settings),
+        _object("/ground", [ground]),
+    ]
 
 
 def _base(feet, width, layer):
@@ -260,11 +312,25 @@ def _animation(t, points, bars):
         # The angle itself and not a quaternion: made continuous it interpolates rightly, in a quarter of the numbers.
         angle = np.unwrap(np.arctan2(*(points[:, j] - points[:, i]).T[::-1]))
         moves[f"/mechanism/bars/{b}"] = [("position", "vector3", place[:, i]), ("rotation[z]", "number", angle)]
-    return {"type": "set_animation", "options": {"play": True, "repetitions": float("inf")}, "animations": [
-        # at 1 frame a second the viewer's frame numbers are seconds, and need not be whole
-        {"path": path, "clip": {"name": "default", "fps": 1, "tracks": [
-            {"name": "." + name, "type": kind, "times": times, "values": _packed(values)}
-            for name, kind, values in tracks]}} for path, tracks in moves.items()]}
+    return {
+        "type": "set_animation",
+        "options": {"play": True, "repetitions": float("inf")},
+        "animations": [
+            # at 1 frame a second the viewer's frame numbers are seconds, and need not be whole
+            {
+                "path": path,
+                "clip": {
+                    "name": "default",
+                    "fps": 1,
+                    "tracks": [
+                        {"name": "." + name, "type": kind, "times": times, "values": _packed(values)}
+                        for name, kind, values in tracks
+                    ],
+                },
+            }
+            for path, tracks in moves.items()
+        ],
+    }
 
 
 def _page(viewer, title, key, commands, half):
@@ -274,7 +340,8 @@ def _page(viewer, title, key, commands, half):
     return PAGE.substitute(
         title=html.escape(title),
         key="".join(f'<span style="color:#{colour:06x}">&#9644;</span> {name} ' for name, colour in key),
-        half=json.dumps(half.tolist()), field=FIELD_OF_VIEW,
+        half=json.dumps(half.tolist()),
+        field=FIELD_OF_VIEW,
         commands=json.dumps([b64encode(umsgpack.packb(command)).decode() for command in commands]),
         script=(viewer / "dist" / "main.min.js").read_text("utf-8"),
         licences="\n".join(licence.read_text("utf-8") for licence in licences),
