@@ -191,7 +191,9 @@ FORWARD = Exercise(
             lambda robot, *row: tuple(
                 (tau - own) / M
                 for tau, own, M in zip(
-                    row[8:], dynamic_model(robot, *row[:8])[1].T, np.einsum("nii->in", dynamic_model(robot, *row[:8])[0])
+                    row[8:],
+                    dynamic_model(robot, *row[:8])[1].T,
+                    np.einsum("nii->in", dynamic_model(robot, *row[:8])[0]),
                 )
             ),
         ),
