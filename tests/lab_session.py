@@ -75,7 +75,7 @@ def decoded(value):
 
 
 def results(lab, source, robot=None, seed=0):
-    """{test's name: (points, Verdict)} of a file's source."""
+    """{check's title: (points, Verdict)} of a file's source; a title begins with the function's name and a colon."""
     checks, exercises = load(lab, "test_lab"), load(lab, "exercises").EXERCISES
     robot = robot or fb.FiveBar()
     found = {}
@@ -89,7 +89,7 @@ def results(lab, source, robot=None, seed=0):
         except Lost:
             pass
         assert ask.verdict_given is not None, f"{name} gave no verdict"
-        found[name] = test.pytestmark[0].args[0], ask.verdict_given
+        found[test.__doc__] = test.pytestmark[0].args[0], ask.verdict_given
     return found
 
 

@@ -59,27 +59,29 @@ def bases_at_d(robot, q11, q21, assembly_mode):
     return xy(meet(robot, left - robot.d / 2, right + robot.d / 2, assembly_mode))
 
 
-def height(robot, q11, q21, assembly_mode, root=np.sqrt, normal=lambda half: 1j * half / np.abs(half)):
-    """AMORO eq. 1-3 with H in the middle of the elbows."""
+def foot(robot, span):
+    """Distance of H from the right elbow, the elbows being `span` apart."""
+    return (span**2 + robot.l22**2 - robot.l12**2) / (2 * span)
+
+
+def over_h(robot, q11, q21, assembly_mode, foot=foot, root=np.sqrt, normal=lambda to_h: 1j * to_h / np.abs(to_h)):
+    """AMORO eq. 1-3, by way of H."""
     left, right = elbows(robot, q11, q21)
-    half = (left - right) / 2
-    return xy(right + half + assembly_mode * root(robot.l22**2 - np.abs(half) ** 2) * normal(half))
+    span = np.abs(left - right)
+    to_h = foot(robot, span) * (left - right) / span
+    return xy(right + to_h + assembly_mode * root(robot.l22**2 - np.abs(to_h) ** 2) * normal(to_h))
 
 
-def only_to_h(robot, q11, q21, assembly_mode):
-    return height(robot, q11, q21, assembly_mode, root=np.zeros_like)
+def half(robot, span):
+    return span / 2
 
 
-def not_unit(robot, q11, q21, assembly_mode):
-    return height(robot, q11, q21, assembly_mode, normal=lambda half: 1j * half)
+def root_of_absolute(square):
+    return np.sqrt(np.abs(square))
 
 
-def absolute_root(robot, q11, q21, assembly_mode):
-    return height(robot, q11, q21, assembly_mode, root=lambda square: np.sqrt(np.abs(square)))
-
-
-def flat_where_open(robot, q11, q21, assembly_mode):
-    return height(robot, q11, q21, assembly_mode, root=lambda square: np.sqrt(np.maximum(square, 0)))
+def root_or_0(square):
+    return np.sqrt(np.maximum(square, 0))
 
 
 DGM = Exercise(
@@ -120,27 +122,27 @@ DGM = Exercise(
         Misconception(
             "stops at H",
             "Your point is in the middle of the elbows. How far is it from either of them, and how far should it be?",
-            only_to_h,
+            lambda robot, *row: over_h(robot, *row, root=np.zeros_like),
         ),
         Misconception(
             "direction not of unit length",
             "A direction times h has length h only if the direction has length 1.",
-            not_unit,
+            lambda robot, *row: over_h(robot, *row, normal=lambda to_h: 1j * to_h),
         ),
         Misconception(
             "root of an absolute value",
             "What does a negative number under the root say about the two elbows? abs() only hides it.",
-            absolute_root,
+            lambda robot, *row: over_h(robot, *row, root=root_of_absolute),
         ),
         Misconception(
             "height 0 where the bars do not meet",
             "Can the two distal bars really meet there? Measure them in the pose that you return.",
-            flat_where_open,
+            lambda robot, *row: over_h(robot, *row, root=root_or_0),
         ),
         Misconception(
             "H in the middle although the distal bars differ",
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
-            height,
+            lambda robot, *row: over_h(robot, *row, foot=half),
         ),
         Misconception(
             "one length for all bars",
@@ -160,12 +162,14 @@ def span_angle(robot, x, y):
     return np.arctan2(y, x + robot.d / 2), np.arctan2(y, x - robot.d / 2)
 
 
-def middle(robot, x, y, gamma1, gamma2, root=np.sqrt):
-    """AMORO eq. 7-9 with M in the middle of base joint and end-effector."""
+def over_m(robot, x, y, gamma1, gamma2, half_way=False, root=np.sqrt):
+    """AMORO eq. 7-9, by way of M, the foot of the elbow on the line from base joint to end-effector."""
     found = []
-    for base, bar, gamma in ((-robot.d / 2, robot.l11, gamma1), (robot.d / 2, robot.l21, gamma2)):
-        half = (x + 1j * y - base) / 2
-        found.append(np.angle(half + gamma * root(bar**2 - np.abs(half) ** 2) * 1j * half / np.abs(half)))
+    for drive, bar, gamma in zip(robot.drives, robot.distal, (gamma1, gamma2)):
+        line = x + 1j * y - drive.x
+        span = np.abs(line)
+        along = span / 2 if half_way else (span**2 + drive.length**2 - bar**2) / (2 * span)
+        found.append(np.angle((along + 1j * gamma * root(drive.length**2 - along**2)) * line))
     return tuple(found)
 
 
@@ -231,17 +235,17 @@ IGM = Exercise(
         Misconception(
             "root of an absolute value",
             "What does a negative number under the root say about the distance? abs() only hides it.",
-            lambda robot, *row: middle(robot, *row, root=lambda square: np.sqrt(np.abs(square))),
+            lambda robot, *row: over_m(robot, *row, root=root_of_absolute),
         ),
         Misconception(
             "leg stretched towards what it cannot reach",
             "Can the leg really end there? Measure its bars in the pose that you return.",
-            lambda robot, *row: middle(robot, *row, root=lambda square: np.sqrt(np.maximum(square, 0))),
+            lambda robot, *row: over_m(robot, *row, root=root_or_0),
         ),
         Misconception(
             "M in the middle although the bars of the leg differ",
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
-            middle,
+            lambda robot, *row: over_m(robot, *row, half_way=True),
         ),
         Misconception(
             "one length for all bars",
