@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from .errors import UsageError
+from .robots import FiveBar
 
 SECRET = "FIVEBAR_SECRET"
 
@@ -69,7 +70,7 @@ def _grade(arguments):
     path = _only_program(arguments.file) if arguments.file.is_dir() else arguments.file
     _must_be_file(path)
     student = arguments.student or path.stem
-    robot = robot_of(secret, student) if secret else None
+    robot = robot_of(secret, student) if secret else FiveBar()
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
     report = grade(lab, task)
     if arguments.gradescope:
@@ -102,7 +103,10 @@ def _show(arguments, report):
 
 
 def _cohort(arguments, lab, secret, seed, limit):
-    from .grading.cohort import Cohort, run_cohort
+    from .grading.cohort import begin, run_cohort
+    from .grading.cohort_page import write_summary
+    from .grading.places import bwrap_trouble
+    from .grading.items import summary_text
     from .grading.submissions import find_submissions
 
     if arguments.out is None:
@@ -114,13 +118,13 @@ def _cohort(arguments, lab, secret, seed, limit):
     entries = find_submissions(arguments.file, arguments.out)
     if not entries:
         raise UsageError(f"{arguments.file} holds no submissions: a .py file or notebook, or a folder, per student")
-    cohort = Cohort(lab, arguments.out, seed, secret, arguments.isolate, limit)
+    isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
+    cohort = begin(lab, arguments.out, seed, secret, isolate, limit)
     reports = run_cohort(cohort, entries, arguments.jobs)
+    write_summary(arguments.out, lab.name, reports)
     if arguments.json:
         print(json.dumps([report.as_json() for report in reports], indent=1))
     else:
-        from .grading.items import summary_text
-
         print(summary_text(lab.name, reports))
         print(arguments.out / "summary.html")
     faults = dict.fromkeys(fault for report in reports for fault in report.faults)

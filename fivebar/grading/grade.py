@@ -96,7 +96,10 @@ def _forget(lab):
 
 @dataclass(frozen=True)
 class Task:
-    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file's constants say)."""
+    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file's constants say).
+
+    trouble: why there is no file to grade; all its checks then earn nothing.
+    """
 
     path: Path
     student: str = ""
@@ -104,12 +107,15 @@ class Task:
     robot: FiveBar | None = None
     isolate: str = "process"
     limit: float | None = None
+    trouble: str = ""
 
     def open(self):
         """The Program in a process of its own, or NoProgram where it cannot be read."""
         from .student import Student
         from .submission import SubmissionError, read_submission
 
+        if self.trouble:
+            return Program(NoProgram(self.trouble), self.robot or FiveBar())
         try:
             submission = read_submission(self.path)
         except SubmissionError as error:

@@ -16,9 +16,9 @@ STYLE = """
 .fivebar .word { flex: 0 0 4.2rem; text-align: center; border-radius: 1rem; color: #fff; font-size: .85rem; align-self: start; }
 .fivebar .right { background: #1a7f37; } .fivebar .partly { background: #8a6100; } .fivebar .wrong { background: #c4320a; }
 .fivebar .to { background: #57606a; } .fivebar .broken { background: #6639ba; }
-.fivebar .title { flex: 1; } .fivebar .points { white-space: nowrap; font-variant-numeric: tabular-nums; }
+.fivebar .title { flex: 1; } .fivebar small { color: #57606a; } .fivebar .points { white-space: nowrap; font-variant-numeric: tabular-nums; }
 .fivebar .body { display: flex; flex-wrap: wrap; gap: 1rem; padding: 0 0 .8rem; }
-.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; flex: 1 1 22rem; }
+.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; align-content: start; flex: 1 1 22rem; }
 .fivebar dt { color: #57606a; } .fivebar dd { margin: 0; } .fivebar code, .fivebar pre { font: 13px/1.5 ui-monospace, monospace; }
 .fivebar figure { margin: 0; flex: 0 1 300px; } .fivebar figure svg { max-width: 100%; height: auto; background: #f6f8fa; border-radius: 6px; }
 .fivebar figcaption { font-size: .85rem; color: #57606a; } .fivebar pre { background: #f6f8fa; padding: .6rem; white-space: pre-wrap; }
@@ -69,16 +69,17 @@ def _lines(output):
 
 
 def _check(check):
+    task = "".join(f"<br><small>{text(words)}</small>" for _, words in facts(check)) if not_started(check) else ""
     head = (
-        f'<span class="word {word(check).split()[0]}">{word(check)}</span><span class="title">{text(check.title)}</span>'
+        f'<span class="word {word(check).split()[0]}">{word(check)}</span>'
+        f'<span class="title">{text(check.title)}{task}</span>'
         f'<span class="points">{number(check.points)} / {number(check.max_points)}</span>'
     )
-    items = "".join(_item(label, words) for label, words in facts(check))
-    if not items:
+    if check.outcome == "right" or task:
         return f'<div class="flat">{head}</div>'
+    items = "".join(_item(label, words) for label, words in facts(check))
     figure = f"<figure>{check.figure}<figcaption>{CAPTION}</figcaption></figure>" if check.figure else ""
-    opened = "" if not_started(check) else " open"
-    return f'<details{opened}><summary>{head}</summary><div class="body"><dl>{items}</dl>{figure}</div></details>'
+    return f'<details open><summary>{head}</summary><div class="body"><dl>{items}</dl>{figure}</div></details>'
 
 
 def _item(label, words):

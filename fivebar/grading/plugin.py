@@ -13,7 +13,7 @@ import pytest
 from ..robots import FiveBar
 from .ask import Ask, Wrong
 from .labs import exercises_beside
-from .report import check_lines
+from .report import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
 
@@ -62,10 +62,12 @@ class Checks:
     def pytest_configure(self, config):
         config.addinivalue_line("markers", "points(n): what a check is worth")
 
+    def pytest_collection_modifyitems(self, items):
+        if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
+            raise pytest.UsageError("which file is to be checked? Give --submission FILE")
+
     @pytest.fixture
     def ask(self, request):
-        if self.program is None:
-            pytest.fail("which file is to be checked? Give --submission FILE", pytrace=False)
         ask = Ask(self.program, exercises_beside(request.path), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
@@ -83,12 +85,11 @@ class Checks:
     def pytest_runtest_makereport(self, item, call):
         report = yield
         error = call.excinfo.value if call.excinfo else None
-        if report.when == "call" or error is not None:
-            if _ASK in item.stash or self.program is not None:
-                self._record(item, call, report, error)
+        if self.program is not None and (report.when == "call" or error is not None):
+            self._record(item, report, error)
         return report
 
-    def _record(self, item, call, report, error):
+    def _record(self, item, report, error):
         marker = item.get_closest_marker("points")
         title = (item.obj.__doc__ or item.name).strip().splitlines()[0]
         ask = item.stash.get(_ASK, None)
@@ -104,6 +105,11 @@ class Checks:
     def pytest_collectreport(self, report):
         if report.failed:
             self.trouble.append(str(report.longrepr).strip().splitlines()[-1])
+
+    def pytest_terminal_summary(self, terminalreporter):
+        if self.found:
+            points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
+            terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
     def pytest_keyboard_interrupt(self):
         self.interrupted = True

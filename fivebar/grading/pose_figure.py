@@ -67,10 +67,10 @@ def _svg(robot, drawn):
         return f"{WIDTH / 2 + scale * (point[0] - middle[0]):.0f},{HEIGHT / 2 - scale * (point[1] - middle[1]):.0f}"
 
     parts = []
-    for lines, colour, style in zip(drawn, (EXPECTED, CAME), ("", ' stroke-dasharray="6 4"')):
+    for lines, colour, style in zip(drawn, (EXPECTED, CAME), ('5"', '2" stroke-dasharray="7 5"')):
         for line in lines:
             joined = " ".join(place(point) for point in line)
-            parts.append(f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="3"{style}/>')
+            parts.append(f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="{style}/>')
             for x, y in (place(point).split(",") for point in line[-2:]):
                 parts.append(f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}" stroke-width="2"/>')
     for side in (-0.5, 0.5):
