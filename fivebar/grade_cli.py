@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 from .errors import UsageError
-from .robots import FiveBar
 
 SECRET = "FIVEBAR_SECRET"
 
@@ -70,7 +69,7 @@ def _grade(arguments):
     path = _only_program(arguments.file) if arguments.file.is_dir() else arguments.file
     _must_be_file(path)
     student = arguments.student or path.stem
-    robot = robot_of(secret, student) if secret else FiveBar()
+    robot = robot_of(secret, student, lab.robot) if secret else lab.robot
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
     report = grade(lab, task)
     if arguments.gradescope:
@@ -147,7 +146,7 @@ def _hand_out(arguments, lab, secret):
     for student in dict.fromkeys(line.strip() for line in lines if line.strip()):
         path = arguments.out / file_name(student) / "student.py"
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, with_constants(source, robot_of(secret, student)))
+        write_whole(path, with_constants(source, robot_of(secret, student, lab.robot)))
         print(path)
 
 

@@ -3,6 +3,7 @@
 import importlib.util
 import inspect
 import zlib
+from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 
@@ -15,7 +16,6 @@ from fivebar.grading.judge import TOLERANCE
 LABS = Path(__file__).parents[1] / "labs"
 FOLDERS = {folder.name.split("_")[0]: folder for folder in sorted(LABS.glob("lab*_*"))}
 SOLUTIONS = Path(__file__).parent / "data" / "solutions"
-PARAMETERS = ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")
 
 
 class Lost(AssertionError):
@@ -46,7 +46,7 @@ class Ask:
         self.give(found)
 
     def reply(self, robot, constants, name, row):
-        values = {key: getattr(robot, key) for key in PARAMETERS} | (constants or {})
+        values = asdict(robot) | (constants or {})
         self.student.__dict__.update(values)
         try:
             with np.errstate(all="ignore"):
@@ -76,13 +76,13 @@ def decoded(value):
 
 def results(lab, source, robot=None, seed=0):
     """{check's title: (points, Verdict)} of a file's source; a title begins with the function's name and a colon."""
-    checks, exercises = load(lab, "test_lab"), load(lab, "exercises").EXERCISES
-    robot = robot or fb.FiveBar()
+    checks, exercises = load(lab, "test_lab"), load(lab, "exercises")
+    robot = robot or getattr(exercises, "ROBOT", fb.FiveBar())
     found = {}
     for name, test in vars(checks).items():
         if not name.startswith("test_"):
             continue
-        ask = Ask(exercises, source, robot)
+        ask = Ask(exercises.EXERCISES, source, robot)
         given = {"ask": ask, "robot": robot, "draw": np.random.default_rng([seed, zlib.crc32(name.encode())])}
         try:
             test(**{key: given[key] for key in inspect.signature(test).parameters})

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from ..errors import UsageError
-from ..robots import FiveBar
 from .grade import file_hash
 from .labs import PACKAGE, Lab
 from .outputs import file_name, write_whole
@@ -38,7 +37,7 @@ class Cohort:
     limit: float | None
 
     def robot(self, entry):
-        return robot_of(self.secret, entry.student) if self.secret else FiveBar()
+        return robot_of(self.secret, entry.student, self.lab.robot) if self.secret else self.lab.robot
 
     def request(self, entry):
         return {

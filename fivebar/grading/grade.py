@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
-from ..robots import FiveBar
+from ..robots import Biglide, FiveBar
 from .labs import find_lab
 from .replies import Reply
 from .results import Report
-from .variants import CONSTANTS, PUBLIC_SEED, constants_in, robot_from
+from .variants import CONSTANTS, PUBLIC_SEED, constants_in, lengths, robot_from
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
@@ -41,17 +41,21 @@ class NoProgram:
 
 @dataclass(frozen=True)
 class Program:
-    """A student's running program and the robot it is judged for.
+    """A student's running program and the robot that it is judged for, `own` or (None) as its constants say.
 
     settable: constants that its source names, so that a check may set them; constants: those it gives plain values;
     where: a line's number in its author's words.
     """
 
     student: object
-    robot: FiveBar
+    own: FiveBar | Biglide | None
     settable: frozenset = frozenset()
     constants: dict = field(default_factory=dict)
     where: object = "line {}".format
+
+    def robot(self, handout):
+        """The robot that it is judged for in a lab whose handout has this one."""
+        return self.own or robot_from(self.constants, handout)
 
 
 def run_checks(lab, program, seed):
@@ -104,7 +108,7 @@ class Task:
     path: Path
     student: str = ""
     seed: str = PUBLIC_SEED
-    robot: FiveBar | None = None
+    robot: FiveBar | Biglide | None = None
     isolate: str = "process"
     limit: float | None = None
     trouble: str = ""
@@ -115,16 +119,16 @@ class Task:
         from .submission import SubmissionError, read_submission
 
         if self.trouble:
-            return Program(NoProgram(self.trouble), self.robot or FiveBar())
+            return Program(NoProgram(self.trouble), self.robot)
         try:
             submission = read_submission(self.path)
         except SubmissionError as error:
-            return Program(NoProgram(str(error)), self.robot or FiveBar())
+            return Program(NoProgram(str(error)), self.robot)
         source, limits = submission.source, {} if self.limit is None else {"limit": self.limit}
         student = Student(submission, isolate=self.isolate, **limits)
         found = constants_in(source)
         settable = frozenset(name for name in CONSTANTS if re.search(rf"\b{name}\b", source))
-        return Program(student, self.robot or robot_from(found), settable, found, submission.where)
+        return Program(student, self.robot, settable, found, submission.where)
 
 
 def grade(lab, task, home=False):
@@ -157,13 +161,14 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
     for function in functions.values():
         names = getattr(function, "__globals__", {})
         found |= {name: names[name] for name in CONSTANTS if type(names.get(name)) in (int, float)}
-    program = Program(from_functions(**functions), robot_from(found), frozenset(found), found)
+    program = Program(from_functions(**functions), None, frozenset(found), found)
     return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
 
 
 def _report(lab, checks, before, home, **rest):
     program = checks.program
     student, where, trouble = program.student, program.where, program.student.trouble
+    robot = program.robot(lab.robot)
     if isinstance(student, NoProgram):
         trouble = f"The file cannot be read: {trouble.text}."
     elif trouble is not None:
@@ -172,20 +177,20 @@ def _report(lab, checks, before, home, **rest):
     notes = () if home else tuple(student.notes)
     return Report(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
-        seed=checks.seed, robot=asdict(program.robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=(*notes, *_notes(program.robot, program.constants)), faults=tuple(checks.trouble), output=student.output,
+        seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
+        notes=(*notes, *_notes(robot, program.constants, lab.robot)), faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home, **rest,
     )  # fmt: skip
 
 
-def _notes(robot, constants):
+def _notes(robot, constants, handout):
     """A file that holds another robot than the one it is graded for explains wrong answers everywhere."""
-    other = [f"{name} = {value:g}" for name, value in constants.items() if value != getattr(robot, name)]
+    other = [f"{name} = {value:g}" for name, value in constants.items() if value != getattr(robot, name, value)]
     if other:
         yours = ", ".join(f"{text} (graded for {getattr(robot, text.split()[0]):g})" for text in other)
         return (f"The constants of your file are another robot's: {yours}.",)
-    if robot != FiveBar():
-        own = ", ".join(f"{name} = {getattr(robot, name):g}" for name in ("l11", "l12", "l21", "l22", "d"))
+    if robot != handout:
+        own = ", ".join(f"{name} = {value:g}" for name, value in lengths(robot).items())
         return (f"Graded for the robot of this file: {own}.",)
     return ()
 

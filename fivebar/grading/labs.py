@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import UsageError
+from ..robots import FiveBar
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE.parent / "labs", PACKAGE / "_labs"  # a clone's, an installed wheel's
@@ -29,6 +30,11 @@ class Lab:
         """Name -> Exercise, from exercises.py; none where there is no such file."""
         return exercises_beside(self.tests)
 
+    @property
+    def robot(self):
+        """The handout's robot, ROBOT in exercises.py; the default five-bar where there is none."""
+        return robot_beside(self.tests)
+
     def hash(self):
         """SHA-256 over the lab's programs: results of another one are not comparable."""
         digest = hashlib.sha256()
@@ -40,16 +46,26 @@ class Lab:
 
 def exercises_beside(tests):
     """Name -> Exercise of the exercises.py beside a test file."""
+    return _beside(tests)[0]
+
+
+def robot_beside(tests):
+    """The handout's robot of the lab that a test file belongs to."""
+    return _beside(tests)[1]
+
+
+def _beside(tests):
     path = Path(tests).with_name("exercises.py")
     if not path.exists():
-        return {}
+        return {}, FiveBar()
     stamp = path.stat().st_mtime_ns
     if _LOADED.get(path, (None,))[0] != stamp:
         spec = importlib.util.spec_from_file_location(f"exercises of {path.parent.name}", path)
         module = importlib.util.module_from_spec(spec)
         exec(compile(path.read_bytes(), path, "exec"), module.__dict__)  # no bytecode file is left beside it
-        _LOADED[path] = stamp, {exercise.name: exercise for exercise in module.EXERCISES}
-    return _LOADED[path][1]
+        exercises = {exercise.name: exercise for exercise in module.EXERCISES}
+        _LOADED[path] = stamp, exercises, getattr(module, "ROBOT", FiveBar())
+    return _LOADED[path][1:]
 
 
 _LOADED = {}

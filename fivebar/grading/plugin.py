@@ -5,14 +5,14 @@ What it asks through `ask` is recorded even where the check crashes; such a cras
 """
 
 import hashlib
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ..robots import FiveBar
 from .ask import Ask, Wrong
-from .labs import exercises_beside
+from .labs import exercises_beside, robot_beside
 from .report import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
@@ -45,17 +45,20 @@ def _from_options(config):
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
-    program = Task(path, option.student, option.seed, own, option.isolate, option.time_limit).open()
+    secret = option.secret_file.read_bytes().strip() if option.secret_file else None
+    program = Task(path, option.student, option.seed, None, option.isolate, option.time_limit).open()
     config.add_cleanup(program.student.close)
-    return Checks(program, option.seed)
+    return Checks(program, option.seed, partial(robot_of, secret, option.student) if secret else None)
 
 
 class Checks:
-    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
+    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults.
 
-    def __init__(self, program, seed):
-        self.program, self.seed = program, seed
+    variant: the student's robot from the handout's; None: the one that the Program says.
+    """
+
+    def __init__(self, program, seed, variant=None):
+        self.program, self.seed, self._variant = program, seed, variant
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}
 
@@ -68,13 +71,19 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request):
-        ask = Ask(self.program, exercises_beside(request.path), self._hopeless)
+        handout = robot_beside(request.path)
+        ask = Ask(self.program, exercises_beside(request.path), self._robot(handout), handout, self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
-    def robot(self):
-        return self.program.robot if self.program else FiveBar()
+    def robot(self, request):
+        return self._robot(robot_beside(request.path))
+
+    def _robot(self, handout):
+        if self._variant:
+            return self._variant(handout)
+        return self.program.robot(handout) if self.program else handout
 
     @pytest.fixture
     def draw(self, request):

@@ -4,15 +4,15 @@ import ast
 import hmac
 import re
 import unicodedata
-from dataclasses import fields
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 
 from ..errors import UsageError
-from ..robots import FiveBar
+from ..robots import KINDS, Biglide, FiveBar
 
 PUBLIC_SEED = "public"
-CONSTANTS = tuple(field.name for field in fields(FiveBar))
+CONSTANTS = tuple(dict.fromkeys(field.name for kind in KINDS for field in fields(kind)))
 
 
 def _drawn(secret, *words):
@@ -25,12 +25,17 @@ def hidden_seed(secret, lab):
     return _drawn(secret, "inputs", lab).hex()[:16]
 
 
-def robot_of(secret, student):
-    """The student's robot, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
+def robot_of(secret, student, handout=FiveBar()):
+    """The student's robot, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the handout's.
 
-    Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm: always assemblable.
+    Case and surrounding blanks of the id do not count. Five-bar: l1, l2 in 82..98 mm, d in 108..128 mm; biglide: bars in
+    262..302 mm, d in 380..420 mm: always assemblable.
     """
     draw = np.random.default_rng(int.from_bytes(_drawn(secret, "robot", student)))
+    if isinstance(handout, Biglide):
+        bar, d = draw.integers((262, 380), (302, 420), endpoint=True).tolist()
+        mf1, mf2, m = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True).tolist()
+        return Biglide(bar / 1000, bar / 1000, d / 1000, mf1 / 100, mf2 / 100, m / 100)
     l1, l2 = draw.integers(82, 98, 2, endpoint=True).tolist()
     d, m = int(draw.integers(108, 128, endpoint=True)), int(draw.integers(40, 60, endpoint=True))
     zz = draw.integers(16, 24, 2, endpoint=True).tolist()
@@ -40,9 +45,9 @@ def robot_of(secret, student):
 
 def with_constants(source, robot):
     """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
-    for name in CONSTANTS:
-        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{getattr(robot, name)!r}", source, count=1)
-        if not found and name in ("l11", "l12", "l21", "l22", "d"):
+    for name, value in asdict(robot).items():
+        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
+        if not found and name in lengths(robot):
             raise UsageError(f"the lab's student.py has no line `{name} = ...` to put a student's own robot in")
     return source
 
@@ -60,9 +65,14 @@ def constants_in(source):
     return found
 
 
-def robot_from(constants):
-    """The default robot with these constants, or the default where no robot can have them."""
+def lengths(robot):
+    """The robot's lengths, name -> m."""
+    return {name: value for name, value in asdict(robot).items() if name[0] in "ld"}
+
+
+def robot_from(constants, handout):
+    """The handout's robot with those of the constants that it has, or as it is where no robot can have them."""
     try:
-        return FiveBar(**constants)
+        return replace(handout, **{name: value for name, value in constants.items() if hasattr(handout, name)})
     except (ValueError, OverflowError):
-        return FiveBar()
+        return handout

@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..robots import FiveBar
+from ..robots import robot_of
 from .grade import Task, grade
 from .labs import Lab
 from .page import report_page
@@ -21,7 +21,7 @@ def main():
 
 
 def _graded(request):
-    lab, robot = Lab(Path(request.pop("lab"))), FiveBar(**request.pop("robot"))
+    lab, robot = Lab(Path(request.pop("lab"))), robot_of(request.pop("robot"))
     try:
         report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
         return {"report": report.as_json(), "page": report_page(report)}
