@@ -34,7 +34,7 @@ LAYERS = [
     {"plot", "view", "amoro", "study", "linkages", "grading"},
     {"__init__"},
     {"robot_options"},
-    {"track_cli", "map_cli", "linkage_cli"},
+    {"track_cli", "map_cli", "linkage_cli", "grade_cli"},
     {"cli"},
     {"__main__"},
 ]

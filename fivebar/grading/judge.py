@@ -100,7 +100,7 @@ def _outcomes(exercise, replies, refuse):
     came = np.full((len(replies), len(exercise.is_angle())), np.nan)
     reasons, texts, remarks = [], [], []
     for i, reply in enumerate(replies):
-        reason, text = reply.kind, f"{KINDS[reply.kind]}{': ' + reply.text if reply.text else ''}"
+        reason, text = reply.kind, reply.words
         if reply.kind == "value":
             reason = text = ""
             try:
