@@ -96,11 +96,11 @@ MISTAKES = [
     ("dkm_passive", "legs exchanged", RATES, "return q22D, q12D\n"),
     *(
         mistake
-        for name, definition, b in (("dkm2", DKM2, "sum"), ("ikm2", IKM2, "difference"))
+        for name, definition in (("dkm2", DKM2), ("ikm2", IKM2))
         for mistake in (
             (name, "passive angles taken as relative", *first(definition, RELATIVE)),
             (name, "centripetal term missing", *first(definition, "q12D = q22D = 0")),
-            (name, "centripetal term of the wrong sign", *first(definition, "q12D, q22D = 1j * q12D, 1j * q22D")),
+            (name, "centripetal term of the wrong sign", BIAS, BIAS.replace("-l", "l")),
             (name, "rate not squared", BIAS, BIAS.replace("**2", "")),
             (name, "length forgotten in d", BIAS, BIAS.replace("l1 * ", "").replace("l2 * ", "")),
             (name, "foot's speed in place of the bar's rate", *first(definition, "q12D, q22D = q11D, q21D")),
@@ -139,6 +139,6 @@ MISTAKES = [
     ("efforts", "bias of the second-order model forgotten", "ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD)\n    M", "ikm2(q11, q12, q21, q22, 0, 0, 0, 0, xDD, yDD)\n    M"),
     ("efforts", "accelerations of the end-effector taken for the feet's", "tau = product(M, (q11DD, q21DD))", "tau = product(M, (xDD, yDD))"),
     ("efforts", "working modes never used", "igm(x, y, gamma1, gamma2)\n    q12, q22 =", "igm(x, y, -1, -1)\n    q12, q22 ="),
-    ("efforts", "only the end-effector's mass", "(q11DD, q21DD))\n    return", "(q11DD, q21DD))\n    tau = tau[0] - mf1 * q11DD, tau[1] - mf2 * q21DD\n    return"),
+    ("efforts", "only the end-effector's mass", "(q11DD, q21DD))\n    return tau", "(q11DD, q21DD))\n    tau = tau[0] - mf1 * q11DD, tau[1] - mf2 * q21DD\n    return tau"),
     ("efforts", "legs exchanged", "return tau[0] + c[0], tau[1] + c[1]", "return tau[1] + c[1], tau[0] + c[0]"),
 ]

@@ -10,10 +10,13 @@ HEIGHT = 0.5  # of the end-effector over the feet's zero, at most, m
 
 
 def unequal_biglide(draw):
-    """A biglide whose bars differ by at least 3 cm, no two of whose masses are alike; rounded to 0.1 mm and 1 g."""
+    """A biglide of bars that differ by at least 3 cm and feet by 0.2 kg; rounded to 0.1 mm and 1 g.
+
+    Its guides are so close that it closes even with twice their distance, a misconception that shall be seen.
+    """
     bars = draw.permutation([0.26, 0.32]) + draw.uniform(-0.015, 0.015, 2)
     masses = draw.permutation([0.7, 1.3]) + draw.uniform(-0.2, 0.2, 2)
-    return Biglide(*np.round([*bars, draw.uniform(0.34, 0.42)], 4), *np.round([*masses, draw.uniform(2, 4)], 3))
+    return Biglide(*np.round([*bars, draw.uniform(0.14, 0.22)], 4), *np.round([*masses, draw.uniform(2, 4)], 3))
 
 
 def poses(robot, draw, n, assembly=None, working=None, margin=0.2):

@@ -9,15 +9,12 @@ import subprocess
 import tempfile
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
-from .places import CELL, bwrap_command, import_folders, interpreter, readable, unreachable
+from .launch import launch
 from .wire import MOST_LINE, Garbled, clean, message
 
-PACKAGES = ("numpy", "scipy")
 MOST_OUTPUT = 64_000
 START_LIMIT = 20.0  # s, for the interpreter itself
-USERS = 3_000  # unprivileged ids that nobody has, one per worker, so that none can reach another
 
 
 class IsolationError(RuntimeError):
@@ -32,13 +29,6 @@ class Lost(Exception):
     text: str = ""
 
 
-def _spare_user():
-    """A user id without an account, of those that this user namespace has."""
-    mapped = Path("/proc/self/uid_map")
-    many = not mapped.exists() or int(mapped.read_text().split()[2]) > 500_000
-    return (400_000 if many else 61_200) + secrets.randbelow(USERS)
-
-
 class Worker:
     """One worker process; ended by `close`, with all that it started."""
 
@@ -50,41 +40,24 @@ class Worker:
         self._room = MOST_OUTPUT
         request, self._out = os.pipe()
         self._in, reply = os.pipe()
-        self._open = [self._out, self._in]
+        settings = {"read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu}
         try:
-            self._start(isolate, memory, cpu, request, reply)
+            self._process, self._first = launch(isolate, settings, self._folder.name)
+        except OSError as error:
+            os.close(self._out)
+            os.close(self._in)
+            self._folder.cleanup()
+            raise IsolationError(f"a worker process cannot be started: {error}") from None
         finally:
             os.close(request)
             os.close(reply)
+        self._open = True
         self._selector = selectors.DefaultSelector()
         self._text = self._process.stdout.fileno()
         for descriptor in (self._in, self._text):
             os.set_blocking(descriptor, False)
             self._selector.register(descriptor, selectors.EVENT_READ)
         os.set_blocking(self._out, False)
-
-    def _start(self, isolate, memory, cpu, request, reply):
-        uid = _spare_user() if os.getuid() == 0 else None
-        outside = isolate == "process"
-        files, folders = readable(PACKAGES) if outside else (None, ())
-        settings = {
-            "read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu, "packages": PACKAGES,
-            "paths": [str(folder) for folder in import_folders(PACKAGES)], "uid": uid,
-            "moved": uid is not None and outside and unreachable(PACKAGES),
-            "readable": files, "listable": [*folders, self._folder.name], "parent": os.getpid() if outside else None,
-        }  # fmt: skip
-        cell = str(CELL) if outside else "/cell"
-        command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
-        if not outside:
-            command = [*bwrap_command(PACKAGES), *command]
-        os.chmod(self._folder.name, 0o755)  # the worker's user is another
-        threads = ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
-        self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            pass_fds=(request, reply), start_new_session=True, cwd=self._folder.name,
-            env={"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/nonexistent"}
-            | {f"{name}_NUM_THREADS": "1" for name in threads},
-        )  # fmt: skip
 
     def confined(self):
         """The worker's own report before anything of the student's has run. Raises IsolationError."""
@@ -175,7 +148,11 @@ class Worker:
         if not self._open:
             return
         try:
-            os.killpg(self._process.pid, signal.SIGKILL)
+            if self._first is None:
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:  # with it all in its PID namespace end, and then bwrap itself
+                signal.pidfd_send_signal(self._first, signal.SIGKILL)
+                os.close(self._first)
         except ProcessLookupError:
             pass  # ended by itself
         self._process.wait()
@@ -191,5 +168,5 @@ class Worker:
         self._selector.close()
         os.close(self._in)
         self._process.stdout.close()
-        self._open = []
+        self._open = False
         self._folder.cleanup()

@@ -76,9 +76,12 @@ class Student:
                 self._load()
             if self._worker is None:
                 return replies + [self.trouble] * (len(rows) - len(replies))
-            start = time.monotonic()
+            start, used, done = time.monotonic(), self._used, len(replies)
+            self._used = True
             try:
                 self._batch(function, rows[len(replies) :], constants, limit, start + left, replies)
+                if any(answer.kind == "memory" for answer in replies):
+                    self.close()  # what filled it may still be there
                 break
             except Garbled as garbled:
                 lost = Reply("garbled", text=str(garbled))
@@ -88,6 +91,8 @@ class Student:
             if left <= 0:
                 lost = Reply("timeout", text=f"the calls took more than {self._total:g} s together")
             self.close()
+            if used and len(replies) == done and lost.kind != "timeout":
+                continue  # an earlier ask may have broken the worker: this one gets one of its own
             replies.append(lost)
             self._losses[function] = self._losses.get(function, 0) + 1
             if self._losses[function] >= MOST_LOSSES or left <= 0:
@@ -115,6 +120,7 @@ class Student:
     def _load(self):
         """A new worker with the student's file run in it, as far as it goes."""
         for _ in range(MOST_LOSSES):
+            self._used = False
             self._worker = Worker(self._isolate, self._memory, self._cpu)
             report = self._worker.confined()
             self._note(report)

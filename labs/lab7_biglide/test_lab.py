@@ -52,14 +52,14 @@ def test_dgm_unreachable(ask, robot, draw):
 
 @pytest.mark.points(1)
 def test_igm_regular(ask, robot, draw):
-    """igm: regular poses, working modes -1, -1"""
-    pose = poses(robot, draw, 16, working=(-1, -1))
+    """igm: regular poses of all four working modes"""
+    pose = poses(robot, draw, 16)
     ask("igm", *pose.xi.T, *pose.working.T)
 
 
 @pytest.mark.points(1)
 def test_igm_unequal(ask, draw):
-    """igm: all four working modes, bars of different lengths"""
+    """igm: bars of different lengths"""
     other = unequal_biglide(draw)
     pose = poses(other, draw, 16)
     ask("igm", *pose.xi.T, *pose.working.T, robot=other)

@@ -129,12 +129,8 @@ def efforts(x, y, xD, yD, xDD, yDD, gamma1, gamma2):
 
 def row(t, order, n):
     """The derivatives of 1, t, t^2 ... at t."""
-    factors = [1, 1, 1] if order == 0 else None
-    values = []
-    for k in range(n):
-        factor = 1 if factors else (k if order == 1 else k * (k - 1))
-        values.append(factor * t ** (k - order) if k >= order else 0.0)
-    return values
+    factor = [lambda k: 1, lambda k: k, lambda k: k * (k - 1)][order]
+    return [factor(k) * t ** max(k - order, 0) for k in range(n)]
 
 
 def through(conditions):

@@ -45,14 +45,20 @@ def AB(q12, q22):
     return A, np.diag((A @ J_FOOT).ravel())
 
 
+def solve(P, w):
+    if abs(np.linalg.det(P)) < 1e-9:
+        raise np.linalg.LinAlgError("singular")
+    return np.linalg.solve(P, w)
+
+
 def dkm(q11, q12, q21, q22, q11D, q21D):
     A, B = AB(q12, q22)
-    return np.linalg.solve(A, B @ np.array([[q11D], [q21D]]))
+    return solve(A, B @ np.array([[q11D], [q21D]]))
 
 
 def ikm(q11, q12, q21, q22, xD, yD):
     A, B = AB(q12, q22)
-    return np.linalg.solve(B, A @ np.array([[xD], [yD]]))
+    return solve(B, A @ np.array([[xD], [yD]]))
 
 
 def dkm_passive(q11, q12, q21, q22, q11D, q21D, xD, yD):
@@ -66,12 +72,12 @@ def bias(q12D, q22D):
 
 def dkm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD):
     A, B = AB(q12, q22)
-    return np.linalg.solve(A, B @ np.array([[q11DD], [q21DD]]) + bias(q12D, q22D))
+    return solve(A, B @ np.array([[q11DD], [q21DD]]) + bias(q12D, q22D))
 
 
 def ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD):
     A, B = AB(q12, q22)
-    return np.linalg.solve(B, A @ np.array([[xDD], [yDD]]) - bias(q12D, q22D))
+    return solve(B, A @ np.array([[xDD], [yDD]]) - bias(q12D, q22D))
 
 
 def dkm2_passive(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD, xDD, yDD):
