@@ -182,4 +182,6 @@ def test_the_answers_for_another_robot_are_named(elbow, tmp_path):
 def test_every_lab_shipped_is_found_by_both_names():
     assert find_lab("lab1").name == find_lab("lab1_geometry").name == "lab1_geometry"
     exercises = Lab(LABS / "lab1_geometry").exercises()
-    assert np.isfinite(exercises["dgm"].outcome(exercises["dgm"].answer, fb.FiveBar(), [np.zeros(1)] * 2 + [-np.ones(1)])).all()
+    assert np.isfinite(
+        exercises["dgm"].outcome(exercises["dgm"].answer, fb.FiveBar(), [np.zeros(1)] * 2 + [-np.ones(1)])
+    ).all()
