@@ -1,4 +1,4 @@
-"""The five-bar parallel robot: exact models, singularities, simulation and control.
+"""The five-bar parallel robot and the biglide: exact models, singularities, simulation and control.
 
 `import fivebar as fb` loads NumPy and the models; everything else comes with its first use: `fb.simulate`, `fb.aspects`
 and the like, and with them CasADi, SciPy, Matplotlib and meshcat where they are needed.
@@ -10,7 +10,7 @@ from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
 from .errors import SingularityError, UnreachableError
 from .geometry import Pose, dgm, igm
 from .kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
-from .robots import ROBOTS, FiveBar
+from .robots import ROBOTS, Biglide, FiveBar
 from .singularity import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
