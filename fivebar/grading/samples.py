@@ -70,6 +70,26 @@ def beside_type_2(robot, draw, sines, margin=0.2):
     return igm(robot, above.reshape(-1, n, 2)[rows, np.arange(n)], modes.reshape(-1, n, 2)[rows, np.arange(n)])
 
 
+def straight_paths(robot, draw, n, crossings, working=None):
+    """Columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings of Type 2, far from Type 1.
+
+    working: one pair of modes; None: all four, in turn.
+    """
+    modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    s = np.linspace(0, 1, 161)[:, None, None]
+    found = []
+    for mode in modes:
+        a, b = (poses(robot, draw, 120, working=mode).xi for _ in range(2))
+        pose = igm(robot, a + (b - a) * s, mode, unreachable="nan")
+        p, serial = pose._parallel, np.min(np.abs(pose._serial), axis=(0, 1))
+        with np.errstate(invalid="ignore"):
+            clear = (serial > 0.05) & (np.sum(p[1:] * p[:-1] < 0, axis=0) == crossings)
+            clear &= (p * np.sign(p[0])).min(axis=0) < -0.1 if crossings else np.abs(p).min(axis=0) > 0.1
+        rows = np.flatnonzero(clear)[: -(-n // len(modes))]
+        found.append((*a[rows].T, *b[rows].T, *np.tile(mode, (len(rows), 1)).T))
+    return tuple(np.concatenate(columns) for columns in zip(*found))
+
+
 def _take(robot, xi, modes, good, n):
     rows = np.flatnonzero(good)[:n] if good.dtype == bool else good
     if len(rows) < n:

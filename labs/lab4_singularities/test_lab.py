@@ -7,7 +7,7 @@ import fivebar as fb
 from fivebar.dyads import RRR
 from fivebar.geometry import reach
 from fivebar.grading.four_joints import batch, joints, pose
-from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_robot
+from fivebar.grading.samples import beside_type_1, beside_type_2, poses, straight_paths, unequal_robot
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1, -6, 12)
 
@@ -125,28 +125,9 @@ def test_type2_point_unreachable(ask, robot, draw):
     ask("type2_point", q11, draw.choice([-1, 1], len(q11)), refuse=np.arange(len(q11)) >= len(some))
 
 
-def paths(robot, draw, n, crossings, working=None):
-    """Columns of straight paths with so many clear crossings of Type 2, far from Type 1."""
-    modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
-    found = []
-    s = np.linspace(0, 1, 161)[:, None, None]
-    for mode in modes:
-        a, b = (poses(robot, draw, 120, working=mode).xi for _ in range(2))
-        margin = fb.singularity_margins(fb.igm(robot, a + (b - a) * s, mode, unreachable="nan"))
-        p = margin.parallel
-        count = np.sum(p[1:] * p[:-1] < 0, axis=0)
-        with np.errstate(invalid="ignore"):
-            clear = (np.abs(margin.serial).min(axis=(0, 2)) > 0.05) & (count == crossings)
-            middle = np.sum(p * np.sign(p[0]) < -0.1, axis=0) > 0
-            clear &= middle if crossings else np.abs(p).min(axis=0) > 0.1
-        rows = np.flatnonzero(clear)[: -(-n // len(modes))]
-        found.append((*a[rows].T, *b[rows].T, *np.tile(mode, (len(rows), 1)).T))
-    return batch(*found)
-
-
-def crossing(ask, draw, robot, counts, working=None, **choices):
+def crossing(ask, draw, drawn, counts, working=None, **choices):
     """Ask about some paths for each count of crossings."""
-    parts = [paths(robot, draw, n, count, working) for count, n in counts.items()]
+    parts = [straight_paths(drawn, draw, n, count, working) for count, n in counts.items()]
     none = np.concatenate([np.full(len(part[0]), count == 0) for count, part in zip(counts, parts)])
     ask("first_crossing", *batch(*parts), refuse=none, tolerance=1e-6, **choices)
 
