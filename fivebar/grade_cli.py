@@ -72,6 +72,7 @@ def _grade(arguments):
     robot = robot_of(secret, student, lab.robot) if secret else lab.robot
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
     report = grade(lab, task)
+    print(*report.warnings, sep="\n", end="\n" if report.warnings else "", file=sys.stderr)
     if arguments.gradescope:
         from .grading.outputs import gradescope_text
 
@@ -104,8 +105,8 @@ def _show(arguments, report):
 def _cohort(arguments, lab, secret, seed, limit):
     from .grading.cohort import begin, run_cohort
     from .grading.cohort_page import write_summary
-    from .grading.places import bwrap_trouble
     from .grading.items import summary_text
+    from .grading.places import bwrap_trouble
     from .grading.submissions import find_submissions
 
     if arguments.out is None:

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -26,10 +25,8 @@ def legend(figure):
 
 @pytest.mark.parametrize("kind, start", [("png", b"\x89PNG"), ("svg", b"<?xml")])
 def test_four_panels_in_a_file(tmp_path, kind, start):
-    before = time.perf_counter()
     figure = pictures.singularity_map(singularity_map(AMORO), path=[(0.09, 0.068), (0.05, 0.0)])
     figure.savefig(tmp_path / f"map.{kind}")
-    assert time.perf_counter() - before <= 3
     assert (tmp_path / f"map.{kind}").read_bytes().startswith(start)
     titles = [axes.get_title() for axes in panels(figure)]
     assert titles == [

@@ -44,7 +44,8 @@ class Ask:
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them. constants: more
-        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds. Raises Wrong unless all is right.
+        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds for one call. Raises Wrong
+        unless all is right.
         """
         __tracebackhide__ = True
         if name not in self._exercises:

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from ..errors import UsageError
@@ -92,6 +92,9 @@ def run_cohort(cohort, entries, jobs):
         try:
             for future in as_completed(futures):
                 entry, report = futures[future], future.result()
+                if bar.n == 0:  # the machine is the same for all
+                    for warning in report.warnings:
+                        bar.write(warning, file=sys.stderr)
                 reports[entry] = report
                 if trouble := trouble_of(report):
                     troubles += 1
@@ -129,7 +132,7 @@ def _one(cohort, entry, workers):
         raise GraderError(f"{entry.path.name}: {answer['error']}")
     write_whole(cohort.file(entry, ".html"), answer["page"])
     write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
-    return Report.from_json(answer["report"])
+    return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
 
 
 class _Workers:

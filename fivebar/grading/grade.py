@@ -155,7 +155,7 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
         return grade(lab, Task(Path(submission), seed=seed), home=True)
-    from .student import from_functions
+    from .live import from_functions
 
     before, found = time.perf_counter(), {}
     for function in functions.values():
@@ -174,12 +174,12 @@ def _report(lab, checks, before, home, **rest):
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
         trouble = f"The file did not run to its end: {place}{trouble.text}. What works without that line is graded."
-    notes = () if home else tuple(student.notes)
     return Report(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=(*notes, *_notes(robot, program.constants, lab.robot)), faults=tuple(checks.trouble), output=student.output,
-        seconds=round(time.perf_counter() - before, 3), home=home, **rest,
+        notes=_notes(robot, program.constants, lab.robot), faults=tuple(checks.trouble), output=student.output,
+        seconds=round(time.perf_counter() - before, 3), home=home,
+        warnings=tuple(student.notes), **rest,
     )  # fmt: skip
 
 

@@ -40,7 +40,7 @@ def json_text(report):
 def file_name(student):
     """A file name for a student's id: plain letters, and a hash of the id where those do not tell it from others."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
-    if plain == student and plain == plain.lower():
+    if plain and plain == student.lower() == student:
         return plain
     return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 

@@ -120,5 +120,5 @@ class Checks:
             points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
-    def pytest_keyboard_interrupt(self):
-        self.interrupted = True
+    def pytest_keyboard_interrupt(self, excinfo):
+        self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass

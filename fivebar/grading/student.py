@@ -25,7 +25,8 @@ class Student:
     isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap" (also hides the disk
     and the network); limit: seconds for one call; total: for one `ask`; memory: bytes. `names`: the functions found;
     `trouble`: Reply of the first statement that failed when the file was run, or None; `output`: what it printed;
-    `notes`: sentences for the one who grades. Raises IsolationError where the worker cannot be isolated so.
+    `notes`: sentences for the one who grades. The thread that asks must outlive the worker: it dies with it (Linux).
+    Raises IsolationError where the worker cannot be isolated so.
     """
 
     def __init__(self, submission, isolate="process", limit=2.0, total=10.0, memory=1 << 30, cpu=60):
@@ -112,7 +113,7 @@ class Student:
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
-            return Reply("missing", text=f"the file has no constant {', '.join(map(str, absent))}"[:200])
+            return Reply("missing", text=clean(f"the file has no constant {', '.join(map(str, absent))}"))
         if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
             return replace(self.trouble, kind="import")
         return Reply("missing", text=f"no function {function}")

@@ -60,7 +60,11 @@ def constants_in(source):
         return {}
     found = {}
     for node in body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Constant)
+            and type(node.value.value) in (int, float)
+        ):
             found |= {t.id: node.value.value for t in node.targets if isinstance(t, ast.Name) and t.id in CONSTANTS}
     return found
 

@@ -24,7 +24,7 @@ def _graded(request):
     lab, robot = Lab(Path(request.pop("lab"))), robot_of(request.pop("robot"))
     try:
         report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
-        return {"report": report.as_json(), "page": report_page(report)}
+        return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
     except Exception as error:  # the parent decides what that means
         return {"error": f"{type(error).__name__}: {error}"}
 
