@@ -1,0 +1,99 @@
+"""The worker process: confines itself, runs the student's file, answers calls over two pipes in JSON lines.
+
+`python -I -S -B -u CELL SETTINGS`, where SETTINGS is a JSON object. It never holds an expected answer: whatever the
+student's program does to this process, a line that leaves it is only a claim about one row of one ask.
+"""
+
+import json
+import os
+import sys
+
+from answers import call
+from confine import confine
+from loading import FILE, load
+
+MOST_LINE = 1_000_000
+SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
+
+
+class Gate:
+    """Refuses all imports but the standard library's and those of the named packages."""
+
+    def __init__(self, packages):
+        self.known = sys.stdlib_module_names | set(packages)
+
+    def find_spec(self, name, path=None, target=None):
+        top = name.partition(".")[0]
+        if top not in self.known and not top.startswith("_sysconfigdata"):
+            raise ModuleNotFoundError(
+                f"{top} is not available here: a submission may import the standard library, numpy and scipy", name=name
+            )
+
+
+def main():
+    settings = json.loads(sys.argv[1])
+    read, write, close = os.read, os.write, os._exit
+    loads, dumps = json.loads, json.dumps
+    source, sink = settings["read"], settings["write"]
+    buffer = bytearray()
+
+    def send(message):
+        line = dumps(message).encode() + b"\n"
+        if len(line) > MOST_LINE:
+            line = dumps({"n": message["n"], "k": "flood", "t": f"an answer of {len(line)} bytes"}).encode() + b"\n"
+        while line:
+            line = line[write(sink, line) :]
+
+    def receive():
+        while b"\n" not in buffer:
+            piece = read(source, 1 << 16)
+            if not piece:
+                close(0)
+            buffer.extend(piece)
+        line, _, rest = bytes(buffer).partition(b"\n")
+        buffer[:] = rest
+        return loads(line)
+
+    try:
+        report = confine(settings)
+    except OSError as error:
+        send({"n": settings["n"], "k": "refused", "t": str(error)})
+        return
+    sys.argv[:] = ["student"]
+    sys.meta_path.insert(0, Gate(settings["packages"]))
+    send({"n": settings["n"], "k": "ready", **report})
+
+    request = receive()
+    nonce = request["n"]
+    module, trouble = load(
+        request["source"],
+        request["notebook"],
+        set(request["skip"]),
+        lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}),
+    )
+    names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+    send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble})
+
+    while True:
+        request = receive()
+        nonce, constants = request["n"], request["constants"]
+        space = vars(module)
+        kept = {name: space[name] for name in constants if name in space}
+        absent = sorted(set(constants) - set(kept))
+        function = space.get(request["function"])
+        if absent or not callable(function):
+            send({"n": nonce, "k": "missing", "absent": absent})
+            continue
+        space.update(constants)
+        for row in request["rows"]:
+            answer = call(function, row, FILE)
+            answer["n"] = nonce
+            try:
+                send(answer)
+            except MemoryError:
+                del answer
+                write(sink, SPARE % nonce.encode())
+        space.update(kept)
+
+
+main()

@@ -1,0 +1,92 @@
+"""Calls a student's function and puts what comes back into plain JSON data; standard library only."""
+
+import sys
+import time
+
+MOST_NUMBERS = 10_000
+MOST_TEXT = 500
+MOST_BITS = 1000
+DEEPEST = 8
+
+
+def plain(value):
+    """JSON data of a returned value; none of the value's own methods are trusted or called, NumPy's excepted."""
+    return _plain(value, [MOST_NUMBERS], 0)
+
+
+def _plain(value, room, depth):
+    kind = type(value)
+    room[0] -= 1
+    if room[0] < 0 or depth > DEEPEST:
+        raise OverflowError
+    if value is None or kind is bool or kind is float:
+        return value
+    if kind is int:
+        return value if value.bit_length() <= MOST_BITS else _other(kind, f"of {value.bit_length()} bits")
+    if kind is complex:
+        return {"~": "complex", "re": value.real, "im": value.imag}
+    if kind is str:
+        return value[:MOST_TEXT]
+    for sequence in (list, tuple):
+        if issubclass(kind, sequence):
+            if sequence.__len__(value) > room[0]:
+                raise OverflowError
+            return [_plain(part, room, depth + 1) for part in sequence.__iter__(value)]
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and issubclass(kind, numpy.generic):
+        item = value.item()
+        return _plain(item if type(item) in (bool, int, float, complex, str) else float(value), room, depth + 1)
+    if numpy is not None and issubclass(kind, numpy.ndarray):
+        if value.size > room[0]:
+            raise OverflowError
+        flat = numpy.asarray(value).ravel().tolist()
+        return {"~": "array", "shape": list(value.shape), "data": [_plain(part, room, depth + 1) for part in flat]}
+    return _other(kind, "")
+
+
+def _other(kind, text):
+    return {"~": "other", "type": kind.__name__[:MOST_TEXT], "text": text}
+
+
+def call(function, row, file):
+    """What `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in `file`, and seconds "s"."""
+    start = time.perf_counter()
+    try:
+        value = function(*row)
+        try:
+            answer = {"k": "value", "v": plain(value)}
+        except OverflowError:
+            answer = {"k": "flood", "t": f"more than {MOST_NUMBERS} numbers, or {DEEPEST} lists in each other"}
+        del value
+    except BaseException as error:
+        answer = failure(error, file)
+    answer["s"] = time.perf_counter() - start
+    return answer
+
+
+def failure(error, file):
+    """Kind, text and the student's own line of an exception of any making."""
+    if isinstance(error, MemoryError):
+        return {"k": "memory", "t": "", "l": _line(error, file)}
+    try:
+        name, message = type(error).__name__, str(error)
+        if isinstance(error, SyntaxError) and error.filename == file:
+            message = str(error.msg)  # the line is told apart
+    except BaseException:
+        name, message = "exception", "<no message>"
+    if isinstance(error, SystemExit):
+        return {"k": "exit", "t": f"sys.exit({message})"[:MOST_TEXT], "l": _line(error, file)}
+    text = f"{name}: {message}" if message else name
+    return {"k": "exception", "t": text[:MOST_TEXT], "l": _line(error, file)}
+
+
+def _line(error, file):
+    """The last line of `file` in the exception's traceback, or of the syntax error in it."""
+    line, trace = None, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    if isinstance(error, SyntaxError) and error.filename == file:
+        line = error.lineno
+    return line if type(line) is int else None

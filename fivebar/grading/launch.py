@@ -1,0 +1,61 @@
+"""Starts the process of a worker, confined by itself or by bubblewrap."""
+
+import json
+import os
+import secrets
+import subprocess
+from pathlib import Path
+
+from .places import CELL, bwrap_command, import_folders, interpreter, readable, unreachable
+
+PACKAGES = ("numpy", "scipy")
+USERS = 3_000  # unprivileged ids that nobody has, one per worker, so that none can reach another
+_THREADS = ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
+ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/nonexistent"}
+ENVIRONMENT |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
+
+
+def launch(isolate, settings, folder):
+    """(process, descriptor of the first process in bubblewrap's PID namespace or None).
+
+    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s); folder: empty, to start in.
+    """
+    outside = isolate == "process"
+    uid = _spare_user() if os.getuid() == 0 else None
+    files, folders = readable(PACKAGES) if outside else (None, ())
+    settings = settings | {
+        "packages": PACKAGES, "paths": [str(place) for place in import_folders(PACKAGES)], "uid": uid,
+        "moved": uid is not None and outside and unreachable(PACKAGES), "readable": files,
+        "listable": [*folders, folder], "parent": os.getpid() if outside else None,
+    }  # fmt: skip
+    os.chmod(folder, 0o755)  # the worker's user is another
+    cell = str(CELL) if outside else "/cell"
+    command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
+    passed = (settings["read"], settings["write"])
+    if outside:
+        return _popen(command, passed, folder), None
+    told, tell = os.pipe()
+    with open(told) as information:
+        try:
+            command = [*bwrap_command(PACKAGES), "--info-fd", str(tell), *command]
+            process = _popen(command, (*passed, tell), folder)
+        finally:
+            os.close(tell)
+        text = ""
+        while "}" not in text and (line := information.readline()):
+            text += line
+    return process, os.pidfd_open(json.loads(text)["child-pid"]) if text else None
+
+
+def _popen(command, passed, folder):
+    return subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, pass_fds=passed,
+        start_new_session=True, cwd=folder, env=ENVIRONMENT,
+    )  # fmt: skip
+
+
+def _spare_user():
+    """A user id without an account, of those that this user namespace has."""
+    mapped = Path("/proc/self/uid_map")
+    many = not mapped.exists() or int(mapped.read_text().split()[2]) > 500_000
+    return (400_000 if many else 61_200) + secrets.randbelow(USERS)

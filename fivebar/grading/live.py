@@ -1,0 +1,59 @@
+"""Functions of the user's own session in the place of a submission: at home, where nobody need be kept out."""
+
+import json
+import linecache
+
+from .cell.answers import call
+from .replies import Reply
+from .wire import reply
+
+
+def from_functions(**functions):
+    """A Live student of the functions of a notebook or a script: `from_functions(dgm=dgm, igm=my_igm)`."""
+    return Live(functions)
+
+
+class Live:
+    """Answers like a Student, in this process: without limits, without isolation. Ctrl-C ends it."""
+
+    trouble, output, notes = None, "", ()
+
+    def __init__(self, functions):
+        strange = [name for name, function in functions.items() if not callable(function)]
+        if strange:
+            raise TypeError(f"{strange[0]} is a {type(functions[strange[0]]).__name__}, not a function")
+        self._functions = functions
+        self.names = tuple(functions)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Nothing to end."""
+
+    def ask(self, function, rows, constants=None, limit=None):
+        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this ask and put back."""
+        if function not in self._functions:
+            return [Reply("missing", text=f"no function {function}")] * len(rows)
+        called = self._functions[function]
+        space, constants = getattr(called, "__globals__", {}), constants or {}
+        absent = sorted(set(constants) - set(space))
+        if absent:
+            return [Reply("missing", text=f"the session has no constant {', '.join(absent)}")] * len(rows)
+        kept = {name: space[name] for name in constants}
+        space.update(constants)
+        try:
+            return [_reply(called, row) for row in rows]
+        finally:
+            space.update(kept)
+
+
+def _reply(function, row):
+    file = function.__code__.co_filename if hasattr(function, "__code__") else ""
+    answer = call(function, row, file)
+    if answer["k"] == "exception" and answer["t"].startswith("KeyboardInterrupt"):
+        raise KeyboardInterrupt
+    return reply(json.loads(json.dumps(answer)), [line.rstrip("\n") for line in linecache.getlines(file)])

@@ -1,0 +1,128 @@
+"""Where the interpreter and the packages lie that a worker may use, and bubblewrap's command to show only those."""
+
+import os
+import shutil
+import site
+import subprocess
+import sys
+import sysconfig
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+_ROOT_FOLDERS = ("/lib", "/lib64")  # links to those in /usr, where they are not folders of their own
+CELL = Path(__file__).parent / "cell"
+
+
+@cache
+def interpreter():
+    """The base interpreter, of which a virtual environment is only a view."""
+    return Path(sys._base_executable or sys.executable).resolve()
+
+
+@cache
+def import_folders(packages):
+    """The folders that hold the packages."""
+    return tuple(dict.fromkeys(_folder(name).parent for name in packages))
+
+
+def _folder(package):
+    return Path(find_spec(package).origin).resolve().parent
+
+
+@cache
+def unreachable(packages):
+    """Whether a user without rights cannot reach the interpreter's library or the packages."""
+    places = [Path(sysconfig.get_path("stdlib")), *import_folders(packages)]
+    return any(not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents))
+
+
+def system_folders():
+    """Real folders of the libraries that an interpreter needs, none within another."""
+    prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
+    wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/nix/store", *_ROOT_FOLDERS)]
+    wanted += [prefix / name for prefix in sorted(prefixes) for name in ("lib", "lib64")]
+    wanted = [folder for folder in dict.fromkeys(wanted) if folder.is_dir() and not folder.is_symlink()]
+    return [folder for folder in wanted if not any(other in folder.parents for other in wanted)]
+
+
+def _hidden():
+    """Folders of installed packages beneath the system's, which would show more than the packages allowed."""
+    library = Path(sysconfig.get_path("stdlib")).resolve()
+    variables = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
+    found = [*map(Path, site.getsitepackages()), *map(Path, sys.path)]
+    found += [Path(sysconfig.get_path(name, vars=variables)) for name in ("purelib", "platlib")]
+    found += [library / "site-packages", library / "dist-packages", *Path("/usr/lib/python3").glob("dist-packages")]
+    kept = {library, library / "lib-dynload"}
+    return [
+        folder
+        for folder in dict.fromkeys(place.resolve() for place in found)
+        if folder.is_dir() and folder not in kept and any(top in folder.parents for top in system_folders())
+    ]
+
+
+@cache
+def readable(packages):
+    """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
+    more = ("/etc/ld.so.cache", "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
+    readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
+    listable, waiting, hidden = [*import_folders(packages)], system_folders(), _hidden()
+    while waiting:
+        folder = waiting.pop()
+        if not any(folder in place.parents for place in hidden):
+            readable.append(folder)
+            continue
+        listable.append(folder)
+        waiting += [entry for entry in folder.iterdir() if entry not in hidden and not entry.is_symlink()]
+    return [str(place) for place in readable], [str(place) for place in listable]
+
+
+def _parts(packages):
+    """The packages' folders and, beside them, those of their libraries."""
+    for name in packages:
+        folder = _folder(name)
+        yield folder
+        beside = folder.parent / f"{name}.libs"
+        if beside.is_dir():
+            yield beside
+
+
+@cache
+def bwrap_command(packages):
+    """The words before the worker's command: it sees the interpreter, the packages, and nothing else."""
+    binds = [("--ro-bind", str(place), str(place)) for place in system_folders()]
+    binds += [("--tmpfs", str(place)) for place in _hidden()]
+    shown = [*_parts(packages), interpreter()]
+    binds += [("--ro-bind", str(place), str(place)) for place in shown]
+    binds += [("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)]
+    binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
+    above = {folder for place in [*system_folders(), *shown] for folder in place.parents}
+    above = sorted(folder for folder in above if not any(top in (folder, *folder.parents) for top in system_folders()))
+    folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
+    spaces = ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--die-with-parent", "--new-session"]
+    if os.getuid():
+        spaces = ["--unshare-user", *spaces]
+    return [_bwrap(), *spaces, *(word for words in [*folders, *binds] for word in words)]
+
+
+def _bwrap():
+    found = shutil.which("bwrap")
+    if found is None:
+        raise FileNotFoundError("bwrap (bubblewrap) is not installed")
+    return found
+
+
+@cache
+def bwrap_trouble():
+    """Why a worker cannot be isolated by bubblewrap here, "" if it can."""
+    try:
+        command = [*bwrap_command(()), str(interpreter()), "-I", "-S", "-c", ""]
+        run = subprocess.run(command, capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    return "" if run.returncode == 0 else run.stderr.strip() or f"bwrap ended with status {run.returncode}"
+
+
+def bwrap_works():
+    """Whether a worker can be isolated by bubblewrap here; `bwrap_trouble` says why not."""
+    return not bwrap_trouble()

@@ -1,0 +1,169 @@
+"""A student's program in a process of its own: ask it one function with many rows, get one Reply for each."""
+
+import os
+import re
+import secrets
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from .places import bwrap_trouble
+from .replies import Reply
+from .sandbox import IsolationError, Lost, Worker
+from .wire import Garbled, clean, place, reply
+
+MOST_LOSSES = 3
+MOST_NAMES = 1000
+LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
+
+
+class Student:
+    """A submission's functions, called in a worker process. A context manager.
+
+    isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap" (also hides the disk
+    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes. `names`: the functions found;
+    `trouble`: Reply of the first statement that failed when the file was run, or None; `output`: what it printed;
+    `notes`: sentences for the one who grades. The thread that asks must outlive the worker: it dies with it (Linux).
+    Raises IsolationError where the worker cannot be isolated so.
+    """
+
+    def __init__(self, submission, isolate="process", limit=2.0, total=10.0, memory=1 << 30, cpu=60):
+        if isolate not in ("process", "bwrap"):
+            raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
+        if sys.platform == "win32":
+            raise IsolationError("a student's program can be confined on Linux and macOS only: on Windows use WSL")
+        if isolate == "bwrap" and bwrap_trouble():
+            raise IsolationError(f"bwrap cannot isolate a worker here: {bwrap_trouble()}")
+        self._submission, self._isolate = submission, isolate
+        self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
+        self._lines = submission.source.split("\n")
+        self._skip, self._losses = [], {}
+        self._worker = None
+        self._output = ""
+        self.names, self.trouble, self.notes = (), None, ()
+        self._load()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    @property
+    def output(self):
+        """What the program printed, from its start, capped."""
+        return self._output + (self._worker.output if self._worker else "")
+
+    def close(self):
+        """Ends the worker process."""
+        if self._worker is not None:
+            self._worker.close()
+            self._output = self.output[:64_000]
+            self._worker = None
+
+    def ask(self, function, rows, constants=None, limit=None):
+        """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
+
+        constants: globals of the student's module, set for this ask and put back; limit: seconds for one call.
+        """
+        rows = [[_number(part) for part in row] for row in rows]
+        constants = {name: _number(part) for name, part in (constants or {}).items()}
+        limit = limit or self._limit
+        replies, left = [], self._total
+        while len(replies) < len(rows):
+            if self._worker is None:
+                self._load()
+            if self._worker is None:
+                return replies + [self.trouble] * (len(rows) - len(replies))
+            start, used, done = time.monotonic(), self._used, len(replies)
+            self._used = True
+            try:
+                self._batch(function, rows[len(replies) :], constants, limit, start + left, replies)
+                if any(answer.kind == "memory" for answer in replies):
+                    self.close()  # what filled it may still be there
+                break
+            except Garbled as garbled:
+                lost = Reply("garbled", text=str(garbled))
+            except Lost as end:
+                lost = Reply(end.kind, text=end.text or f"no answer within {limit:g} s")
+            left -= time.monotonic() - start
+            if left <= 0:
+                lost = Reply("timeout", text=f"the calls took more than {self._total:g} s together")
+            self.close()
+            if used and len(replies) == done and lost.kind != "timeout":
+                continue  # an earlier ask may have broken the worker: this one gets one of its own
+            replies.append(lost)
+            self._losses[function] = self._losses.get(function, 0) + 1
+            if self._losses[function] >= MOST_LOSSES or left <= 0:
+                replies += [lost] * (len(rows) - len(replies))
+        return replies
+
+    def _batch(self, function, rows, constants, limit, end, replies):
+        """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
+        nonce = secrets.token_hex(8)
+        self._worker.send({"n": nonce, "function": function, "rows": rows, "constants": constants}, limit)
+        for _ in rows:
+            data = self._worker.receive(nonce, min(limit, end - time.monotonic()))
+            if data.get("k") == "missing":
+                replies += [self._missing(function, data.get("absent"))] * len(rows)
+                return
+            replies.append(reply(data, self._lines))
+
+    def _missing(self, function, absent):
+        if absent and isinstance(absent, list):
+            return Reply("missing", text=clean(f"the file has no constant {', '.join(map(str, absent))}"))
+        if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
+            return replace(self.trouble, kind="import")
+        return Reply("missing", text=f"no function {function}")
+
+    def _load(self):
+        """A new worker with the student's file run in it, as far as it goes."""
+        for _ in range(MOST_LOSSES):
+            self._used = False
+            self._worker = Worker(self._isolate, self._memory, self._cpu)
+            report = self._worker.confined()
+            self._note(report)
+            at = None
+            end = time.monotonic() + LOAD_LIMIT
+            try:
+                nonce = secrets.token_hex(8)
+                request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
+                self._worker.send(request | {"notebook": self._submission.kind == "notebook"}, LOAD_LIMIT)
+                while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":
+                    at = data
+                self._loaded(data)
+                return
+            except (Lost, Garbled) as lost:
+                kind, text = (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
+                line, source = place(at and at.get("l"), self._lines)
+                self.trouble = self.trouble or Reply("import", None, f"{kind}: {text}", line, source)
+                self.close()
+                if at is None or type(at.get("i")) is not int:
+                    break
+                self._skip.append(at["i"])
+
+    def _loaded(self, data):
+        names = data.get("names")
+        trouble = data.get("trouble")
+        if data.get("k") != "loaded" or not isinstance(names, list) or not isinstance(trouble, dict | None):
+            raise Garbled("a message that is not the end of the file")
+        self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
+        if trouble is not None and self.trouble is None:
+            self.trouble = replace(reply(trouble, self._lines), kind="import")
+
+    def _note(self, report):
+        notes = []
+        if report["uid"] != os.getuid():
+            notes.append(f"running as root: the student's program runs as user {report['uid']}")
+        if not report["filter"]:
+            notes.append("the kernel cannot filter system calls (seccomp): files and signals are not protected")
+        if self._isolate == "process" and not report["landlock"]:
+            notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")
+        self.notes = tuple(notes)
+
+
+def _number(part):
+    """A value that JSON can hold, of a NumPy one."""
+    return part.tolist() if isinstance(part, np.generic | np.ndarray) else part

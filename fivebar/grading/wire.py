@@ -1,0 +1,93 @@
+"""What a worker process sends, read as a stranger's text: lines of JSON with a limit, into Replies of plain values."""
+
+import json
+import math
+
+import numpy as np
+
+from .replies import KINDS, Reply
+
+MOST_LINE = 1_000_000
+MOST_TEXT = 500
+MOST_BITS = 1000
+
+
+class Garbled(ValueError):
+    """A line that is no message of the protocol."""
+
+
+def message(line, nonce):
+    """The JSON object in a line that carries the nonce. Raises Garbled."""
+    try:
+        data = json.loads(line)
+    except (ValueError, RecursionError):
+        raise Garbled("a line that is no message") from None
+    if not isinstance(data, dict) or data.get("n") != nonce:
+        raise Garbled("a message that answers nothing asked")
+    return data
+
+
+def reply(data, lines):
+    """Reply in a worker's message; `lines` are the student's own, to quote from. Raises Garbled."""
+    kind = data.get("k")
+    if kind not in KINDS or not isinstance(data.get("t", ""), str):
+        raise Garbled("a message of no known kind")
+    seconds = data.get("s", 0.0)
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e6:
+        raise Garbled("a message with no duration")
+    line, source = place(data.get("l"), lines)
+    try:
+        found = value(data.get("v")) if kind == "value" else None
+    except RecursionError:
+        raise Garbled("lists too deep in each other") from None
+    return Reply(kind, found, clean(data.get("t", "")), line, source, float(seconds))
+
+
+def place(line, lines):
+    """(line number or None, its text), for a claimed line number."""
+    if type(line) is not int or not 1 <= line <= len(lines):
+        return None, ""
+    return line, clean(lines[line - 1].strip())
+
+
+def clean(text, most=MOST_TEXT):
+    """Text of a limited length without control characters, safe on a terminal."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most])
+
+
+def value(data):
+    """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by "~"."""
+    if isinstance(data, list):
+        return [value(part) for part in data]
+    if isinstance(data, str):
+        return clean(data)
+    if type(data) is int and data.bit_length() > MOST_BITS:
+        raise Garbled("an integer too long")
+    if not isinstance(data, dict):
+        return data
+    kind = data.get("~")
+    if kind == "complex" and _is_number(data.get("re")) and _is_number(data.get("im")):
+        return complex(data["re"], data["im"])
+    if kind == "array":
+        return _array(data.get("shape"), data.get("data"))
+    if kind == "other":
+        return {"~": "other", "type": clean(str(data.get("type"))), "text": clean(str(data.get("text")))}
+    raise Garbled("a value of no known kind")
+
+
+def _is_number(data):
+    return isinstance(data, float) or (type(data) is int and data.bit_length() <= MOST_BITS)
+
+
+def _array(shape, data):
+    """An array as the worker described it; of objects where its parts are not all numbers."""
+    ok = isinstance(shape, list) and isinstance(data, list) and all(type(n) is int and n >= 0 for n in shape)
+    if not ok or len(shape) > 32 or math.prod(shape) != len(data):
+        raise Garbled("an array whose parts do not fit its shape")
+    parts = [value(part) for part in data]
+    if all(isinstance(part, bool | int | float | complex) for part in parts):
+        found = np.array(parts, dtype=None if parts else float)
+    else:
+        found = np.empty(len(parts), dtype=object)
+        found[:] = [part if not isinstance(part, list) else None for part in parts]
+    return found.reshape(shape)
