@@ -92,8 +92,8 @@ class Plant:
         return np.vstack([*self.rows, self.observation]), np.array(self.torques).reshape(-1, 2)
 
 
-def refuse_jumps(rows, tau, charts, chart, step):
-    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends."""
+def refuse_jumps(rows, tau, charts, chart, step, start=0.0):
+    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends, rows[0] at `start`."""
     work = np.sum(np.diff(np.unwrap(rows[:, Q], axis=0), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
@@ -105,7 +105,7 @@ def refuse_jumps(rows, tau, charts, chart, step):
     if not bad.any():
         return
     k = int(np.argmax(bad))
-    sines, (x, y), when = rows[k, MARGINS], rows[k, XI], k * step
+    sines, (x, y), when = rows[k, MARGINS], rows[k, XI], start + k * step
     nearest = min(chart.margins, key=lambda column: abs(sines[column]))
     if abs(sines[nearest]) > NEAR:
         raise ArithmeticError(

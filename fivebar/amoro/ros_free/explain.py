@@ -1,0 +1,76 @@
+"""After a script's own traceback: what an error of today's NumPy means in a file written for an older one."""
+
+import ast
+import linecache
+import re
+
+import numpy as np
+
+from .lenient import DROPPED, is_single
+
+CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
+
+
+def explanation(error, frame, line):
+    """Lines that explain `error`, raised at this line of the user's frame; none where there is nothing to add."""
+    if isinstance(error, AttributeError) and getattr(error, "obj", None) is np and error.name in DROPPED:
+        return _dropped(error.name)
+    conversion = CONVERSION in str(error) or CONVERSION in str(error.__cause__)
+    if conversion or (isinstance(error, ValueError) and "inhomogeneous" in str(error)):
+        return _conversion(frame, line)
+    return []
+
+
+def _dropped(name):
+    today = {"asscalar": "x.item()"}.get(name, DROPPED[name])
+    return [
+        f"NumPy {np.__version__} has no np.{name} any more; it was another name of {today}.",
+        f"mend: write {today} (or run with --lenient, which knows the old names)",
+    ]
+
+
+def _conversion(frame, line):
+    arrays = dict(_arrays(_statement(frame, line), frame))
+    single = [text for text, array in arrays.items() if is_single(array)]
+    if single:
+        text, shape = single[-1], arrays[single[-1]].shape
+        return [
+            f"{text} is an array of shape {shape}, and NumPy {np.__version__} no longer takes one for a number.",
+            f"mend: write {text}.item() (or run with --lenient, which lets arrays of one element through)",
+        ]
+    if arrays:
+        found = ", ".join(f"{text} of shape {array.shape}" for text, array in arrays.items())
+        return [f"a number is wanted where there is an array: {found}."]
+    return [
+        f"what is computed here is an array, often of one element, and NumPy {np.__version__} no longer takes one for "
+        "a number.",
+        "mend: add .item() to what is computed (or run with --lenient, which lets arrays of one element through)",
+    ]
+
+
+def _statement(frame, line):
+    """The smallest statement of the frame's source that holds the line, or None."""
+    source = "".join(linecache.getlines(frame.f_code.co_filename, frame.f_globals))
+    holding = [
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.stmt) and node.lineno <= line <= node.end_lineno
+    ]
+    return max(holding, key=lambda node: (node.lineno, -node.end_lineno), default=None)
+
+
+def _arrays(statement, frame):
+    """(source text, value) of every array that the statement reads by a name, with or without indices."""
+    if statement is None or hasattr(statement, "body"):
+        return
+    for node in ast.walk(statement):
+        if isinstance(node, (ast.Name, ast.Subscript, ast.Attribute)) and isinstance(node.ctx, ast.Load):
+            text = ast.unparse(node)
+            if re.search(r"[(:]", text):  # nothing is called again, and no slice is an element
+                continue
+            try:
+                value = eval(text, frame.f_globals, dict(frame.f_locals))
+            except Exception:  # noqa: S112  a name of another scope: nothing to say of it
+                continue
+            if isinstance(value, np.ndarray) and value.ndim:
+                yield text, value

@@ -1,0 +1,57 @@
+"""The lab's module names inside the child process, and a clear refusal of ROS's others."""
+
+import importlib.abc
+import importlib.machinery
+import re
+import sys
+from types import ModuleType
+
+from . import parallel_robot, plot_tools, rclpy
+
+OFFERED = {"lab_amoro.parallel_robot": parallel_robot, "lab_amoro.plot_tools": plot_tools, "rclpy": rclpy}
+ROS = re.compile(
+    r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*|gazebo_ros\w*|controller_manager"
+)
+
+
+def install():
+    """Put the stand-ins in place, before a real one that may be on the path, and the refusals after everything."""
+    package = ModuleType("lab_amoro", "The lab's package, as fivebar run offers it.")
+    package.__path__ = rclpy.__path__ = []  # packages, so that their other parts are asked of the finder below
+    sys.modules["lab_amoro"] = package
+    for name, module in OFFERED.items():
+        sys.modules[name] = module
+        if name.startswith("lab_amoro."):
+            setattr(package, name.removeprefix("lab_amoro."), module)
+    sys.meta_path.append(Refusals())
+
+
+class Refusals(importlib.abc.MetaPathFinder):
+    """Asked last, when nobody else has the module."""
+
+    def find_spec(self, name, path=None, target=None):
+        top = name.partition(".")[0]
+        if top in ("lab_amoro", "rclpy") or ROS.fullmatch(top):
+            offered = "; ".join(f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items())
+            raise ModuleNotFoundError(
+                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and offers {offered}", name=name
+            )
+        return None
+
+
+class KeepBackend(importlib.abc.MetaPathFinder):
+    """Lets a script's `matplotlib.use("TkAgg")` go without effect: windows are files here."""
+
+    def find_spec(self, name, path=None, target=None):
+        if name != "matplotlib":
+            return None
+        spec = importlib.machinery.PathFinder.find_spec(name, path, target)
+        if spec is not None:
+            execute = spec.loader.exec_module
+
+            def exec_module(module):
+                execute(module)
+                module.use = lambda backend, *, force=True: None
+
+            spec.loader.exec_module = exec_module
+        return spec
