@@ -93,7 +93,7 @@ class Plant:
 
 
 def refuse_jumps(rows, tau, charts, chart, step, start=0.0):
-    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends, rows[0] at `start`."""
+    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends; start: time, s."""
     work = np.sum(np.diff(np.unwrap(rows[:, Q], axis=0), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))

@@ -13,8 +13,9 @@ CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
 
 def explanation(error, frame, line):
     """Lines that explain `error`, raised at this line of the user's frame; none where there is nothing to add."""
-    if isinstance(error, AttributeError) and getattr(error, "obj", None) is np and error.name in DROPPED:
-        return _dropped(error.name)
+    if isinstance(error, AttributeError):
+        name = re.match(r"module 'numpy' has no attribute '(\w+)'|`np\.(\w+)` was removed", str(error))
+        return _dropped(name[1] or name[2]) if name and (name[1] or name[2]) in DROPPED else []
     conversion = CONVERSION in str(error) or CONVERSION in str(error.__cause__)
     if conversion or (isinstance(error, ValueError) and "inhomogeneous" in str(error)):
         return _conversion(frame, line)
@@ -63,7 +64,7 @@ def _arrays(statement, frame):
     """(source text, value) of every array that the statement reads by a name, with or without indices."""
     if statement is None or hasattr(statement, "body"):
         return
-    for node in ast.walk(statement):
+    for node in ast.walk(statement.value if isinstance(statement, (ast.Assign, ast.AugAssign)) else statement):
         if isinstance(node, (ast.Name, ast.Subscript, ast.Attribute)) and isinstance(node.ctx, ast.Load):
             text = ast.unparse(node)
             if re.search(r"[(:]", text):  # nothing is called again, and no slice is an element

@@ -20,11 +20,10 @@ import numpy as np
 HELPER, LOOSEN = "__fivebar_lenient__", "__fivebar_loosen__"
 # Names that NumPy has dropped, and what to write today.
 DROPPED = {
-    "float": "float", "int": "int", "object": "object", "str": "str", "complex": "complex", "long": "int",
-    "float_": "np.float64", "complex_": "np.complex128", "Inf": "np.inf", "Infinity": "np.inf", "infty": "np.inf",
-    "NaN": "np.nan", "product": "np.prod", "cumproduct": "np.cumprod", "alltrue": "np.all", "sometrue": "np.any",
-    "round_": "np.round", "asscalar": "np.ndarray.item", "mat": "np.asmatrix", "trapz": "np.trapezoid",
-    "in1d": "np.isin", "row_stack": "np.vstack",
+    "float": "float", "int": "int", "object": "object", "str": "str", "complex": "complex", "float_": "np.float64",
+    "complex_": "np.complex128", "Inf": "np.inf", "Infinity": "np.inf", "infty": "np.inf", "NaN": "np.nan",
+    "product": "np.prod", "cumproduct": "np.cumprod", "alltrue": "np.all", "sometrue": "np.any", "round_": "np.round",
+    "asscalar": "np.ndarray.item", "mat": "np.asmatrix", "trapz": "np.trapezoid", "in1d": "np.isin",
 }  # fmt: skip
 CONVERTING = {float, int, complex, round, *(f for f in vars(math).values() if callable(f))}
 
@@ -32,7 +31,7 @@ CONVERTING = {float, int, complex, round, *(f for f in vars(math).values() if ca
 def install(folder):
     """Rewrite the modules of this folder when they are imported, and give NumPy its dropped names back."""
     for name, today in DROPPED.items():
-        if not hasattr(np, name):
+        if name not in vars(np):
             setattr(np, name, eval(today, {"np": np}))
     setattr(builtins, HELPER, lenient)
     setattr(builtins, LOOSEN, loosen)

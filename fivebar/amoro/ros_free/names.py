@@ -16,14 +16,25 @@ ROS = re.compile(
 
 def install():
     """Put the stand-ins in place, before a real one that may be on the path, and the refusals after everything."""
-    package = ModuleType("lab_amoro", "The lab's package, as fivebar run offers it.")
-    package.__path__ = rclpy.__path__ = []  # packages, so that their other parts are asked of the finder below
-    sys.modules["lab_amoro"] = package
+    package = sys.modules["lab_amoro"] = _package("lab_amoro", {})
     for name, module in OFFERED.items():
-        sys.modules[name] = module
+        stand_in = sys.modules[name] = _package(name, {each: getattr(module, each) for each in module.__all__})
         if name.startswith("lab_amoro."):
-            setattr(package, name.removeprefix("lab_amoro."), module)
+            setattr(package, name.removeprefix("lab_amoro."), stand_in)
+    sys.modules["lab_amoro.parallel_robot"].rclpy = sys.modules["rclpy"]
     sys.meta_path.append(Refusals())
+
+
+def _package(name, offered):
+    """A module of these names; a package, so that what else is imported from it is asked of the finder below."""
+    module = ModuleType(name)
+    vars(module).update(offered, __all__=list(offered), __path__=[])
+
+    def refuse(attribute):
+        raise AttributeError(f"fivebar run has no {name}.{attribute}; it offers {', '.join(offered)}")
+
+    module.__getattr__ = refuse
+    return module
 
 
 class Refusals(importlib.abc.MetaPathFinder):
@@ -34,7 +45,7 @@ class Refusals(importlib.abc.MetaPathFinder):
         if top in ("lab_amoro", "rclpy") or ROS.fullmatch(top):
             offered = "; ".join(f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items())
             raise ModuleNotFoundError(
-                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and offers {offered}", name=name
+                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and offers {offered}"
             )
         return None
 

@@ -1,7 +1,6 @@
 """Stand-in for the two functions of `rclpy` that the lab's scripts call."""
 
-OFFERED = ("init", "shutdown")
-__all__ = list(OFFERED)
+__all__ = ["init", "shutdown"]
 
 _initialised = False
 
@@ -23,7 +22,3 @@ def shutdown():
 def must_be_initialised(what):
     if not _initialised:
         raise RuntimeError(f"{what} before rclpy.init(args=args): in ROS no node can be made then")
-
-
-def __getattr__(name):
-    raise AttributeError(f"fivebar run has no rclpy.{name}; of rclpy it offers {' and '.join(OFFERED)}")

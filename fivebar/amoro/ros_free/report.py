@@ -51,7 +51,10 @@ def write_files(run, options):
             continue
         if run is None:
             raise ValueError(f"--{option} {path}: nothing to write, as nothing was stepped")
-        getattr(run, write)(path)
+        try:
+            getattr(run, write)(path)
+        except ValueError as error:
+            raise ValueError(f"--{option} {path}: {error}") from None
         outputs.written.append(str(path))
 
 
@@ -103,7 +106,8 @@ def print_words(about):
         lines.append(f"scope {scope['title']!r}: curves at most {largest:.6g} apart, RMS {rms:.6g}")
     if about["simulated_s"]:
         wall, factor = about["wall_s"], about["real_time_factor"]
-        lines.append(f"{about['simulated_s']:g} s simulated in {wall:.2f} s, {factor:.0f} x real time")
+        until = " (then its KeyboardInterrupt, --until)" if about["interrupted"] else ""
+        lines.append(f"{about['simulated_s']:g} s simulated{until} in {wall:.2f} s, {factor:.3g} x real time")
     lines += [f"wrote {path}" for path in about["files"]]
     say(*lines)
 
