@@ -93,5 +93,4 @@ class Leg:
         return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
 
 
-MARGIN_NAMES = ("sin q12", "sin q22", "det A")
 CHARTS = {"joint": (Joint(),), "task": (Task(),), "auto": (Joint(), Leg(0), Leg(1))}

@@ -1,6 +1,7 @@
 """`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path crosses."""
 
 import json
+import sys
 from pathlib import Path
 
 from .errors import UsageError
@@ -19,7 +20,7 @@ def add_parsers(commands):
         "--field", choices=FIELDS, default="parallel", metavar="MARGIN", help=f"one of {', '.join(FIELDS)}"
     )
     parser.add_argument(
-        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or rad in joint space"
+        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or in joint space rad (biglide: m)"
     )
     parser.add_argument(
         "--nodes", type=int, default=401, metavar="N", help="of the grid, a side (default: %(default)s)"
@@ -46,7 +47,7 @@ def _map(arguments):
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
-    found = aspects(robot)
+    found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
     _draw(data, path, arguments.out)
     if arguments.data:
@@ -54,8 +55,11 @@ def _map(arguments):
     if arguments.json:
         print(json.dumps(_as_json(found, checks), indent=2))
         return
-    print("aspect  working  assembly    area (mm²)")
-    for part in found:
+    if found is None:
+        print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
+    else:
+        print("aspect  working  assembly    area (mm²)")
+    for part in found or ():
         print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
@@ -87,7 +91,7 @@ def _verdict(check):
 def _as_json(found, checks):
     parts = [
         dict(number=a.number, working=a.working, assembly=a.assembly, area_m2=a.area, point_m=a.point.tolist())
-        for a in found
+        for a in found or ()
     ]
     paths = [
         dict(
@@ -97,7 +101,7 @@ def _as_json(found, checks):
         )
         for mode, check in checks
     ]  # fmt: skip
-    return {"aspects": parts, "path": paths}
+    return {"aspects": None if found is None else parts, "path": paths}
 
 
 def _signs(modes):

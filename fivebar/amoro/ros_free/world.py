@@ -77,7 +77,8 @@ class World:
         try:
             plant.advance(self.since_reset * SUBSTEPS, SUBSTEPS, tau)
             rows = np.vstack([*plant.rows[first:], plant.observation])
-            refuse_jumps(rows, np.tile(tau, (SUBSTEPS, 1)), plant.charts, plant.chart, plant.step, start=self.time)
+            held = np.tile(tau, (SUBSTEPS, 1))
+            refuse_jumps(plant.robot, rows, held, plant.charts, plant.chart, plant.step, start=self.time)
         except ArithmeticError as error:
             del plant.rows[first:], plant.torques[self.since_reset * SUBSTEPS :]
             plant.observation = observed
