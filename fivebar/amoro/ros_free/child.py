@@ -42,7 +42,7 @@ def with_names(options, path):
     if options["lenient"]:
         from . import lenient
 
-        lenient.install(Path(path).resolve().parent)
+        lenient.install()
         report.say("lenient: arrays of one element pass for numbers, as they did in an older NumPy")
 
 
@@ -64,7 +64,8 @@ class Session:
         """The script, then the report; gives the exit code."""
         signal.signal(signal.SIGINT, self._on_interrupt)
         self.world.clock.install()
-        threading.Thread(target=self._watch, daemon=True).start()
+        if not self.options["show"]:  # an open window waits for its user
+            threading.Thread(target=self._watch, daemon=True).start()
         self.started = real_monotonic()
         code = self._script()
         self.wall = real_monotonic() - self.started
@@ -119,7 +120,7 @@ class Session:
         from .tracebacks import last_place, print_exception
 
         print_exception(error)
-        place = last_place(error, self.folder)
+        place = last_place(error)
         if place is not None:
             lines = explanation(error, *place)
             if lines:
@@ -131,7 +132,7 @@ class Session:
 
         from .tracebacks import last_place
 
-        place = last_place(error, self.folder)
+        place = last_place(error)
         if place is None:
             return []
         frame, line = place
@@ -201,7 +202,7 @@ class Session:
         limit = self.options["timeout"]
         while not self.done:
             real_sleep(WATCH)
-            if real_monotonic() - self.world.last_step < limit or (self.options["show"] and self.world.interrupted):
+            if real_monotonic() - self.world.last_step < limit:
                 continue
             never = "" if self.world.steps else "; it never called apply_efforts"
             self.hanging = f"the script did not step for {limit:g} s of wall time (--timeout){never}"

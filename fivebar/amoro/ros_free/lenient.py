@@ -9,13 +9,13 @@ import ast
 import builtins
 import importlib.abc
 import importlib.machinery
-import importlib.util
 import math
 import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
+
+from .tracebacks import is_users
 
 HELPER, LOOSEN = "__fivebar_lenient__", "__fivebar_loosen__"
 # Names that NumPy has dropped, and what to write today.
@@ -28,14 +28,14 @@ DROPPED = {
 CONVERTING = {float, int, complex, round, *(f for f in vars(math).values() if callable(f))}
 
 
-def install(folder):
-    """Rewrite the modules of this folder when they are imported, and give NumPy its dropped names back."""
+def install():
+    """Rewrite the user's modules when they are imported, and give NumPy its dropped names back."""
     for name, today in DROPPED.items():
         if name not in vars(np):
             setattr(np, name, eval(today, {"np": np}))
     setattr(builtins, HELPER, lenient)
     setattr(builtins, LOOSEN, loosen)
-    sys.meta_path.insert(0, Finder(folder))
+    sys.meta_path.insert(0, Finder())
 
 
 def is_single(value):
@@ -136,13 +136,13 @@ class Loader(importlib.machinery.SourceFileLoader):
 
 
 class Finder(importlib.abc.MetaPathFinder):
-    """The modules of the script's folder."""
-
-    def __init__(self, folder):
-        self.folder = folder
+    """The user's own modules, wherever on the path they are."""
 
     def find_spec(self, name, path=None, target=None):
-        file = Path(self.folder, f"{name}.py")
-        if "." in name or not file.is_file():
+        spec = importlib.machinery.PathFinder.find_spec(name, path, target)
+        if spec is None or not isinstance(spec.loader, importlib.machinery.SourceFileLoader):
             return None
-        return importlib.util.spec_from_file_location(name, file, loader=Loader(name, str(file)))
+        if not is_users(spec.origin):
+            return None
+        spec.loader = Loader(name, spec.origin)
+        return spec

@@ -9,7 +9,7 @@ from . import outputs
 from .plot_tools import scopes
 
 PEN = "#0072B2", "#D55E00"
-MOST_COLUMNS = 3
+MOST_COLUMNS, MARGIN = 4, 0.04
 
 
 def figures(world, run, wall):
@@ -17,7 +17,8 @@ def figures(world, run, wall):
     simulated = world.steps / 100
     about = {
         "robot": world.kind, "simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall,
-        "resets_at_s": world.resets, "interrupted": world.interrupted,
+        "interrupted": world.interrupted, "resets_at_s": world.resets,
+        "recorded_after_reset": bool(world.resets and world.since_reset),
     }  # fmt: skip
     if run is not None:
         about |= {
@@ -61,16 +62,16 @@ def write_files(run, options):
 def draw_scopes(figure_of):
     """All scopes on one sheet, on a figure of this kind."""
     count = len(drawn())
-    columns = min(count, 2 if count < 5 else MOST_COLUMNS)
+    columns = min(count, 2 if count <= 4 else MOST_COLUMNS)
     rows = -(-count // columns)
-    width, height = 4.6 * columns + 0.2, 2.2 * rows + 0.5  # inches
+    width, height = 3.9 * columns + 0.2, 2.2 * rows + 0.5  # inches
     figure = figure_of(figsize=(width, height))
     for scope, axes in zip(drawn(), figure.subplots(rows, columns, squeeze=False).flat):
         t, *curves = np.transpose(scope.points)
         for curve, name, colour, style in zip(curves, ("y1", "y2"), PEN, ("-", "--")):
             axes.plot(t, curve, style, color=colour, lw=1.4, label=name)
-        low, high = axes.get_ylim()
-        axes.set_ylim(min(low, scope.limits[0]), max(high, scope.limits[1]))
+        low, high = min(np.min(curves), scope.limits[0]), max(np.max(curves), scope.limits[1])
+        axes.set_ylim(low - MARGIN * (high - low), high + MARGIN * (high - low))
         axes.set_title(f"{scope.title} (at most {_difference(scope)['largest_difference']:.3g} apart)", fontsize=10)
         axes.grid(alpha=0.25)
         axes.margins(x=0)
@@ -96,7 +97,8 @@ def print_words(about):
     else:
         (x0, y0), (x1, y1) = about["start_xi_m"], about["end_xi_m"]
         lines.append(f"{about['robot']}: from ({x0:.6f}, {y0:.6f}) m to ({x1:.6f}, {y1:.6f}) m")
-        lines += [f"reset at {t:g} s: what is said and recorded is what came after" for t in about["resets_at_s"][-1:]]
+        side = "after" if about["recorded_after_reset"] else "before"
+        lines += [f"reset at {t:g} s: said and recorded is what was {side} it" for t in about["resets_at_s"][-1:]]
         lines += [
             f"singularity: Type {kind} ({margin} = 0) crossed at {t:.6f} s"
             for t, kind, margin in about["singularity_crossings"]

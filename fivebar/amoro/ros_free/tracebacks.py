@@ -1,10 +1,12 @@
 """A script's traceback as `python3 script.py` would print it: without the frames of the runtime."""
 
+import os
 import sys
 from pathlib import Path
 from types import TracebackType
 
 HERE = str(Path(__file__).parent)
+PACKAGE, STANDARD = Path(__file__).resolve().parents[2], Path(os.__file__).resolve().parent
 
 
 def print_exception(error):
@@ -36,11 +38,14 @@ def _steps(traceback):
         traceback = traceback.tb_next
 
 
-def last_place(error, folder):
-    """(frame, line) of the last step in a file of this folder, or None."""
-    places = [
-        (step.tb_frame, step.tb_lineno)
-        for step in _steps(error.__traceback__)
-        if Path(step.tb_frame.f_code.co_filename).resolve().parent == folder
-    ]
-    return places[-1] if places else None
+def is_users(file):
+    """Whether this source file is the user's: not Python's, not installed, not this package's."""
+    path = Path(file).resolve()
+    foreign = STANDARD in path.parents or PACKAGE in path.parents or {"site-packages", "dist-packages"} & {*path.parts}
+    return path.suffix == ".py" and not foreign
+
+
+def last_place(error):
+    """(frame, line) of the last step in a file of the user's, or None."""
+    places = [(step.tb_frame, step.tb_lineno) for step in _steps(error.__traceback__)]
+    return next((place for place in reversed(places) if is_users(place[0].f_code.co_filename)), None)

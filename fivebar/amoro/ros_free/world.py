@@ -34,7 +34,7 @@ class World:
 
     def __init__(self, until, clock, exact, give_up):
         self.until, self.clock, self.exact, self.give_up = math.ceil(until / STEP - 1e-6), clock, exact, give_up
-        self.kind = self.plant = self.failure = None
+        self.kind = self.plant = self.failure = self.motion = None
         self.steps = self.since_reset = self.idle = self.stops = 0
         self.resets = []  # times, s
         self.fresh = self.started = self.interrupted = False
@@ -63,6 +63,7 @@ class World:
 
     def reset(self):
         """Back to home, at time 0; the clock goes on."""
+        self.motion = self.run()
         if self.since_reset:
             self.resets.append(self.steps / 100)
         self._to_home()
@@ -131,9 +132,9 @@ class World:
         raise Stopped(why)
 
     def run(self):
-        """The Run since the last reset, or None if nothing was stepped."""
+        """The Run since the last reset, or if there was no step since, the one before; None where there is none."""
         if not self.since_reset:
-            return None
+            return self.motion
         return assemble(self.plant.robot, None, self.plant.step, *self.plant.history(), None, None)
 
 
