@@ -6,8 +6,9 @@ import re
 
 import numpy as np
 
-from .lenient import DROPPED, is_single
+from .lenient import CONVERTING, DROPPED, is_single
 
+CONVERSIONS = {"array", "asarray", "print", *(function.__name__ for function in CONVERTING)}
 CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
 
 
@@ -31,22 +32,38 @@ def _dropped(name):
 
 
 def _conversion(frame, line):
-    arrays = dict(_arrays(_statement(frame, line), frame))
-    single = [text for text, array in arrays.items() if is_single(array)]
-    if single:
-        text, shape = single[-1], arrays[single[-1]].shape
-        return [
-            f"{text} is an array of shape {shape}, and NumPy {np.__version__} no longer takes one for a number.",
-            f"mend: write {text}.item() (or run with --lenient, which lets arrays of one element through)",
-        ]
-    if arrays:
+    statement = _statement(frame, line)
+    arrays = dict(_arrays(statement, frame))
+    for text, array in reversed(arrays.items()):
+        if is_single(array):
+            return _refused(f"{text} is an array of shape {array.shape}", f"{text}.item()")
+        if _unpacks(statement) and array.size == len(array):
+            return _refused(f"the rows of {text} are arrays of shape {array.shape[1:]}", f"{text}.ravel()")
+    if arrays and not _computes(statement):
         found = ", ".join(f"{text} of shape {array.shape}" for text, array in arrays.items())
         return [f"a number is wanted where there is an array: {found}."]
+    return _refused("what is computed here is an array, often of one element", ".item() after it")
+
+
+def _refused(what, mend):
     return [
-        f"what is computed here is an array, often of one element, and NumPy {np.__version__} no longer takes one for "
-        "a number.",
-        "mend: add .item() to what is computed (or run with --lenient, which lets arrays of one element through)",
+        f"{what}, and NumPy {np.__version__} no longer takes one for a number.",
+        f"mend: write {mend} (or run with --lenient, which lets arrays of one element through)",
     ]
+
+
+def _unpacks(statement):
+    return isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple)
+
+
+def _computes(statement):
+    """Whether what is converted is not just named: other calls than the conversions themselves, or sums."""
+    for node in ast.walk(statement):
+        if isinstance(node, ast.BinOp) and not isinstance(node.op, ast.Mod):
+            return True
+        if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] not in CONVERSIONS:
+            return True
+    return False
 
 
 def _statement(frame, line):

@@ -68,10 +68,11 @@ def draw_scopes(figure_of):
     figure = figure_of(figsize=(width, height))
     for scope, axes in zip(drawn(), figure.subplots(rows, columns, squeeze=False).flat):
         t, *curves = np.transpose(scope.points)
+        known = [*scope.limits, *np.ravel(curves)[np.isfinite(np.ravel(curves))]]
         for curve, name, colour, style in zip(curves, ("y1", "y2"), PEN, ("-", "--")):
             axes.plot(t, curve, style, color=colour, lw=1.4, label=name)
-        low, high = min(np.min(curves), scope.limits[0]), max(np.max(curves), scope.limits[1])
-        axes.set_ylim(low - MARGIN * (high - low), high + MARGIN * (high - low))
+        space = MARGIN * (max(known) - min(known)) or 1.0
+        axes.set_ylim(min(known) - space, max(known) + space)
         axes.set_title(f"{scope.title} (at most {_difference(scope)['largest_difference']:.3g} apart)", fontsize=10)
         axes.grid(alpha=0.25)
         axes.margins(x=0)
@@ -115,7 +116,9 @@ def print_words(about):
 
 
 def print_json(about, stream):
-    print(json.dumps(about, indent=2), file=stream)
+    """The same as data; null for what is no number."""
+    known = [{key: value if value == value else None for key, value in each.items()} for each in about["scopes"]]
+    print(json.dumps(about | {"scopes": known}, indent=2), file=stream)
 
 
 def say(*lines):

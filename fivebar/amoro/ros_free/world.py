@@ -84,7 +84,8 @@ class World:
             del plant.rows[first:], plant.torques[self.since_reset * SUBSTEPS :]
             plant.observation = observed
             self.failure = ArithmeticError(
-                f"apply_efforts at t = {self.time:g} s, {_in_words(tau, plant.robot)}: {error}"
+                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the robot faster than "
+                f"steps of {plant.step:g} s can follow ({error})"
             )
             raise self.failure from None
         self.since_reset += 1
