@@ -1,6 +1,8 @@
 """The child process of `fivebar run`: the script as `python3 script.py` would run it, on the simulated robot."""
 
+import _thread
 import json
+import linecache
 import os
 import random
 import signal
@@ -9,7 +11,15 @@ import threading
 from pathlib import Path
 from types import ModuleType
 
+import casadi  # noqa: F401  so that its import is not the script's time
+import numpy as np
+
+from . import lenient, names, outputs, report
+from . import world as place
 from .clock import RealClock, SimulatedClock, real_monotonic, real_sleep
+from .explain import explanation
+from .tracebacks import last_place, print_exception
+from .world import Stopped, World
 
 WATCH = 0.2  # s between two looks at a script that may hang
 LAST_GRACE = 5.0  # s for a hanging script to leave
@@ -29,10 +39,6 @@ def main():
 
 def with_names(options, path):
     """The lab's module names, the outputs' names, the random numbers and, if asked for, older NumPy."""
-    import numpy as np
-
-    from . import names, outputs, report
-
     outputs.folder, outputs.stem = outputs.start / options["plots"], Path(path).stem
     names.install()
     if not options["show"]:
@@ -40,8 +46,6 @@ def with_names(options, path):
     random.seed(options["seed"])
     np.random.seed(options["seed"])
     if options["lenient"]:
-        from . import lenient
-
         lenient.install()
         report.say("lenient: arrays of one element pass for numbers, as they did in an older NumPy")
 
@@ -50,14 +54,10 @@ class Session:
     """One script on one world."""
 
     def __init__(self, options, path, rest, for_data):
-        import casadi  # noqa: F401  its import is not the script's time
-
-        from . import world
-
         self.options, self.path, self.rest, self.for_data = options, path, rest, for_data
         self.file, self.folder = os.path.join(os.getcwd(), path), Path(path).resolve().parent
         clock = RealClock() if options["real_time"] else SimulatedClock()
-        self.world = world.world = world.World(options["until"], clock, options["exact"], self.give_up)
+        self.world = place.world = World(options["until"], clock, options["exact"], self.give_up)
         self.hanging, self.done = None, False
 
     def run(self):
@@ -73,10 +73,6 @@ class Session:
         return self._report() or code
 
     def _script(self):
-        from . import report
-        from .tracebacks import print_exception
-        from .world import Stopped
-
         try:
             exec(self._code(), self._main_module().__dict__)
         except SystemExit as error:
@@ -101,9 +97,7 @@ class Session:
     def _code(self):
         source = Path(self.file).read_bytes()
         if self.options["lenient"]:
-            from .lenient import compiled
-
-            return compiled(source, self.file)
+            return lenient.compiled(source, self.file)
         return compile(source, self.file, "exec", dont_inherit=True)
 
     def _main_module(self):
@@ -115,10 +109,6 @@ class Session:
         return module
 
     def _explain(self, error):
-        from . import report
-        from .explain import explanation
-        from .tracebacks import last_place, print_exception
-
         print_exception(error)
         place = last_place(error)
         if place is not None:
@@ -128,10 +118,6 @@ class Session:
 
     def _place(self, error):
         """Where the script was, in words."""
-        import linecache
-
-        from .tracebacks import last_place
-
         place = last_place(error)
         if place is None:
             return []
@@ -141,8 +127,6 @@ class Session:
 
     def _report(self):
         """Write and print what there is; 1 where something could not be written."""
-        from . import outputs, report
-
         os.chdir(outputs.start)
         run, failed = self.world.run(), 0
         try:
@@ -165,8 +149,6 @@ class Session:
         return failed
 
     def _scopes(self):
-        from . import outputs, report
-
         if self.options["show"]:
             import matplotlib.pyplot as plt
 
@@ -179,8 +161,6 @@ class Session:
 
     def give_up(self, why):
         """Leave a script that cannot be left otherwise."""
-        from . import report
-
         self.done, self.wall = True, real_monotonic() - self.started
         report.say(f"ended: {why}")
         self._report()
@@ -189,16 +169,12 @@ class Session:
         os._exit(1)
 
     def _on_interrupt(self, signum, frame):
-        from .world import Stopped
-
         if self.hanging:
             raise Stopped(self.hanging)
         raise KeyboardInterrupt
 
     def _watch(self):
         """In a thread of its own: interrupt a script that does not step for too long."""
-        import _thread
-
         limit = self.options["timeout"]
         while not self.done:
             real_sleep(WATCH)
