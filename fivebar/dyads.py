@@ -174,9 +174,13 @@ class Crank(NamedTuple):
         """The dyad of the leg that reaches xi."""
         return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working)
 
-    def closed(self, dyad):
-        """Direction of the drive and unit vector of the distal bar in that dyad."""
-        return dyad.first, dyad.last
+    def held(self, dyad):
+        """This drive's direction in the dyad that closes its leg."""
+        return dyad.first
+
+    def bar(self, dyad):
+        """Unit vector along the distal bar in that dyad."""
+        return dyad.last
 
     def limits(self, bar):
         """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg reaches, m."""
@@ -233,9 +237,12 @@ class Slider(NamedTuple):
     def close(self, xi, bar, working):
         return RRP((self.x - xi[0], self.y - xi[1]), bar, (0.0, 1.0), working)
 
-    def closed(self, dyad):
+    def held(self, dyad):
+        return dyad.slide
+
+    def bar(self, dyad):
         x, y = dyad.first
-        return dyad.slide, (-x, -y)
+        return -x, -y
 
     def limits(self, bar):
         return ((bar, True),)

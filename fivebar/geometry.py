@@ -46,16 +46,12 @@ class ReachedLeg:
         return self.drive.coordinate(self.direction)
 
     @cached_property
-    def _closed(self):
-        return self.drive.closed(self.dyad)
-
-    @property
     def direction(self):
-        return self._closed[0]
+        return self.drive.held(self.dyad)
 
-    @property
+    @cached_property
     def distal(self):
-        return self._closed[1]
+        return self.drive.bar(self.dyad)
 
     @property
     def sine(self):
@@ -178,9 +174,7 @@ def dgm(robot, q, assembly=-1, unreachable="raise"):
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
-    words = robot.words
-    free = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
-    _refuse_open(unreachable, pose._xi[0], pose, (f"the {words.pivots} are",), (free,))
+    _refuse_open(unreachable, pose._xi[0], pose)
     return pose
 
 
@@ -230,11 +224,7 @@ def igm(robot, xi, working=(-1, -1), unreachable="raise"):
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
-    sides = tuple(zip(("left", "right"), robot.words.joints))
-    distance = [f"{side} leg: the end-effector and the {robot.words.base} are" for side, _ in sides]
-    free = [f"the {side} leg is folded on its base joint: {joint} is" for side, joint in sides]
-    found = pose._dyads[0].first[0] + pose._dyads[1].first[0]
-    _refuse_open(unreachable, found, pose, distance, free)
+    _refuse_open(unreachable, pose._dyads[0].first[0] + pose._dyads[1].first[0], pose)
     return pose
 
 
@@ -284,7 +274,7 @@ def _with_modes(v, modes, name, count):
     return tuple(v), split
 
 
-def _refuse_open(unreachable, found, pose, distance, free):
+def _refuse_open(unreachable, found, pose):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
@@ -292,11 +282,18 @@ def _refuse_open(unreachable, found, pose, distance, free):
         return
     count, index = first_index(np.isnan(found))
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
-    reports = []
-    for dyad, distance_words, free_words in zip(pose._dyads, distance, free):
-        clearance = min(np.broadcast_to(each, np.shape(found))[index] for each in dyad.clearances)
-        reports.append((-float(clearance), dyad, distance_words, free_words))
-    gap, dyad, distance_words, free_words = max(reports, key=lambda report: report[0])
+    gaps = [
+        -float(min(np.broadcast_to(each, np.shape(found))[index] for each in dyad.clearances)) for dyad in pose._dyads
+    ]
+    gap = max(gaps)
+    leg = gaps.index(gap)
+    dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
+    if pose._from_dgm:
+        distance_words = f"the {words.pivots} are"
+        free_words = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
+    else:
+        distance_words = f"{side} leg: the end-effector and the {words.base} are"
+        free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
     if isinstance(dyad, RRP):
         raise UnreachableError(
             f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
@@ -307,9 +304,9 @@ def _refuse_open(unreachable, found, pose, distance, free):
     span, r1, r2 = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5, dyad.r1, dyad.r2
     if r1 == r2 and span < r1:
         raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart)", span, index or None)
-    limit, side = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
+    limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {side} that bars of {r1:g} and {r2:g} m "
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
         f"allow is {limit:.9g} m (gap {gap:.3g} m)",
         gap,
         index or None,

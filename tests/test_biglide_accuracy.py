@@ -12,8 +12,8 @@ import pytest
 import fivebar as fb
 from tests import biglide_oracle
 from tests.biglide_oracle import LENGTHS, MODES, models
-from tests.oracle import ACCELERATIONS, EPS, GIVEN, OTHER, RATES, circle, cross, dot, exact, keys, norm
-from tests.test_accuracy import label
+from tests.oracle import EPS, GIVEN, OTHER, circle, cross, dot, exact, keys, norm
+from tests.test_accuracy import label, package
 
 ROBOTS, POSES, SEED, BOUND = 20, 200, 5, 16
 STARTS = ("q", "xi")
@@ -31,25 +31,6 @@ def expected(start):
         return models({name: exact(x) for name, x in p.items()}, start), biglide_oracle.condition(p, start)
 
 
-def package(robot, start, sign, given):
-    """The pose and the package's outputs by the oracle's keys: floats, arrays or CasADi expressions, as given."""
-    model = fb.Biglide(**robot)
-    pose = fb.dgm(model, given["q"], assembly=sign) if start == "q" else fb.igm(model, given["xi"], working=sign)
-    out = {(name, start): getattr(pose, name) for name in (OTHER[start], "q_passive", "A", "B")}
-    for r, first in zip(RATES, (fb.dkm, fb.ikm)):
-        rates = first(pose, given[r])
-        forward = fb.forward_dynamics(rates, given["tau"])
-        out |= {(name, start, r): getattr(rates, name) for name in (OTHER[r], "q_passive_dot", "d")}
-        out |= {(f"forward {name}", start, r): getattr(forward, name) for name in ACCELERATIONS}
-        out["M", start, r], out["c", start, r] = fb.dynamic_model(rates)
-        out["energy", start, r] = fb.energy(rates)
-        for a, second in zip(ACCELERATIONS, (fb.dkm2, fb.ikm2)):
-            acc = second(rates, given[a])
-            out |= {(name, start, r, a): getattr(acc, name) for name in (OTHER[a], "q_passive_ddot")}
-            out["tau", start, r, a] = fb.inverse_dynamics(acc)
-    return pose, out
-
-
 def given(start, chosen):
     _, p = poses()
     return p[MODES[start]][..., chosen].T, {name: p[name][:, chosen].T for name in (start, *GIVEN)}
@@ -60,7 +41,7 @@ def batches(start):
     """The package on all poses, a batch per robot: outputs (components, poses) by key; xi and feet; the Poses."""
     outs, points, found = [], [], []
     for k, robot in enumerate(poses()[0]):
-        pose, out = package(robot, start, *given(start, slice(k * POSES, (k + 1) * POSES)))
+        pose, out = package(robot, start, *given(start, slice(k * POSES, (k + 1) * POSES)), fb.Biglide)
         outs.append({key: np.reshape(x, (POSES, -1)).T for key, x in out.items()})
         points.append(np.concatenate([pose.xi, np.reshape(pose.elbows, (POSES, 4))], axis=1).T)
         found.append(pose)
@@ -109,7 +90,7 @@ def test_closure_and_modes(start):
 def test_single_poses(start):
     chosen = np.arange(0, ROBOTS * POSES, 40)
     singles = [(poses()[0][i // POSES], *given(start, i)) for i in chosen]
-    outs = [package(robot, start, mode.tolist(), coordinates)[1] for robot, mode, coordinates in singles]
+    outs = [package(robot, start, mode.tolist(), coordinates, fb.Biglide)[1] for robot, mode, coordinates in singles]
     for key in keys(start):
         check(label(key), ratios(key, np.stack([np.ravel(out[key]) for out in outs], axis=1), chosen), chosen=chosen)
 
@@ -125,7 +106,7 @@ def test_casadi(start, symbols):
         for mode in np.unique(modes[:, k], axis=1).T:
             chosen = k * POSES + np.flatnonzero((modes[:, k].T == mode).all(axis=1))
             inputs = {name: getattr(casadi, symbols).sym(name, 2) for name in (start, *GIVEN)}
-            _, out = package(robots[k], start, mode.tolist() if start == "xi" else int(mode[0]), inputs)
+            _, out = package(robots[k], start, mode.tolist() if start == "xi" else int(mode[0]), inputs, fb.Biglide)
             function = casadi.Function("f", [*inputs.values()], [casadi.vec(out[key].T) for key in keys(start)])
             for key, got in zip(keys(start), function(*(x.T for x in given(start, chosen)[1].values()))):
                 check(f"{symbols} {label(key)}", ratios(key, got, chosen), chosen=chosen)
