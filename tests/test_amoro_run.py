@@ -171,6 +171,7 @@ robot.reset_simulation()
     assert done.stderr.split()[:4] == ["3.5", "4.0", "4.0", "4000000000"] and int(done.stderr.split()[4]) >= 1
     about = json.loads(done.stdout)
     assert about["resets_at_s"] == [3.5, 3.51] and not about["recorded_after_reset"] and not about["interrupted"]
+    assert about["exit_code"] == 0 and fb.Run.from_csv(tmp_path / "run.csv").t[-1] == 0.01
 
 
 def test_real_time_is_not_faster(tmp_path):

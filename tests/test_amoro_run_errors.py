@@ -5,7 +5,7 @@ import pytest
 from tests.test_amoro_run import START, run
 
 LOOP = "while True:\n    if robot.data_updated():\n        "
-ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and offers lab_amoro.parallel_robot: "
+ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt and offers lab_amoro.parallel_robot: "
 
 
 @pytest.mark.parametrize(
@@ -51,6 +51,7 @@ REFUSED = [
     ("import ament_index_python", ROS.format("ament_index_python")),
     ("from lab_amoro.parallel_robot import Node", ROS.format("lab_amoro.parallel_robot.Node")),
     ("Scope('s', -1, 1).update(0, 1, 'a')", "TypeError: Scope 's': update needs three numbers, not 0, 1, 'a'"),
+    ("from PyQt5.QtWidgets import QApplication", ROS.format("PyQt5")),
     ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
     ("robot.apply_efforts(50.0, -1e4)", "ArithmeticError: apply_efforts at t = 0.3 s: torques 50 (left), -10000 "
      "(right) N m drive the robot faster than steps of 0.001 s can follow (the "),

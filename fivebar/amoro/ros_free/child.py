@@ -70,7 +70,7 @@ class Session:
         code = self._script()
         self.wall = real_monotonic() - self.started
         self.done = True
-        return self._report() or code
+        return self._report(code) or code
 
     def _script(self):
         try:
@@ -125,7 +125,7 @@ class Session:
         file = frame.f_code.co_filename
         return [f"at {Path(file).name}, line {line}: {linecache.getline(file, line).strip()}"]
 
-    def _report(self):
+    def _report(self, code):
         """Write and print what there is; 1 where something could not be written."""
         os.chdir(outputs.start)
         run, failed = self.world.run(), 0
@@ -140,7 +140,7 @@ class Session:
         except (OSError, ValueError) as error:
             report.say(str(error))
             failed = 1
-        about = report.figures(self.world, run, self.wall)
+        about = report.figures(self.world, run, self.wall) | {"exit_code": failed or code}
         if self.for_data is None:
             report.print_words(about)
         else:
@@ -163,7 +163,7 @@ class Session:
         """Leave a script that cannot be left otherwise."""
         self.done, self.wall = True, real_monotonic() - self.started
         report.say(f"ended: {why}")
-        self._report()
+        self._report(1)
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(1)

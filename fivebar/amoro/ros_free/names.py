@@ -1,4 +1,4 @@
-"""The lab's module names inside the child process, and a clear refusal of ROS's others."""
+"""The lab's module names inside the child process, and a clear refusal of ROS's others, and of Qt's."""
 
 import importlib.abc
 import importlib.machinery
@@ -9,8 +9,9 @@ from types import ModuleType
 from . import parallel_robot, plot_tools, rclpy
 
 OFFERED = {"lab_amoro.parallel_robot": parallel_robot, "lab_amoro.plot_tools": plot_tools, "rclpy": rclpy}
-ROS = re.compile(
-    r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*|gazebo_ros\w*|controller_manager"
+ABSENT = re.compile(
+    r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*|gazebo_ros\w*"
+    r"|controller_manager|PyQt\d|PySide\d|pyqtgraph"
 )
 
 
@@ -42,10 +43,10 @@ class Refusals(importlib.abc.MetaPathFinder):
 
     def find_spec(self, name, path=None, target=None):
         top = name.partition(".")[0]
-        if top in ("lab_amoro", "rclpy") or ROS.fullmatch(top):
+        if top in ("lab_amoro", "rclpy") or ABSENT.fullmatch(top):
             offered = "; ".join(f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items())
             raise ModuleNotFoundError(
-                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and offers {offered}"
+                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt and offers {offered}"
             )
         return None
 

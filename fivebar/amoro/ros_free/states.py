@@ -7,6 +7,7 @@ import numpy as np
 
 from ..._backend import wrap
 from ...dynamics import forward_dynamics
+from ...engine import Buffered
 from ...steps import Q_DOT, XI, XI_DOT, Q
 
 # Columns of what is computed beside an observation.
@@ -34,7 +35,7 @@ def lab_state(plant, tau, before, period, exact):
     dynamics under tau, as the end-effector's always are.
     """
     seen = plant.observation
-    more = _rest_of_state(plant.robot, plant.chart)(plant.state, tau, plant.modes).full().ravel()
+    more = _rest_of_state(plant.robot, plant.chart)(plant.state, tau, plant.modes)[0].copy()
     q, passive = seen[Q].copy(), more[PASSIVE]
     q_ddot, passive_ddot = more[Q_DDOT], more[PASSIVE_DDOT]
     if before is not None:
@@ -58,4 +59,4 @@ def _rest_of_state(robot, chart):
     rates = chart.rates(robot, (state[0], state[1]), (state[2], state[3]), (modes[0], modes[1]))
     found = forward_dynamics(rates, tau)
     columns = rates.pose.q_passive, rates.q_passive_dot, found.q_ddot, found.q_passive_ddot, found.xi_ddot
-    return casadi.Function("rest", [state, tau, modes], [casadi.cse(casadi.vertcat(*columns))])
+    return Buffered(casadi.Function("rest", [state, tau, modes], [casadi.cse(casadi.vertcat(*columns))]))
