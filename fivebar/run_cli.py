@@ -13,6 +13,7 @@ from .errors import UsageError
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
 BACKEND = "module://fivebar.amoro.ros_free.figures"
 MOST_SEED = 2**32 - 1
+MOST_TIME = 10_000.0  # s: more than a GB of rows
 
 
 def add_parsers(commands):
@@ -89,6 +90,9 @@ def _check(arguments):
     for name in ("until", "timeout"):
         if not 0 < getattr(arguments, name) < float("inf"):
             raise UsageError(f"--{name} must be finite and > 0, not {getattr(arguments, name):g}")
+    if arguments.until > MOST_TIME:
+        raise UsageError(f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at most "
+                         f"{MOST_TIME:g} s")  # fmt: skip
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
     for name in ("record", "plot", "animate"):

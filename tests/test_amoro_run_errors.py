@@ -149,6 +149,7 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
     [
         (["none.py"], "no script 'none.py'"),
         (["script.py", "--until", "0"], "--until must be finite and > 0, not 0"),
+        (["script.py", "--until", "1e5"], "--until 100000 is more rows, one each millisecond, than memory holds"),
         (["script.py", "--timeout", "nan"], "--timeout must be finite and > 0, not nan"),
         (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
         (["script.py", "--record", "none/run.csv"], "--record none/run.csv: no such folder"),
