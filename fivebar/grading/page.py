@@ -28,8 +28,8 @@ STYLE = """
 .fivebar .body { display: flex; flex-wrap: wrap; gap: 1rem; padding: 0 0 .8rem; }
 .fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; align-content: start;
   flex: 1 1 22rem; }
-.fivebar dt { color: #57606a; }
-.fivebar dd { margin: 0; }
+.fivebar dl dt { color: #57606a; float: none; width: auto; font-weight: inherit; }  /* in Jupyter lists float */
+.fivebar dl dd { margin: 0; float: none; width: auto; }
 .fivebar code, .fivebar pre { font: 13px/1.5 ui-monospace, monospace; }
 .fivebar figure { margin: 0; flex: 0 1 300px; }
 .fivebar figure svg { max-width: 100%; height: auto; background: #f6f8fa; border-radius: 6px; }
