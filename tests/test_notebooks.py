@@ -110,7 +110,7 @@ def test_runs_to_its_end(path, tmp_path):
         if "text/html" in output.data:
             page = html.unescape(output.data["text/html"])
             assert not FETCHED.search(page), f"{cell}: {FETCHED.search(page)[0]}"
-    assert pictures >= 3
+    assert pictures >= 2
     scenes = sum("view.scene(" in cell.source for cell in own if cell.cell_type == "code")
     assert sum("srcdoc=" in output.get("data", {}).get("text/html", "") for _, output in shown) == scenes
     if path.stem[:2] in LABS:
