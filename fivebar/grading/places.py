@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 _ROOT_FOLDERS = ("/lib", "/lib64")  # links to those in /usr, where they are not folders of their own
+_SETTINGS = ("/etc/ld.so.cache", "/etc/alternatives")  # where the loader finds libraries
 CELL = Path(__file__).parent / "cell"
 
 
@@ -64,7 +65,7 @@ def _hidden():
 @cache
 def readable(packages):
     """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
-    more = ("/etc/ld.so.cache", "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
+    more = (*_SETTINGS, "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
     readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
     listable, waiting, hidden = [*import_folders(packages)], system_folders(), _hidden()
     while waiting:
@@ -92,7 +93,7 @@ def bwrap_command(packages):
     """The words before the worker's command: it sees the interpreter, the packages, and nothing else."""
     binds = [("--ro-bind", str(place), str(place)) for place in system_folders()]
     binds += [("--tmpfs", str(place)) for place in _hidden()]
-    shown = [*_parts(packages), interpreter()]
+    shown = [*_parts(packages), interpreter(), *(Path(p) for p in _SETTINGS if os.path.exists(p))]
     binds += [("--ro-bind", str(place), str(place)) for place in shown]
     binds += [("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)]
     binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
