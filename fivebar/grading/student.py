@@ -159,7 +159,7 @@ class Student:
         notes = []
         if report["uid"] != os.getuid():
             notes.append(f"running as root: the student's program runs as user {report['uid']}")
-        if not report["filter"]:
+        if self._isolate == "process" and not report["filter"]:
             notes.append("the kernel cannot filter system calls (seccomp): files and signals are not protected")
         if self._isolate == "process" and not report["landlock"]:
             notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")
