@@ -69,6 +69,8 @@ def _grade(arguments):
         return _cohort(arguments, lab, secret, seed, limit)
     path = _only_program(arguments.file) if arguments.file.is_dir() else arguments.file
     _must_be_file(path)
+    if arguments.out:
+        raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or path.stem
     robot = robot_of(secret, student) if secret else FiveBar()
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
@@ -112,8 +114,8 @@ def _cohort(arguments, lab, secret, seed, limit):
 
     if arguments.out is None:
         raise UsageError("a folder of submissions needs --out DIR for the results")
-    if arguments.student or arguments.html:
-        raise UsageError("--student and --html are for one submission; a folder's pages go to --out")
+    if arguments.student or arguments.html or arguments.csv:
+        raise UsageError("--student, --html and --csv are for one submission; a folder's files go to --out")
     if arguments.jobs < 1:
         raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
     entries = find_submissions(arguments.file, arguments.out)
@@ -154,12 +156,13 @@ def _hand_out(arguments, lab, secret):
 
 def _secret(path):
     """The course's secret as bytes, None where there is none."""
+    given = os.environ.pop(SECRET, "")  # no process that this one starts shall see it
     try:
-        secret = path.read_bytes().strip() if path else os.environ.get(SECRET, "").encode()
+        secret = path.read_bytes().strip() if path else given.encode()
     except OSError as error:
         raise UsageError(f"--secret-file: {error}") from None
-    if path and len(secret) < 8:
-        raise UsageError(f"--secret-file: {path} holds fewer than 8 bytes: anyone could guess that secret")
+    if (path or given) and len(secret) < 8:
+        raise UsageError(f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess")
     return secret or None
 
 

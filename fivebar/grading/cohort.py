@@ -85,15 +85,15 @@ def run_cohort(cohort, entries, jobs):
 
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
-    if reports:
-        print(f"{len(reports)} of {len(entries)} are graded already", file=sys.stderr)
+    if kept := len(reports):
+        print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
     pool, workers, troubles = ThreadPoolExecutor(jobs), _Workers(), 0
     with tqdm(total=len(left), unit="student", disable=None, dynamic_ncols=True) as bar:
         futures = {pool.submit(_one, cohort, entry, workers): entry for entry in left}
         try:
             for future in as_completed(futures):
                 entry, report = futures[future], future.result()
-                if bar.n == 0:  # the machine is the same for all
+                if len(reports) == kept + 1:  # the machine is the same for all
                     for warning in report.warnings:
                         bar.write(warning, file=sys.stderr)
                 reports[entry] = report

@@ -37,6 +37,7 @@ def pytest_configure(config):
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
     from .grade import Task
+    from .sandbox import IsolationError
     from .variants import robot_of
 
     option = config.option
@@ -46,7 +47,11 @@ def _from_options(config):
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
     own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
-    program = Task(path, option.student, option.seed, own, option.isolate, option.time_limit).open()
+    task = Task(path, option.student, option.seed, own, option.isolate, option.time_limit)
+    try:
+        program = task.open()
+    except IsolationError as error:
+        raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
     return Checks(program, option.seed)
 
