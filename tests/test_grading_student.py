@@ -201,6 +201,24 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
         assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith("0.5 s together")
 
 
+@pytest.mark.parametrize("isolate", ["process", "bwrap"])
+def test_time_on_the_processor_is_limited_too(isolate):
+    with student("def f():\n    while True: pass", isolate=isolate, cpu=1, limit=60) as worker:
+        reply = worker.ask("f", [()])[0]
+    assert (reply.kind, reply.text) == ("timeout", "its time on the processor is used up")
+
+
+def test_a_file_that_cannot_be_loaded_is_tried_three_times_only(monkeypatch):
+    monkeypatch.setattr("fivebar.grading.student.LOAD_LIMIT", 0.3)
+    source = "while True: pass\n" * 4 + "def f(): return 1\n"
+    with student(source) as worker:
+        assert worker.trouble == Reply(
+            "import", None, "ran past its time limit: not done within 0.3 s", 1, "while True: pass"
+        )
+        monkeypatch.setattr("fivebar.grading.student.Worker", None)
+        assert worker.ask("f", [(), ()]) == [worker.trouble] * 2
+
+
 def test_what_it_prints_is_kept_and_capped():
     source = 'import sys\nprint("start")\ndef f(n):\n    print("x" * n)\n    print("é\\x1b[1m", file=sys.stderr)\n'
     with student(source) as worker:
