@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 from .errors import UsageError
-from .robots import FiveBar
 
 SECRET = "FIVEBAR_SECRET"
 
@@ -57,7 +56,7 @@ def _check(arguments):
 def _grade(arguments):
     from .grading.grade import Task, grade
     from .grading.labs import find_lab
-    from .grading.variants import hidden_seed, robot_of
+    from .grading.variants import hidden_seed, robot_for
 
     lab, secret, limit = find_lab(arguments.lab, arguments.labs), _secret(arguments.secret_file), _limit(arguments)
     if arguments.hand_out:
@@ -72,7 +71,7 @@ def _grade(arguments):
     if arguments.out:
         raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or path.stem
-    robot = robot_of(secret, student) if secret else FiveBar()
+    robot = robot_for(student, secret, lab.robot())
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
     report = grade(lab, task)
     print(*report.warnings, sep="\n", end="\n" if report.warnings else "", file=sys.stderr)
@@ -138,7 +137,7 @@ def _cohort(arguments, lab, secret, seed, limit):
 
 def _hand_out(arguments, lab, secret):
     from .grading.outputs import file_name, write_whole
-    from .grading.variants import robot_of, with_constants
+    from .grading.variants import robot_for, with_constants
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
@@ -150,7 +149,7 @@ def _hand_out(arguments, lab, secret):
     for student in dict.fromkeys(line.strip() for line in lines if line.strip()):
         path = arguments.out / file_name(student) / "student.py"
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, with_constants(source, robot_of(secret, student)))
+        write_whole(path, with_constants(source, robot_for(student, secret, lab.robot())))
         print(path)
 
 

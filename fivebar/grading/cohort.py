@@ -4,19 +4,19 @@ import json
 import os
 import subprocess
 import sys
+import textwrap
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from ..errors import UsageError
-from ..robots import FiveBar
 from .grade import file_hash
 from .labs import PACKAGE, Lab
 from .outputs import file_name, write_whole
 from .report import printable
 from .results import Report
-from .variants import robot_of
+from .variants import robot_for
 
 STATE = "grading.json"
 SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
@@ -38,7 +38,7 @@ class Cohort:
     limit: float | None
 
     def robot(self, entry):
-        return robot_of(self.secret, entry.student) if self.secret else FiveBar()
+        return robot_for(entry.student, self.secret, self.lab.robot())
 
     def request(self, entry):
         return {
@@ -87,7 +87,7 @@ def run_cohort(cohort, entries, jobs):
     left = [entry for entry in entries if entry not in reports]
     if kept := len(reports):
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
-    pool, workers, troubles = ThreadPoolExecutor(jobs), _Workers(), 0
+    pool, workers, troubles, full = ThreadPoolExecutor(jobs), _Workers(), 0, 0
     with tqdm(total=len(left), unit="student", disable=None, dynamic_ncols=True) as bar:
         futures = {pool.submit(_one, cohort, entry, workers): entry for entry in left}
         try:
@@ -99,8 +99,10 @@ def run_cohort(cohort, entries, jobs):
                 reports[entry] = report
                 if trouble := trouble_of(report):
                     troubles += 1
-                    bar.write(f"{printable(entry.student)}: {printable(trouble)}"[:200], file=sys.stderr)
-                bar.set_postfix_str(f"in trouble {troubles}")
+                    text = f"{printable(entry.student)}: {printable(trouble)}"
+                    bar.write(textwrap.shorten(text, 160, placeholder=" ..."), file=sys.stderr)
+                full += report.points == report.max_points
+                bar.set_postfix_str(f"all points {full}, in trouble {troubles}")
                 bar.update()
         except KeyboardInterrupt:
             raise RuntimeError(

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ..robots import FiveBar
 from .ask import Ask, Wrong
-from .labs import exercises_beside
+from .labs import Lab
 from .report import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
@@ -73,13 +72,13 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request):
-        ask = Ask(self.program, exercises_beside(request.path), self._hopeless)
+        ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
-    def robot(self):
-        return self.program.robot if self.program else FiveBar()
+    def robot(self, request):
+        return self.program.robot_in(Lab(request.path.parent))
 
     @pytest.fixture
     def draw(self, request):
