@@ -113,7 +113,8 @@ class Student:
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
-            return Reply("missing", text=clean(f"the file has no constant {', '.join(map(str, absent))}"))
+            names = ", ".join(name for name in absent if isinstance(name, str))
+            return Reply("missing", text=clean(f"the file has no constant {names}"))
         if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
             return replace(self.trouble, kind="import")
         return Reply("missing", text=f"no function {function}")
