@@ -20,7 +20,16 @@ __all__ = [
     "Verdict",
     "bwrap_trouble",
     "bwrap_works",
+    "check",
     "from_functions",
     "judge",
     "read_submission",
 ]
+
+
+def __getattr__(name):
+    if name == "check":  # with pytest, which a lab's exercises.py has no use for
+        from .grade import check
+
+        return check
+    raise AttributeError(f"module 'fivebar.grading' has no attribute {name!r}")

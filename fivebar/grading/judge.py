@@ -75,7 +75,7 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     first = _first_wrong(good, reasons, refuse)
     reply = replies[first]
     with np.errstate(all="ignore"):
-        diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, angles)
+        diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles)
     return Verdict(
         share, reasons[first], texts[first], int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
@@ -100,7 +100,7 @@ def _outcomes(exercise, replies, refuse):
     came = np.full((len(replies), len(exercise.is_angle())), np.nan)
     reasons, texts, remarks = [], [], []
     for i, reply in enumerate(replies):
-        reason, text = reply.kind, f"{KINDS[reply.kind]}{': ' + reply.text if reply.text else ''}"
+        reason, text = reply.kind, reply.words
         if reply.kind == "value":
             reason = text = ""
             try:
@@ -127,15 +127,21 @@ def _first_wrong(good, reasons, refuse):
     return wrong[0]
 
 
-def _diagnose(exercise, robot, columns, came, expected, limits, good, angles):
-    """The first misconception whose outcomes are the student's in all rows, and in a wrong one a number."""
+def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles):
+    """The first misconception whose outcomes are the student's in all rows, in a wrong one unlike the right answer.
+
+    A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
+    """
+    none = np.isnan(expected[:, 0])
+    known = np.all(np.isfinite(came), axis=1)
     for misconception in exercise.wrong:
         outcome = exercise.outcome(misconception.model, robot, columns)
         outcome[~np.all(np.isfinite(outcome), axis=1)] = np.nan
-        known = np.all(np.isfinite(came), axis=1)
-        same = np.all(_difference(came, outcome, angles) <= np.maximum(limits, TOLERANCE * _scale(outcome)), axis=1)
-        both_fail = ~known & np.isnan(outcome[:, 0])
-        if np.all(same | both_fail) and np.any(same & ~good):
+        nothing = np.isnan(outcome[:, 0])
+        close = np.maximum(limits, TOLERANCE * _scale(outcome[~none]))
+        same = np.all(_difference(came, outcome, angles) <= close, axis=1)
+        fits = same | (~known & nothing) | refused
+        if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
             return misconception
     return None
 

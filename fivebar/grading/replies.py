@@ -29,3 +29,8 @@ class Reply:
     line: int | None = None
     source: str = ""
     seconds: float = 0.0
+
+    @property
+    def words(self):
+        """What happened instead of a value."""
+        return f"{KINDS[self.kind]}{': ' + self.text if self.text else ''}"

@@ -1,0 +1,200 @@
+"""Grades one submission: the lab's checks run by pytest in this process, the student's program in another."""
+
+import hashlib
+import os
+import re
+import stat
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+
+from .labs import find_lab
+from .replies import Reply
+from .results import Report
+from .variants import PUBLIC_SEED, constants_in, is_number, parameters, robot_from
+
+# No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
+_OPTIONS = (
+    *("-c", os.devnull, "--noconftest", "--import-mode=importlib", "--assert=plain", "--capture=sys"),
+    *(f"-pno:{name}" for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")),
+)
+_FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
+
+
+class NoProgram:
+    """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
+
+    output, notes = "", ()
+
+    def __init__(self, text):
+        self.trouble = Reply("import", text=text)
+
+    def ask(self, function, rows, constants=None, limit=None):
+        return [self.trouble] * len(rows)
+
+    def close(self):
+        pass
+
+
+@dataclass(frozen=True)
+class Program:
+    """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
+
+    words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
+    where: a line's number in its author's words.
+    """
+
+    student: object
+    robot: object = None
+    words: frozenset = frozenset()
+    constants: dict = field(default_factory=dict)
+    where: object = "line {}".format
+
+    def robot_in(self, lab):
+        return self.robot or robot_from(lab.robot(), self.constants)
+
+
+def run_checks(lab, program, seed):
+    """The lab's checks on a Program: a plugin.Checks, whose `found` has a Check per test."""
+    import pytest
+
+    from .plugin import Checks
+
+    checks = Checks(program, seed)
+    with _alone(lab):
+        arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
+        code = pytest.main(list(map(str, arguments)), plugins=[checks])
+    if checks.interrupted:
+        raise KeyboardInterrupt
+    if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not checks.trouble:
+        checks.trouble.append(f"pytest ended with {code!r}: are there tests in {lab.tests.name}?")
+    return checks
+
+
+@contextmanager
+def _alone(lab):
+    """This process without pytest's outside settings and without an older copy of the lab."""
+    environment, bytecode = dict(os.environ), sys.dont_write_bytecode
+    _forget(lab)
+    for name in _FOREIGN:
+        os.environ.pop(name, None)
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    sys.dont_write_bytecode = True
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = bytecode
+        os.environ.clear()
+        os.environ.update(environment)
+        _forget(lab)
+
+
+def _forget(lab):
+    for name in [n for n, m in sys.modules.items() if getattr(m, "__file__", None) == str(lab.tests)]:
+        del sys.modules[name]
+
+
+@dataclass(frozen=True)
+class Task:
+    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
+
+    trouble: why there is no file to grade; all its checks then earn nothing.
+    """
+
+    path: Path
+    student: str = ""
+    seed: str = PUBLIC_SEED
+    robot: object = None
+    isolate: str = "process"
+    limit: float | None = None
+    trouble: str = ""
+
+    def open(self):
+        """The Program in a process of its own, or NoProgram where it cannot be read."""
+        from .student import Student
+        from .submission import SubmissionError, read_submission
+
+        if self.trouble:
+            return Program(NoProgram(self.trouble), self.robot)
+        try:
+            submission = read_submission(self.path)
+        except SubmissionError as error:
+            return Program(NoProgram(str(error)), self.robot)
+        source, limits = submission.source, {} if self.limit is None else {"limit": self.limit}
+        student = Student(submission, isolate=self.isolate, **limits)
+        words = frozenset(re.findall(r"\w+", source))
+        return Program(student, self.robot, words, constants_in(source), submission.where)
+
+
+def grade(lab, task, home=False):
+    """Report on one file. lab: a Lab; home: the inputs are public and the report says that others exist."""
+    before, program = time.perf_counter(), task.open()
+    try:
+        checks = run_checks(lab, program, task.seed)
+    finally:
+        program.student.close()
+    return _report(
+        lab, checks, before, home, submission=task.path.name, student=task.student, isolate=task.isolate,
+        submission_hash=file_hash(task.path),
+    )  # fmt: skip
+
+
+def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
+    """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file, `check("lab1", "my.py")`.
+
+    lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in this process, so
+    that this is for oneself; a file runs in its own.
+    """
+    lab = find_lab(lab, labs)
+    if (submission is None) == (not functions):
+        raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
+    if submission is not None:
+        return grade(lab, Task(Path(submission), seed=seed), home=True)
+    from .live import from_functions
+
+    before, scope = time.perf_counter(), {}
+    for function in functions.values():
+        scope |= getattr(function, "__globals__", {})
+    constants = {name: value for name, value in scope.items() if is_number(value)}
+    program = Program(from_functions(**functions), None, frozenset(constants), constants)
+    return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
+
+
+def _report(lab, checks, before, home, **rest):
+    program, robot = checks.program, checks.program.robot_in(lab)
+    student, where, trouble = program.student, program.where, program.student.trouble
+    if isinstance(student, NoProgram):
+        trouble = f"The file cannot be read: {trouble.text}."
+    elif trouble is not None:
+        place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
+        trouble = f"The file did not run to its end: {place}{trouble.text}. What works without that line is graded."
+    return Report(
+        lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
+        seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
+        notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,
+        seconds=round(time.perf_counter() - before, 3), home=home,
+        warnings=tuple(student.notes), **rest,
+    )  # fmt: skip
+
+
+def _notes(lab, robot, constants):
+    """A file that holds another robot than the one it is graded for explains wrong answers everywhere."""
+    numbers = parameters(robot).items()
+    other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
+    if other:
+        return (f"The constants of your file are another robot's: {', '.join(other)}.",)
+    own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
+    return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
+
+
+def file_hash(path):
+    """SHA-256 of a plain file's bytes, "" for anything else: a pipe or a link is not read."""
+    try:
+        if not stat.S_ISREG(os.lstat(path).st_mode):
+            return ""
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,79 @@
+"""Finds a lab's folder by its short name: in a folder of one's own, in a clone, in the installed package."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import UsageError
+from ..robots import FiveBar
+
+PACKAGE = Path(__file__).parents[1]
+SHIPPED = PACKAGE.parent / "labs", PACKAGE / "_labs"  # a clone's, an installed wheel's
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A folder with test_lab.py and, for `ask`, exercises.py."""
+
+    folder: Path
+
+    @property
+    def name(self):
+        return self.folder.name
+
+    @property
+    def tests(self):
+        return self.folder / "test_lab.py"
+
+    def exercises(self):
+        """Name -> Exercise, from EXERCISES of exercises.py; none where there is no such file."""
+        return {exercise.name: exercise for exercise in self._content().get("EXERCISES", ())}
+
+    def robot(self):
+        """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
+        return self._content().get("ROBOT", FiveBar())
+
+    def _content(self):
+        path = self.folder / "exercises.py"
+        if not path.exists():
+            return {}
+        stamp = path.stat().st_mtime_ns
+        if _LOADED.get(path, (None,))[0] != stamp:
+            content = {"__name__": f"exercises of {self.name}", "__file__": str(path)}
+            exec(compile(path.read_bytes(), path, "exec"), content)  # leaves no bytecode file beside it
+            _LOADED[path] = stamp, content
+        return _LOADED[path][1]
+
+    def hash(self):
+        """SHA-256 over the lab's programs: results of another one are not comparable."""
+        digest = hashlib.sha256()
+        for path in sorted(self.folder.glob("*.py")):
+            content = path.read_bytes()
+            digest.update(f"{path.name}\0{len(content)}\0".encode() + content)
+        return digest.hexdigest()
+
+
+_LOADED = {}
+
+
+def known_labs(folder=None):
+    """All labs: of `folder`, which may be a lab itself, else the shipped ones."""
+    if folder is not None and not Path(folder).is_dir():
+        raise UsageError(f"--labs: no folder {str(folder)!r}")
+    places = SHIPPED if folder is None else (Path(folder),)
+    for place in places:
+        found = [path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))]
+        if found:
+            return [Lab(path.resolve()) for path in sorted(found)]
+    return []
+
+
+def find_lab(name, folder=None):
+    """The lab called `name`, in full or up to its first underscore: lab1 or lab1_geometry."""
+    labs = known_labs(folder)
+    for lab in labs:
+        if name in (lab.name, lab.name.split("_")[0]):
+            return lab
+    names = ", ".join(lab.name for lab in labs) or "none"
+    where = "" if folder is None else f" in {folder}"
+    raise UsageError(f"no lab {name!r}; the known ones{where} are: {names}")

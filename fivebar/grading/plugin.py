@@ -1,0 +1,120 @@
+"""The pytest plugin: `pytest labs/lab1_geometry --submission my.py`, with fixtures `ask`, `robot` and `draw`.
+
+A lab's check is a plain test: its docstring's first line is its title, `@pytest.mark.points(n)` its worth (1 without).
+What it asks through `ask` is recorded even where the check crashes; such a crash is the lab's fault, not the student's.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from .ask import Ask, Wrong
+from .labs import Lab
+from .report import check_lines, number
+from .results import checked
+from .variants import PUBLIC_SEED
+
+_ASK = pytest.StashKey()
+
+
+def pytest_addoption(parser):
+    group = parser.getgroup("fivebar", "checks of a student's program")
+    group.addoption("--submission", metavar="FILE", help="the student's .py file or notebook")
+    group.addoption("--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)")
+    group.addoption("--isolate", choices=("process", "bwrap"), default="process", help="(default: %(default)s)")
+    group.addoption("--time-limit", type=float, metavar="S", help="for what one check asks")
+    group.addoption("--student", default="", metavar="ID", help="whose robot, with --secret-file")
+    group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
+
+
+def pytest_configure(config):
+    config.option.importmode = "importlib"  # all labs have files of the same names
+    config.pluginmanager.register(_from_options(config), "fivebar checks")
+
+
+def _from_options(config):
+    """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
+    from .grade import Task
+    from .sandbox import IsolationError
+    from .variants import robot_of
+
+    option = config.option
+    if not option.submission:
+        return Checks(None, option.seed)
+    path = Path(option.submission)
+    if not path.is_file():
+        raise pytest.UsageError(f"--submission: no file {option.submission!r}")
+    own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
+    task = Task(path, option.student, option.seed, own, option.isolate, option.time_limit)
+    try:
+        program = task.open()
+    except IsolationError as error:
+        raise pytest.UsageError(str(error)) from None
+    config.add_cleanup(program.student.close)
+    return Checks(program, option.seed)
+
+
+class Checks:
+    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
+
+    def __init__(self, program, seed):
+        self.program, self.seed = program, seed
+        self.found, self.trouble, self.interrupted = [], [], False
+        self._hopeless = {}
+
+    def pytest_configure(self, config):
+        config.addinivalue_line("markers", "points(n): what a check is worth")
+
+    def pytest_collection_modifyitems(self, items):
+        if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
+            raise pytest.UsageError("which file is to be checked? Give --submission FILE")
+
+    @pytest.fixture
+    def ask(self, request):
+        ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
+        request.node.stash[_ASK] = ask
+        return ask
+
+    @pytest.fixture
+    def robot(self, request):
+        return self.program.robot_in(Lab(request.path.parent))
+
+    @pytest.fixture
+    def draw(self, request):
+        text = f"{self.seed}\0{request.path.parent.name}\0{request.node.name}"
+        return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item, call):
+        report = yield
+        error = call.excinfo.value if call.excinfo else None
+        if self.program is not None and (report.when == "call" or error is not None):
+            self._record(item, report, error)
+        return report
+
+    def _record(self, item, report, error):
+        marker = item.get_closest_marker("points")
+        title = (item.obj.__doc__ or item.name).strip().splitlines()[0]
+        ask = item.stash.get(_ASK, None)
+        check = checked(item.name, title, marker.args[0] if marker else 1, ask.record if ask else [], error)
+        if self.found and self.found[-1].name == check.name:
+            self.found.pop()  # its teardown failed too
+        self.found.append(check)
+        if isinstance(error, Wrong):
+            report.longrepr = "\n".join(check_lines(check, 100))
+        elif check.outcome == "broken":
+            self.trouble.append(f"{check.title}: {check.text}")
+
+    def pytest_collectreport(self, report):
+        if report.failed:
+            self.trouble.append(str(report.longrepr).strip().splitlines()[-1])
+
+    def pytest_terminal_summary(self, terminalreporter):
+        if self.found:
+            points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
+            terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
+
+    def pytest_keyboard_interrupt(self, excinfo):
+        self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass

@@ -1,0 +1,148 @@
+"""The report as plain text: every check, and for each that is not right what was asked, what came, and why."""
+
+import shutil
+import textwrap
+
+COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
+HOME = (
+    "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
+)
+
+
+def printable(text):
+    """The text with whatever could move a cursor, reverse or hide something written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in text)
+
+
+def number(value):
+    """Points without needless decimals."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def off_text(off):
+    return f"{off:.3g}"
+
+
+def not_started(check):
+    """The student has not come to it yet: a friendlier word than wrong."""
+    return (
+        check.reason == "exception"
+        and "NotImplementedError" in check.text
+        or check.reason == "missing"
+        and "no function" in check.text
+    )
+
+
+def word(check):
+    """A check's outcome in one word or two."""
+    return "to do" if not_started(check) else check.outcome
+
+
+def facts(check):
+    """(label, text) of what a student can do something with, most telling first."""
+    if check.outcome == "right":
+        return
+    if check.outcome == "broken":
+        yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
+        return
+    if not_started(check):
+        yield (
+            "task",
+            check.text.removeprefix("raised an exception: ")
+            .removeprefix("is not defined: ")
+            .removeprefix("NotImplementedError: "),
+        )
+    else:
+        yield "why", check.text
+        if check.rows > 1:
+            yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
+        if check.asked:
+            yield "asked", check.asked
+        if check.came and check.reason in ("value", "nan", "shape", "type", "accepted"):
+            yield "came", check.came
+        if check.off is not None and check.reason == "value":
+            yield "off by", off_text(check.off)
+    if check.line and not not_started(check):
+        yield "where", f"{check.place}: {check.source.strip()}"
+    if check.misconception:
+        yield "looks like", check.misconception
+        yield "hint", check.hint
+
+
+def same_fault(check):
+    """What two checks share if reading one of their explanations is enough."""
+    if check.outcome in ("right", "broken") or check.reason in ("value", "accepted") and not check.misconception:
+        return None
+    if check.misconception:
+        return check.function, check.misconception
+    return check.reason, check.text, check.line, check.reason != "import" and check.function
+
+
+def check_lines(check, width, known=None):
+    """One check's lines; `known` maps faults already explained to the title of the check that did."""
+    score = f"{number(check.points)}/{number(check.max_points)}"
+    title = printable(check.title)
+    lines = textwrap.wrap(title, width, initial_indent=f"{word(check):<7} {score:>7}  ", subsequent_indent=" " * 17)
+    fault = same_fault(check)
+    if known is not None and fault is not None:
+        if fault in known:
+            return lines if not_started(check) else [*lines, *_wrapped("", f'as in "{known[fault]}"', width)]
+        known[fault] = title
+    for label, text in facts(check):
+        lines += _wrapped(label, printable(text), width)
+    return lines
+
+
+def _wrapped(label, text, width):
+    indent = 17 if width >= 60 else 4
+    head = f"{label:>{indent - 2}}  " if indent == 17 else f"  {label}: " if label else "    "
+    return textwrap.wrap(text, width, initial_indent=head, subsequent_indent=" " * indent, break_on_hyphens=False)
+
+
+def report_text(report, width=None, colour=False):
+    """The whole report for a terminal of `width` columns (None: this one's, at most 100)."""
+    width = max(30, min(width or shutil.get_terminal_size().columns, 100))
+    total = f"{number(report.points)} of {number(report.max_points)} points"
+    lines = [*textwrap.wrap(f"{report.lab}: {printable(report.submission)}: {total}", width), ""]
+    for text in headlines(report):
+        lines += [*textwrap.wrap(printable(text), width), ""]
+    known = {}
+    for check in report.checks:
+        first, *rest = check_lines(check, width, known)
+        lines += [_coloured(first, check) if colour else first, *rest]
+    for text in closing(report):
+        lines += ["", *textwrap.wrap(printable(text), width)]
+    if report.output.strip():
+        lines += [
+            "",
+            "Your program printed:",
+            *(f"  {printable(row)}" for row in report.output.rstrip().splitlines()[:20]),
+        ]
+    lines += ["", f"total {total}"]
+    return "\n".join(lines)
+
+
+def _coloured(line, check):
+    return f"\x1b[{COLOURS[word(check)]}m{line[:7]}\x1b[0m{line[7:]}"
+
+
+def headlines(report):
+    """What to know before reading the checks."""
+    if report.trouble:
+        yield report.trouble
+    elif report.checks and all(not_started(check) for check in report.checks):
+        yield "Nothing is filled in yet: each check below says which task it belongs to. Begin with the first."
+    yield from report.notes
+    if report.faults:
+        yield f"The lab itself has a fault, so this result does not count: {'; '.join(report.faults)}"
+
+
+def closing(report):
+    remarks = {}
+    for check in report.checks:
+        for remark in check.remarks:
+            remarks.setdefault(remark, []).append(check.function or check.title)
+    for remark, where in remarks.items():
+        yield f"let pass: {remark} ({', '.join(dict.fromkeys(where))})"
+    if report.home:
+        yield HOME

@@ -1,0 +1,130 @@
+"""What grading one submission found, as values that go to JSON and back."""
+
+from dataclasses import asdict, dataclass, field, fields
+
+from .ask import Wrong
+from .pose_figure import pose_figure
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check's result; outcome is right, partly, wrong, or broken where the check itself failed.
+
+    points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source, remarks: as in Verdict, of
+    what was asked first and was not right; place: the line in its author's words;
+    function: whose answers were judged; misconception, hint: "" where none.
+    """
+
+    name: str
+    title: str
+    max_points: float
+    points: float
+    share: float
+    outcome: str
+    function: str = ""
+    reason: str = ""
+    text: str = ""
+    wrong: int = 0
+    rows: int = 0
+    asked: str = ""
+    came: str = ""
+    off: float | None = None
+    misconception: str = ""
+    hint: str = ""
+    line: int | None = None
+    source: str = ""
+    place: str = ""
+    remarks: tuple = ()
+    figure: str = field(default="", repr=False)  # SVG, for pages only
+
+
+def checked(name, title, points, record, error):
+    """The Check of a test that ended with `error` (None: passed) after the `record` of what it asked."""
+    if error is not None and not isinstance(error, AssertionError):
+        text = f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        return Check(name, title, points, 0.0, 0.0, "broken", reason="broken", text=text)
+    remarks = tuple(dict.fromkeys(remark for asked in record for remark in asked.verdict.remarks))
+    functions = [asked.function for asked in record if asked.function]
+    function = functions[-1] if functions else ""
+    if error is None:
+        return Check(name, title, points, points, 1.0, "right", function, remarks=remarks)
+    if not isinstance(error, Wrong):  # a plain assert in the check
+        text = " ".join(str(error).split())[:300] or "the check's assertion does not hold"
+        return Check(name, title, points, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks)
+    v, asked = error.verdict, record[-1]
+    earned = min(round(points * v.share, 2), points)
+    named = (v.diagnosis.name, v.diagnosis.hint) if v.diagnosis else ("", "")
+    figure = pose_figure(asked.robot, asked.exercise, v.sample) if v.sample else ""
+    return Check(
+        name, title, points, earned, v.share, "partly" if v.share > 0 else "wrong", function, v.reason, v.text, v.wrong,
+        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, f"line {v.line}" if v.line else "", remarks, figure,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Report:
+    """All checks of a lab on one submission, and all that is needed to grade it again with the same result.
+
+    student, seed, robot, isolate, lab_hash, submission_hash: what was graded and how; trouble: what kept the file from
+    being read or run to its end; notes: on the whole file; faults: of the lab itself; output: what the student's
+    program printed; home: the inputs were public.
+    """
+
+    lab: str
+    submission: str
+    checks: tuple
+    student: str = ""
+    seed: str = ""
+    robot: dict = field(default_factory=dict)
+    isolate: str = "process"
+    lab_hash: str = ""
+    submission_hash: str = ""
+    trouble: str = ""
+    notes: tuple = ()
+    faults: tuple = ()
+    output: str = ""
+    seconds: float = 0.0
+    home: bool = False
+    warnings: tuple = field(default=(), repr=False)  # to the one who grades, of this machine: not part of the result
+
+    @property
+    def points(self):
+        return round(sum(check.points for check in self.checks), 2)
+
+    @property
+    def max_points(self):
+        return sum(check.max_points for check in self.checks)
+
+    @property
+    def percent(self):
+        return 100 * self.points / self.max_points if self.max_points else 0.0
+
+    def as_json(self):
+        """Plain data; without the figures, which show right answers."""
+        data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(self)
+        del data["warnings"]
+        for check in data["checks"]:
+            del check["figure"]
+        return data
+
+    @classmethod
+    def from_json(cls, data):
+        """A Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it is something else."""
+        if data["schema"] != SCHEMA:
+            raise ValueError(f"a result of schema {data['schema']}, not {SCHEMA}")
+        names = {f.name for f in fields(cls)}
+        checks = tuple(Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"])
+        lists = {name: tuple(data[name]) for name in ("notes", "faults")}
+        return cls(**{name: value for name, value in data.items() if name in names} | lists | {"checks": checks})
+
+    def __repr__(self):
+        from .report import report_text
+
+        return report_text(self)
+
+    def _repr_html_(self):
+        from .page import fragment
+
+        return fragment(self)

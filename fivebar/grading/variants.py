@@ -1,0 +1,85 @@
+"""A robot for each student and hidden inputs for each grading, both drawn from the course's secret."""
+
+import ast
+import hmac
+import re
+import unicodedata
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..errors import UsageError
+from ..robots import FiveBar
+
+PUBLIC_SEED = "public"
+
+
+def _drawn(secret, *words):
+    text = "\0".join(unicodedata.normalize("NFC", word).strip().casefold() for word in words)
+    return hmac.digest(secret, text.encode("utf-8", "surrogatepass"), "sha256")
+
+
+def hidden_seed(secret, lab):
+    """Seed of a lab's hidden inputs, the same for the whole course."""
+    return _drawn(secret, "inputs", lab).hex()[:16]
+
+
+def robot_of(secret, student):
+    """The student's robot, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
+
+    Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm: always assemblable.
+    """
+    draw = np.random.default_rng(int.from_bytes(_drawn(secret, "robot", student)))
+    l1, l2 = draw.integers(82, 98, 2, endpoint=True).tolist()
+    d, m = int(draw.integers(108, 128, endpoint=True)), int(draw.integers(40, 60, endpoint=True))
+    zz = draw.integers(16, 24, 2, endpoint=True).tolist()
+    bars = (l1 / 1000, l2 / 1000) * 2
+    return FiveBar(*bars, d / 1000, zz[0] / 10000, zz[1] / 10000, m / 100)
+
+
+def with_constants(source, robot):
+    """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
+    for name, value in parameters(robot).items():
+        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
+        if not found and name in ("l11", "l12", "l21", "l22", "d"):
+            raise UsageError(f"the lab's student.py has no line `{name} = ...` to put a student's own robot in")
+    return source
+
+
+def robot_for(student, secret, standard):
+    """A student's robot: his own where the course has a secret, else the lab's standard one."""
+    if secret is None:
+        return standard
+    if not isinstance(standard, FiveBar):
+        raise UsageError("only labs on the five-bar robot can give each student one of his own")
+    return robot_of(secret, student)
+
+
+def constants_in(source):
+    """Names that a file gives plain numbers at its top level, name -> value."""
+    try:
+        body = ast.parse(source).body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return {}
+    found = {}
+    for node in body:
+        if isinstance(node, ast.Assign) and is_number(getattr(node.value, "value", None)):
+            found |= {target.id: node.value.value for target in node.targets if isinstance(target, ast.Name)}
+    return found
+
+
+def is_number(value):
+    return type(value) in (int, float)
+
+
+def parameters(robot):
+    """A robot's numbers by name."""
+    return {f.name: getattr(robot, f.name) for f in fields(robot)}
+
+
+def robot_from(standard, constants):
+    """The standard robot with those of its numbers that are among the constants, or as it is where that is no robot."""
+    try:
+        return replace(standard, **{name: constants[name] for name in parameters(standard) if name in constants})
+    except (ValueError, OverflowError):
+        return standard

@@ -1,0 +1,34 @@
+"""The process that grades a cohort's submissions one after another: a JSON line in, a JSON line out."""
+
+import json
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from .grade import Task, grade
+from .labs import Lab
+from .page import report_page
+
+
+def main():
+    """Serve until stdin ends. Nothing else can write to the pipe: stdout is moved away first."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    for line in sys.stdin:
+        answers.write(json.dumps(_graded(json.loads(line))) + "\n")
+        answers.flush()
+
+
+def _graded(request):
+    lab = Lab(Path(request.pop("lab")))
+    try:
+        robot = replace(lab.robot(), **request.pop("robot"))
+        report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
+        return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
+    except Exception as error:  # the parent decides what that means
+        return {"error": f"{type(error).__name__}: {error}"}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,225 @@
+"""Lab 4: types, margins, the Type-2 locus and paths that meet it, right and wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import fivebar as fb
+from fivebar.dyads import RRR
+from fivebar.grading import Exercise, Misconception
+from fivebar.grading.four_joints import passive_as_absolute, pose
+
+IN_LINE = 1e-6  # what the statement calls singular
+
+
+def singularity_type(robot, *q):
+    return fb.singularity(pose(robot, *q), IN_LINE)
+
+
+def in_line(angle):
+    return np.abs(np.sin(angle)) <= IN_LINE
+
+
+def same_way(angle):
+    return np.abs(np.sin(angle / 2)) <= IN_LINE
+
+
+def kind(type_1, type_2):
+    return type_1 + 2 * type_2
+
+
+TYPE = Exercise(
+    "singularity_type(q11, q12, q21, q22) -> type",
+    singularity_type,
+    (
+        passive_as_absolute(singularity_type),
+        Misconception(
+            "types 1 and 2 exchanged",
+            "Which matrix is singular when a leg is straight, and which type is that?",
+            lambda robot, *q: np.array([0, 2, 1, 3])[singularity_type(robot, *q)],
+        ),
+        Misconception(
+            "only straight legs, not folded ones",
+            "A leg is in line in two ways. Which q12 is the other one?",
+            lambda robot, q11, q12, q21, q22: kind(same_way(q12) | same_way(q22), in_line(q21 + q22 - q11 - q12)),
+        ),
+        Misconception(
+            "parallel distal bars only when they point the same way",
+            "Bars that pull against each other in one line are parallel, too.",
+            lambda robot, q11, q12, q21, q22: kind(in_line(q12) | in_line(q22), same_way(q21 + q22 - q11 - q12)),
+        ),
+        Misconception(
+            "Type 1 only when both legs are in line",
+            "det B is a product. When is it 0?",
+            lambda robot, q11, q12, q21, q22: kind(in_line(q12) & in_line(q22), in_line(q21 + q22 - q11 - q12)),
+        ),
+        Misconception(
+            "Type 3 never named",
+            "What if both conditions hold at once?",
+            lambda robot, *q: np.array([0, 1, 2, 1])[singularity_type(robot, *q)],
+        ),
+    ),
+    guessable=True,
+)
+
+
+def margins(robot, q11, q12, q21, q22):
+    return np.sin(q12), np.sin(q22), np.sin(q21 + q22 - q11 - q12)
+
+
+MARGINS = Exercise(
+    "margins(q11, q12, q21, q22) -> s1, s2, p",
+    margins,
+    (
+        passive_as_absolute(margins),
+        Misconception(
+            "passive angles only in the parallel margin",
+            "Which angle lies between the two distal bars? Write down the direction of each.",
+            lambda robot, q11, q12, q21, q22: (np.sin(q12), np.sin(q22), np.sin(q22 - q12)),
+        ),
+        Misconception(
+            "order of the bars reversed",
+            "p grows when the right distal bar turns counter-clockwise away from the left one. Does yours?",
+            lambda robot, *q: (*margins(robot, *q)[:2], -margins(robot, *q)[2]),
+        ),
+        Misconception(
+            "signs lost",
+            "On the two sides of a singularity a margin has two signs: that is how a crossing is seen.",
+            lambda robot, *q: tuple(np.abs(margin) for margin in margins(robot, *q)),
+        ),
+        Misconception(
+            "cosines instead of sines",
+            "A margin is 0 at the singularity. What is yours for a straight leg?",
+            lambda robot, q11, q12, q21, q22: (np.cos(q12), np.cos(q22), np.cos(q21 + q22 - q11 - q12)),
+        ),
+        Misconception(
+            "directions of the distal bars in the serial margins",
+            "Whether a leg is straight does not depend on where it points.",
+            lambda robot, q11, q12, q21, q22: (
+                np.sin(q11 + q12), np.sin(q21 + q22), margins(robot, q11, q12, q21, q22)[2]
+            ),
+        ),
+    ),
+)  # fmt: skip
+
+
+def coupler(robot, q11, branch, reach=None):
+    """Left elbow and unit vector from it to the right elbow, complex, the elbows being `reach` apart."""
+    elbow = -robot.d / 2 + robot.l11 * np.exp(1j * q11)
+    span = robot.d / 2 - elbow
+    x, y = RRR((span.real, span.imag), reach or robot.l12 + robot.l22, robot.l21, branch).first
+    return elbow, x + 1j * y
+
+
+def type2_point(robot, q11, branch, at=lambda robot: robot.l12, reach=None):
+    elbow, along = coupler(robot, q11, branch, reach)
+    point = elbow + at(robot) * along
+    return point.real, point.imag
+
+
+TYPE2_POINT = Exercise(
+    "type2_point(q11, branch) -> x, y",
+    type2_point,
+    (
+        Misconception(
+            "other branch",
+            "Stand on A12 and look to A21. Is A22 on your left for branch +1?",
+            lambda robot, q11, branch: type2_point(robot, q11, -branch),
+        ),
+        Misconception(
+            "elbow instead of end-effector",
+            "You have found A22. Where on the line from A12 to A22 is the end-effector?",
+            lambda robot, *row: type2_point(robot, *row, at=lambda robot: robot.l12 + robot.l22),
+        ),
+        Misconception(
+            "end-effector in the middle of the elbows",
+            "The two distal bars differ. How far is the end-effector from A12?",
+            lambda robot, *row: type2_point(robot, *row, at=lambda robot: (robot.l12 + robot.l22) / 2),
+        ),
+        Misconception(
+            "coupler of one bar",
+            "Both distal bars lie in one line, one after the other. How far apart are the elbows?",
+            lambda robot, *row: type2_point(robot, *row, reach=robot.l12),
+        ),
+        Misconception(
+            "lengths of the right leg's bars exchanged",
+            "Which bar of the right leg turns about A21, and which one belongs to the coupler?",
+            lambda robot, *row: type2_point(replace(robot, l21=robot.l22, l22=robot.l21), *row),
+        ),
+    ),
+)
+
+FRACTIONS = np.linspace(0, 1, 2001)
+
+
+def parallel(robot, x0, y0, x1, y1, gamma1, gamma2, s):
+    """det A (n, k) at the fractions s (n, k) or (k,) of straight paths, nan out of reach."""
+    x0, y0, x1, y1, gamma1, gamma2 = (np.asarray(v)[:, None] for v in (x0, y0, x1, y1, gamma1, gamma2))
+    xi = np.stack([x0 + (x1 - x0) * s, y0 + (y1 - y0) * s], axis=-1)
+    working = np.broadcast_to(np.stack([gamma1, gamma2], axis=-1), xi.shape)
+    return fb.singularity_margins(fb.igm(robot, xi, working.astype(int), unreachable="nan")).parallel
+
+
+def first_crossing(robot, *path, last=False):
+    """By sampling and bisection; nan where there is none."""
+    signs = np.sign(parallel(robot, *path, FRACTIONS))
+    changes = signs[:, 1:] * signs[:, :-1] < 0
+    k = changes.shape[1] - 1 - np.argmax(changes[:, ::-1], axis=1) if last else np.argmax(changes, axis=1)
+    low, high, before = FRACTIONS[k][:, None], FRACTIONS[k + 1][:, None], signs[np.arange(len(k)), k][:, None]
+    for _ in range(50):
+        middle = (low + high) / 2
+        same = np.sign(parallel(robot, *path, middle)) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return np.where(changes.any(axis=1), high[:, 0], np.nan)
+
+
+def by_the_ends(robot, *path):
+    """None where both ends have the same sign."""
+    ends = np.sign(parallel(robot, *path, np.array([0.0, 1.0])))
+    return np.where(ends[:, 0] == ends[:, 1], np.nan, first_crossing(robot, *path))
+
+
+def length(x0, y0, x1, y1):
+    return np.hypot(x1 - x0, y1 - y0)
+
+
+CROSSING = Exercise(
+    "first_crossing(x0, y0, x1, y1, gamma1, gamma2) -> s",
+    first_crossing,
+    (
+        Misconception(
+            "last crossing instead of the first",
+            "The path meets the locus more than once. Which meeting comes first?",
+            lambda robot, *path: first_crossing(robot, *path, last=True),
+        ),
+        Misconception(
+            "only the ends compared",
+            "A path may cross the locus and come back. What do its two ends say then?",
+            by_the_ends,
+        ),
+        Misconception(
+            "working modes never used",
+            "The same point is singular in one working mode and regular in another.",
+            lambda robot, x0, y0, x1, y1, *modes: first_crossing(
+                robot, x0, y0, x1, y1, -np.ones(len(x0)), -np.ones(len(x0))
+            ),
+        ),
+        Misconception(
+            "working modes swapped",
+            "gamma1 belongs to the left leg.",
+            lambda robot, x0, y0, x1, y1, gamma1, gamma2: first_crossing(robot, x0, y0, x1, y1, gamma2, gamma1),
+        ),
+        Misconception(
+            "measured from the end",
+            "s is 0 at the path's beginning.",
+            lambda robot, *path: 1 - first_crossing(robot, *path),
+        ),
+        Misconception(
+            "distance instead of fraction",
+            "s has no unit: it is 1 at the path's end.",
+            lambda robot, *path: first_crossing(robot, *path) * length(*path[:4]),
+        ),
+    ),
+)
+
+EXERCISES = [TYPE, MARGINS, TYPE2_POINT, CROSSING]

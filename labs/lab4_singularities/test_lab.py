@@ -1,0 +1,157 @@
+"""What lab 4 checks; its models are in exercises.py."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.dyads import RRR
+from fivebar.geometry import reach
+from fivebar.grading.four_joints import batch, joints, pose
+from fivebar.grading.samples import beside_type_1, beside_type_2, poses, straight_paths, unequal_robot
+
+NEAR = np.array([1, -1] * 6) * np.logspace(-1, -6, 12)
+
+
+def u(angle):
+    return np.exp(1j * angle)
+
+
+def chosen(robot, rows, n, kind):
+    """n of the joint columns in which exactly this is singular, and the rest is clearly regular."""
+    sines = np.abs([np.sin(rows[1]), np.sin(rows[3]), np.sin(rows[2] + rows[3] - rows[0] - rows[1])])
+    with np.errstate(invalid="ignore"):
+        clear = np.all((sines > 0.2) | (sines < 1e-8), axis=0) & (fb.singularity(pose(robot, *rows), 1e-6) == kind)
+    return tuple(column[clear][:n] for column in rows)
+
+
+def in_line(robot, draw, n, side):
+    """Distal bars stretched (side -1) or folded (+1): the four-bar with coupler l12 - side l22."""
+    psi = draw.uniform(-np.pi, np.pi, 40 * n)
+    span = robot.d - (robot.l12 - side * robot.l22) * u(psi)
+    dyad = RRR((span.real, span.imag), robot.l11, robot.l21, draw.choice([-1, 1], 40 * n))
+    q11, q21 = (np.arctan2(y, x) for x, y in (dyad.first, dyad.second))
+    return chosen(robot, (q11, psi - q11, q21, psi - q21 + (np.pi if side < 0 else 0)), n, 2)
+
+
+def straight(robot, draw, n, leg, passive):
+    """One leg with this passive angle, 0 or pi; the other closes on its end."""
+    own, passives = draw.uniform(-np.pi, np.pi, 200 * n), np.full(200 * n, passive)
+    drive, other = robot.drives[leg], robot.drives[1 - leg]
+    end = drive.x + (drive.length + robot.distal[leg] * np.cos(passive)) * u(own)
+    closing = reach(other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n))
+    found = closing.q, np.arctan2(closing.sine, closing.cosine)
+    return chosen(robot, (own, passives, *found) if leg == 0 else (*found, own, passives), n, 1)
+
+
+def doubly(robot, n):
+    """Type 3: a leg in line and the distal bars too, so that a triangle of the base and two sides is left."""
+    rows = []
+    for leg in (0, 1):
+        own, other = robot.drives[leg], robot.drives[1 - leg]
+        for passive in (0.0, np.pi):
+            for side in (-1, 1):
+                along = own.length + np.cos(passive) * (robot.distal[leg] - side * robot.distal[1 - leg])
+                for branch in (-1, 1):
+                    dyad = RRR((np.array([other.x - own.x]), np.zeros(1)), along, other.length, branch)
+                    q, q_other = (np.arctan2(y, x) for x, y in (dyad.first, dyad.second))
+                    phi = q + passive + (np.pi if side < 0 else 0)
+                    row = q, np.full(1, passive), q_other, phi - q_other
+                    rows.append(row if leg == 0 else row[2:] + row[:2])
+    return chosen(robot, batch(*rows), n, 3)
+
+
+def of_all_types(robot, draw):
+    lines = [in_line(robot, draw, 3, side) for side in (-1, 1)]
+    legs = [straight(robot, draw, 2, leg, passive) for leg in (0, 1) for passive in (0.0, np.pi)]
+    return batch(joints(poses(robot, draw, 6)), *lines, *legs, doubly(robot, 4))
+
+
+@pytest.mark.points(3)
+def test_type(ask, robot, draw):
+    """singularity_type: regular and singular poses of all types"""
+    ask("singularity_type", *of_all_types(robot, draw))
+
+
+@pytest.mark.points(2)
+def test_type_unequal(ask, draw):
+    """singularity_type: four bars of different lengths"""
+    other = unequal_robot(draw)
+    ask("singularity_type", *of_all_types(other, draw), robot=other)
+
+
+@pytest.mark.points(2)
+def test_margins_regular(ask, robot, draw):
+    """margins: regular poses of all modes"""
+    ask("margins", *joints(poses(robot, draw, 16)))
+
+
+@pytest.mark.points(2)
+def test_margins_near_singularity(ask, robot, draw):
+    """margins: on both sides of singularities"""
+    parts = [beside_type_2(robot, draw, NEAR), *(beside_type_1(robot, draw, NEAR, leg) for leg in (0, 1))]
+    ask("margins", *batch(*(joints(part) for part in parts)))
+
+
+def locus(robot, draw, n, reachable=True):
+    """q11 at which the stretched coupler closes well, or does not."""
+    q11 = draw.uniform(-np.pi, np.pi, 200)
+    span = np.abs(robot.d - robot.l11 * u(q11))
+    bar = robot.l12 + robot.l22
+    closes = (span > bar - robot.l21) & (span < bar + robot.l21)
+    clear = np.min(np.abs([span - bar + robot.l21, span - bar - robot.l21]), axis=0) > 0.003
+    return q11[clear & (closes == reachable)][:n]
+
+
+@pytest.mark.points(3)
+def test_type2_point(ask, robot, draw):
+    """type2_point: both branches"""
+    q11 = locus(robot, draw, 16)
+    ask("type2_point", q11, draw.choice([-1, 1], len(q11)))
+
+
+@pytest.mark.points(2)
+def test_type2_point_unequal(ask, draw):
+    """type2_point: four bars of different lengths"""
+    other = unequal_robot(draw)
+    q11 = locus(other, draw, 16)
+    ask("type2_point", q11, draw.choice([-1, 1], len(q11)), robot=other)
+
+
+@pytest.mark.points(1)
+def test_type2_point_unreachable(ask, robot, draw):
+    """type2_point: angles at which the distal bars cannot be stretched"""
+    some, none = locus(robot, draw, 8), locus(robot, draw, 8, reachable=False)
+    q11 = np.concatenate([some, none])
+    ask("type2_point", q11, draw.choice([-1, 1], len(q11)), refuse=np.arange(len(q11)) >= len(some))
+
+
+def crossing(ask, draw, drawn, counts, working=None, **choices):
+    """Ask about some paths for each count of crossings."""
+    parts = [straight_paths(drawn, draw, n, count, working) for count, n in counts.items()]
+    none = np.concatenate([np.full(len(part[0]), count == 0) for count, part in zip(counts, parts)])
+    ask("first_crossing", *batch(*parts), refuse=none, tolerance=1e-6, **choices)
+
+
+@pytest.mark.points(2)
+def test_crossing(ask, robot, draw):
+    """first_crossing: working modes -1, -1"""
+    crossing(ask, draw, robot, {1: 6, 0: 4}, (-1, -1))
+
+
+@pytest.mark.points(1)
+def test_crossing_modes(ask, robot, draw):
+    """first_crossing: all four working modes"""
+    crossing(ask, draw, robot, {1: 8, 0: 4})
+
+
+@pytest.mark.points(1)
+def test_crossing_twice(ask, robot, draw):
+    """first_crossing: paths that cross and come back"""
+    crossing(ask, draw, robot, {2: 4, 1: 4, 0: 4})
+
+
+@pytest.mark.points(1)
+def test_crossing_unequal(ask, draw):
+    """first_crossing: four bars of different lengths"""
+    other = unequal_robot(draw)
+    crossing(ask, draw, other, {1: 8, 0: 4}, robot=other)

@@ -1,0 +1,76 @@
+"""What lab 5 checks; its models are in exercises.py."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.grading.four_joints import joint_rates, joints
+from fivebar.grading.samples import beside_type_2, poses, unequal_robot
+
+NEAR = np.array([1, -1] * 6) * np.logspace(-1.2, -2.2, 12)
+
+
+def moving(pose, draw):
+    """The columns of poses in motion."""
+    rates = fb.ikm(pose, draw.uniform(-0.3, 0.3, (len(pose.q), 2)))
+    return *joints(pose), *joint_rates(rates)
+
+
+@pytest.mark.points(4)
+def test_dynamic_model_regular(ask, robot, draw):
+    """dynamic_model: regular poses, assembly mode -1"""
+    ask("dynamic_model", *moving(poses(robot, draw, 16, assembly=-1), draw))
+
+
+@pytest.mark.points(1)
+def test_dynamic_model_modes(ask, robot, draw):
+    """dynamic_model: all modes"""
+    ask("dynamic_model", *moving(poses(robot, draw, 16), draw))
+
+
+@pytest.mark.points(3)
+def test_dynamic_model_unequal(ask, draw):
+    """dynamic_model: bars and inertias all different"""
+    other = unequal_robot(draw)
+    ask("dynamic_model", *moving(poses(other, draw, 16), draw), robot=other)
+
+
+@pytest.mark.points(1)
+def test_dynamic_model_near_singularity(ask, robot, draw):
+    """dynamic_model: close to a Type-2 singularity"""
+    ask("dynamic_model", *moving(beside_type_2(robot, draw, NEAR), draw), tolerance=1e-9 + 1e-13 / NEAR**2)
+
+
+@pytest.mark.points(3)
+def test_inverse_dynamics_regular(ask, robot, draw):
+    """inverse_dynamics: regular poses of all modes"""
+    ask("inverse_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-20, 20, (2, 16)))
+
+
+@pytest.mark.points(2)
+def test_inverse_dynamics_unequal(ask, draw):
+    """inverse_dynamics: bars and inertias all different"""
+    other = unequal_robot(draw)
+    rows = moving(poses(other, draw, 16), draw)
+    ask("inverse_dynamics", *rows, *draw.uniform(-20, 20, (2, 16)), robot=other)
+
+
+@pytest.mark.points(3)
+def test_forward_dynamics_regular(ask, robot, draw):
+    """forward_dynamics: regular poses of all modes"""
+    ask("forward_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-0.2, 0.2, (2, 16)))
+
+
+@pytest.mark.points(2)
+def test_forward_dynamics_unequal(ask, draw):
+    """forward_dynamics: bars and inertias all different"""
+    other = unequal_robot(draw)
+    rows = moving(poses(other, draw, 16), draw)
+    ask("forward_dynamics", *rows, *draw.uniform(-0.2, 0.2, (2, 16)), robot=other)
+
+
+@pytest.mark.points(1)
+def test_forward_dynamics_near_singularity(ask, robot, draw):
+    """forward_dynamics: close to a Type-2 singularity"""
+    rows = moving(beside_type_2(robot, draw, NEAR), draw)
+    ask("forward_dynamics", *rows, *draw.uniform(-0.2, 0.2, (2, 12)), tolerance=1e-9 + 1e-14 / NEAR**4)
