@@ -73,7 +73,7 @@ class Leg:
         xi = pivot[0] + bar * u2[0], pivot[1] + bar * u2[1]
         other = reach(robot.drives[j], xi, robot.distal[j], modes[0])
         legs = [None, None]
-        legs[i], legs[j] = DrivenLeg(c[0], u1, lambda: u2), other
+        legs[i], legs[j] = DrivenLeg(drive, c[0], u1, lambda: u2), other
         pose = Pose(robot, xi, lambda: (tuple(legs), (other.dyad,)))
         xi_dot = (
             tangent[0] * c_dot[0] - bar * u2[1] * c_dot[1],
@@ -93,5 +93,4 @@ class Leg:
         return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
 
 
-MARGIN_NAMES = ("sin q12", "sin q22", "det A")
 CHARTS = {"joint": (Joint(),), "task": (Task(),), "auto": (Joint(), Leg(0), Leg(1))}

@@ -55,7 +55,7 @@ def simulate_many(
 def _one_run(robot, reference, grid, rows, torques, chart, torque_limit, number):
     held = np.repeat(torques[:, 2:], grid.block, axis=0)[: grid.steps]
     try:
-        refuse_jumps(rows, held, (chart,), chart, grid.step)
+        refuse_jumps(robot, rows, held, (chart,), chart, grid.step)
     except ArithmeticError as error:
         error.args = (f"run {number}: {error}",)
         raise

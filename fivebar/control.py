@@ -1,10 +1,9 @@
-"""Sampled controllers: callables (t, q, q_dot, reference) -> tau (2,) in N m."""
+"""Sampled controllers: callables (t, q, q_dot, reference) -> tau (2,) in N m (N where the joints slide)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ._backend import wrap
 from .dynamics import dynamic_model
 from .geometry import dgm, igm
 from .kinematics import Accelerations, dkm, ikm, ikm2
@@ -45,11 +44,11 @@ class _JointController:
 
 @dataclass(frozen=True, eq=False)
 class PD(_JointController):
-    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad."""
+    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad (N/m, N s/m)."""
 
     def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
         """The torques, of numbers or of CasADi symbols."""
-        return wrap(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        return self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ class ComputedTorque(_JointController):
     def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
         """The torques, of numbers or of CasADi symbols."""
         M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
-        return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + wrap(q_ref - q) * self.kp) + c
+        return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + self.robot.differ(q_ref - q) * self.kp) + c
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,4 +82,4 @@ class FeedForward(_JointController):
         xi, xi_dot, _ = reference(t)
         target = ikm(igm(self.robot, xi, self.working), xi_dot)
         push = reference.tau(min(t + self.ahead, reference.start + reference.duration))
-        return push + wrap(target.pose.q - q) * self.kp + (target.q_dot - q_dot) * self.kd
+        return push + self.robot.differ(target.pose.q - q) * self.kp + (target.q_dot - q_dot) * self.kd

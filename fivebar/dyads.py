@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from ._backend import EPS, atan2, cos, reciprocal_or_nan, sin, sqrt_or_nan
+from ._backend import EPS, atan2, cos, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
 
 # Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
 SINGULAR = 16 * EPS
@@ -47,6 +47,12 @@ class RRR:
         square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
         return sqrt_or_nan(heron, -32 * EPS * max(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
+
+    @property
+    def clearances(self):
+        """How far the span is inside each of its limits, m."""
+        span = sqrt(self.span_squared)
+        return self.r1 + self.r2 - span, span - abs(self.r1 - self.r2)
 
     @cached_property
     def _inverse(self):
@@ -96,6 +102,11 @@ class RRP:
         """Signed distance of P1 from the line, positive on its left."""
         return -cross(self.guide, self.span)
 
+    @property
+    def clearances(self):
+        """How far the bar reaches beyond the line, m."""
+        return (self.r1 - abs(self.height),)
+
     @cached_property
     def _reach(self):
         """The slider's distance ahead of the foot of P1, in the product form and with the floor of RRR."""
@@ -144,6 +155,13 @@ class Crank(NamedTuple):
         """P'(q)."""
         return -self.length * direction[1], self.length * direction[0]
 
+    def sine(self, direction, distal):
+        """Of the angle between drive and distal bar: u2 . P' / |P'|."""
+        return cross(direction, distal)
+
+    def cosine(self, direction, distal):
+        return dot(direction, distal)
+
     def slopes(self, sine, cosine):
         """P'(q) along and across the distal bar, which the drive meets with this sine and cosine."""
         return self.length * sine, self.length * cosine
@@ -156,6 +174,22 @@ class Crank(NamedTuple):
         """The dyad of the leg that reaches xi."""
         return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working)
 
+    def held(self, dyad):
+        """This drive's direction in the dyad that closes its leg."""
+        return dyad.first
+
+    def bar(self, dyad):
+        """Unit vector along the distal bar in that dyad."""
+        return dyad.last
+
+    def limits(self, bar):
+        """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg reaches, m."""
+        return (self.length + bar, True), (self.length - bar, False)
+
+    def apart(self, x, y):
+        """The vector whose length `limits` limit."""
+        return x - self.x, y - self.y
+
     def relative(self, absolute, own):
         """Passive joint's angle, rate or acceleration from the distal bar's absolute one and the drive's."""
         return absolute - own
@@ -163,3 +197,61 @@ class Crank(NamedTuple):
     def absolute(self, passive, own):
         """The inverse of `relative`."""
         return passive + own
+
+
+class Slider(NamedTuple):
+    """Prismatic drive along y: P(q) = (x, y + q); in place of a `direction` it hands on q itself.
+
+    The distal bar meets the guide with the sine and cosine of its own absolute angle.
+    """
+
+    x: float
+    y: float
+
+    length = 1.0  # |P'(q)|, which a crank's length is too
+
+    def direction(self, q):
+        return q
+
+    def coordinate(self, direction):
+        return direction
+
+    def pivot(self, direction):
+        return self.x, self.y + direction
+
+    def tangent(self, direction):
+        return 0.0, 1.0
+
+    def sine(self, direction, distal):
+        return distal[1]
+
+    def cosine(self, direction, distal):
+        return distal[0]
+
+    def slopes(self, sine, cosine):
+        return sine, cosine
+
+    def bends(self, sine, cosine):
+        return 0.0, 0.0
+
+    def close(self, xi, bar, working):
+        return RRP((self.x - xi[0], self.y - xi[1]), bar, (0.0, 1.0), working)
+
+    def held(self, dyad):
+        return dyad.slide
+
+    def bar(self, dyad):
+        x, y = dyad.first
+        return -x, -y
+
+    def limits(self, bar):
+        return ((bar, True),)
+
+    def apart(self, x, y):
+        return x - self.x, 0.0 * y
+
+    def relative(self, absolute, own):
+        return absolute
+
+    def absolute(self, passive, own):
+        return passive

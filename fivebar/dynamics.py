@@ -9,7 +9,7 @@ from .kinematics import Accelerations, refuse_parallel
 
 
 def dynamic_model(rates):
-    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c (AMORO eq. 26).
+    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for sliders (AMORO eq. 26).
 
     M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. SingularityError where A is singular (Type 2).
     """
@@ -30,7 +30,7 @@ def dynamic_model(rates):
 
 
 def inverse_dynamics(accelerations):
-    """Torques (*batch, 2) in N m for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
+    """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
 
     SingularityError where A is singular (Type 2).
     """
@@ -49,17 +49,20 @@ def inverse_dynamics(accelerations):
 
 
 def forward_dynamics(rates, tau):
-    """Accelerations under torques tau, (*batch, 2) N m, by the two bar forces; regular at Type 1 and at Type 2.
+    """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1 and at Type 2.
 
-    With mu the bar forces over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
+    By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
     q'' = Z^-1 (tau - m B^T mu).
-    Needs zz1 and zz2 > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B of both
-    legs (with m = 0: A alone).
+    Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
+    of both legs (with m = 0: A alone).
     """
     pose, m = rates.pose, rates.pose.robot.m
-    for name, z in zip(("zz1", "zz2"), pose.robot.inertias):
+    for k, z in enumerate(pose.robot.inertias):
         if z == 0:
-            raise ValueError(f"forward_dynamics needs {name} > 0: its torque has nothing to accelerate")
+            words = pose.robot.words
+            raise ValueError(
+                f"forward_dynamics needs {words.inertias[k]} > 0: its {words.effort} has nothing to accelerate"
+            )
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     u1, u2 = pose._distal
     b1, b2 = pose._b
@@ -90,8 +93,8 @@ def _refuse_corner(pose, determinant):
     singular = determinant <= SINGULAR**2
     if np.any(singular):
         raise SingularityError(
-            f"forward_dynamics: both distal bars are parallel and carry no torque (det A and B both singular) in "
-            f"{np.sum(singular)} of {np.size(singular)} poses",
+            f"forward_dynamics: both distal bars are parallel and carry no {pose.robot.words.effort} "
+            f"(det A and B both singular) in {np.sum(singular)} of {np.size(singular)} poses",
             float(np.min(determinant)),
         )
 
@@ -99,4 +102,5 @@ def _refuse_corner(pose, determinant):
 def energy(rates):
     """Kinetic energy (*batch,) in J (AMORO eq. 21, 23)."""
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
-    return 0.5 * (robot.zz1 * q1 * q1 + robot.zz2 * q2 * q2 + robot.m * (x * x + y * y))
+    z1, z2 = robot.inertias
+    return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ._backend import atan2, check_modes, cos, first_index, is_symbolic, pack, pack_matrix, sign, sin, sqrt, unpack
-from .dyads import RRR, SINGULAR, cross, dot
+from ._backend import atan2, check_modes, cos, first_index, is_symbolic, pack, pack_matrix, sign, sin, unpack
+from .dyads import RRP, RRR, SINGULAR, cross
 from .errors import SingularityError, UnreachableError
 
 BLOCK = 8192  # poses
@@ -14,10 +14,11 @@ BLOCK = 8192  # poses
 
 @dataclass(frozen=True, eq=False)
 class DrivenLeg:
-    """A leg whose drive is known: coordinate, the drive's unit vector, and how to get the distal bar's."""
+    """A leg whose drive is known: coordinate, the drive's direction, and how to get the distal bar's."""
 
+    drive: object
     q: object
-    direction: tuple
+    direction: object
     distal_of: object
 
     @cached_property
@@ -26,11 +27,11 @@ class DrivenLeg:
 
     @cached_property
     def sine(self):
-        return cross(self.direction, self.distal)
+        return self.drive.sine(self.direction, self.distal)
 
     @cached_property
     def cosine(self):
-        return dot(self.direction, self.distal)
+        return self.drive.cosine(self.direction, self.distal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,19 +39,19 @@ class ReachedLeg:
     """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in its dyad."""
 
     drive: object
-    dyad: RRR
+    dyad: object
 
     @cached_property
     def q(self):
         return self.drive.coordinate(self.direction)
 
-    @property
+    @cached_property
     def direction(self):
-        return self.dyad.first
+        return self.drive.held(self.dyad)
 
-    @property
+    @cached_property
     def distal(self):
-        return self.dyad.last
+        return self.drive.bar(self.dyad)
 
     @property
     def sine(self):
@@ -58,14 +59,15 @@ class ReachedLeg:
 
     @cached_property
     def cosine(self):
-        return dot(self.direction, self.distal)
+        return self.drive.cosine(self.direction, self.distal)
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
     """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first read.
 
-    robot; q (*batch, 2) rad; xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m; q_passive (*batch, 2) rad in (-pi, pi];
+    robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a biglide its feet;
+    q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute angles;
     assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B (*batch, 2, 2);
     reach_margin (*batch,) m: how far the span of the bars is inside its limits, negative outside.
     """
@@ -97,7 +99,7 @@ class Pose:
 
     @property
     def _serial(self):
-        """Per leg u_i2 . P_i' / |P_i'|; for a crank sin q_i2."""
+        """Per leg u_i2 . P_i' / |P_i'|; for a crank sin q_i2, for a slider sin phi_i."""
         return tuple(leg.sine for leg in self._legs)
 
     @cached_property
@@ -153,10 +155,7 @@ class Pose:
 
     @cached_property
     def reach_margin(self):
-        margins = []
-        for dyad in self._dyads:
-            span = sqrt(dyad.span_squared)
-            margins += [dyad.r1 + dyad.r2 - span, span - abs(dyad.r1 - dyad.r2)]
+        margins = [clearance for dyad in self._dyads for clearance in dyad.clearances]
         if is_symbolic(margins[0]):
             import casadi
 
@@ -167,14 +166,15 @@ class Pose:
 def dgm(robot, q, assembly=-1, unreachable="raise"):
     """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general lengths).
 
-    q: (*batch, 2) rad, or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an array of the batch's shape.
-    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows of equal distal bars leave the
-    distal bars free to turn: SingularityError, or nan.
+    q: (*batch, 2) rad (m for sliders), or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an array of the batch's
+    shape.
+    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows (feet) of equal distal bars leave
+    these free to turn: SingularityError, or nan.
     """
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
-    _refuse_open(unreachable, pose._xi[0], pose, ("the elbows are",), ("the elbows coincide: q12 and q22 are",))
+    _refuse_open(unreachable, pose._xi[0], pose)
     return pose
 
 
@@ -195,7 +195,8 @@ def _close_on_elbows(robot, q, assembly):
     l12, l22 = robot.distal
     dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly)
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
-    legs = DrivenLeg(q[0], directions[0], lambda: dyad.first), DrivenLeg(q[1], directions[1], lambda: dyad.second)
+    first = DrivenLeg(left, q[0], directions[0], lambda: dyad.first)
+    legs = first, DrivenLeg(right, q[1], directions[1], lambda: dyad.second)
     return xi, legs, (dyad,)
 
 
@@ -223,11 +224,7 @@ def igm(robot, xi, working=(-1, -1), unreachable="raise"):
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
-    sides = ("left", "q11"), ("right", "q21")
-    distance = [f"{side} leg: the end-effector and the base joint are" for side, _ in sides]
-    free = [f"the {side} leg is folded on its base joint: {joint} is" for side, joint in sides]
-    found = pose._dyads[0].first[0] + pose._dyads[1].first[0]
-    _refuse_open(unreachable, found, pose, distance, free)
+    _refuse_open(unreachable, pose._dyads[0].first[0] + pose._dyads[1].first[0], pose)
     return pose
 
 
@@ -242,7 +239,7 @@ def four_joint_pose(robot, q, q_passive):
     legs = []
     for drive, own, passive in zip(robot.drives, q, q_passive):
         phi = drive.absolute(passive, own)
-        legs.append(DrivenLeg(own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
+        legs.append(DrivenLeg(drive, own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
     return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ()))
@@ -277,7 +274,7 @@ def _with_modes(v, modes, name, count):
     return tuple(v), split
 
 
-def _refuse_open(unreachable, found, pose, distance, free):
+def _refuse_open(unreachable, found, pose):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
@@ -285,17 +282,31 @@ def _refuse_open(unreachable, found, pose, distance, free):
         return
     count, index = first_index(np.isnan(found))
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
-    reports = []
-    for dyad, distance_words, free_words in zip(pose._dyads, distance, free):
-        span = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5
-        gap = max(span - (dyad.r1 + dyad.r2), abs(dyad.r1 - dyad.r2) - span)
-        reports.append((gap, span, dyad.r1, dyad.r2, distance_words, free_words))
-    gap, span, r1, r2, distance_words, free_words = max(reports)
+    gaps = [
+        -float(min(np.broadcast_to(each, np.shape(found))[index] for each in dyad.clearances)) for dyad in pose._dyads
+    ]
+    gap = max(gaps)
+    leg = gaps.index(gap)
+    dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
+    if pose._from_dgm:
+        distance_words = f"the {words.pivots} are"
+        free_words = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
+    else:
+        distance_words = f"{side} leg: the end-effector and the {words.base} are"
+        free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
+    if isinstance(dyad, RRP):
+        raise UnreachableError(
+            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
+            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m)",
+            gap,
+            index or None,
+        )
+    span, r1, r2 = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5, dyad.r1, dyad.r2
     if r1 == r2 and span < r1:
         raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart)", span, index or None)
-    limit, side = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
+    limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {side} that bars of {r1:g} and {r2:g} m "
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
         f"allow is {limit:.9g} m (gap {gap:.3g} m)",
         gap,
         index or None,

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ._backend import first_index, is_symbolic, pack, unpack_for
-from .dyads import SINGULAR, Crank, cross, dot
+from .dyads import SINGULAR, cross, dot
 from .errors import SingularityError
 from .geometry import Pose, ReachedLeg
 
@@ -15,7 +15,7 @@ from .geometry import Pose, ReachedLeg
 class Rates:
     """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first read.
 
-    pose; q_dot (*batch, 2) rad/s; xi_dot (*batch, 2) m/s; q_passive_dot (*batch, 2) rad/s;
+    pose; q_dot (*batch, 2) rad/s (m/s for sliders); xi_dot (*batch, 2) m/s; q_passive_dot (*batch, 2) rad/s;
     d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
     """
 
@@ -27,6 +27,9 @@ class Rates:
     @cached_property
     def _swing(self):
         """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
+        if self._from_task and not self.pose.robot.turns:
+            # Across its guide a foot stands still: a motion along the guides, however fast, turns no bar.
+            return tuple(-self._xi_dot[0] / sine for sine in self.pose._serial)
         legs = zip(self.pose._distal, self.pose._slopes, self._q_dot)
         return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
 
@@ -87,7 +90,8 @@ class Rates:
 class Accelerations:
     """Accelerations at given velocities, from `dkm2`, `ikm2` or `forward_dynamics`.
 
-    rates; q_ddot (*batch, 2) rad/s^2; xi_ddot (*batch, 2) m/s^2; q_passive_ddot (*batch, 2) rad/s^2.
+    rates; q_ddot (*batch, 2) rad/s^2 (m/s^2 for sliders); xi_ddot (*batch, 2) m/s^2; q_passive_ddot (*batch, 2)
+    rad/s^2.
     """
 
     rates: Rates
@@ -107,6 +111,11 @@ class Accelerations:
     def _swing(self):
         """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
         pose = self.rates.pose
+        if self._from_task and not pose.robot.turns:
+            legs = zip(pose._legs, pose.robot.distal, self.rates._swing)
+            return tuple(
+                -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine for leg, bar, swing in legs
+            )
         legs = zip(pose._distal, pose._slopes, self._q_ddot, self.rates._bends)
         return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
 
@@ -129,7 +138,7 @@ class Accelerations:
 def dkm(pose, q_dot):
     """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
 
-    q_dot: (*batch, 2) rad/s. Gives Rates. SingularityError where A is singular (Type 2).
+    q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
     """
     q_dot = unpack_for(pose._xi[0], q_dot, "q_dot")
     return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose._b, q_dot)), "dkm"))
@@ -147,7 +156,7 @@ def ikm(pose, xi_dot):
 def dkm2(rates, q_ddot):
     """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
 
-    q_ddot: (*batch, 2) rad/s^2. Gives Accelerations. SingularityError where A is singular (Type 2).
+    q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
     """
     q_ddot = unpack_for(rates._xi_dot[0], q_ddot, "q_ddot")
     along = tuple(b * q + d for b, q, d in zip(rates.pose._b, q_ddot, rates._bias))
@@ -175,7 +184,7 @@ def solve_a(pose, along, model):
 
 def solve_b(pose, along, model):
     """B^-1, refused where B is singular."""
-    for joint, sine in zip(("q12", "q22"), pose._serial):
+    for joint, sine in zip(pose.robot.words.passive, pose._serial):
         _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
     return tuple(r / b for r, b in zip(along, pose._b))
 
@@ -196,7 +205,7 @@ def _refuse(pose, margin, problem, name):
     value = float(np.asarray(margin)[index])
     q, xi = (np.broadcast_to(v, (*np.shape(margin), 2))[index] for v in (pose.q, pose.xi))
     raise SingularityError(
-        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) rad, "
+        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, "
         f"xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
         value,
         index or None,
@@ -205,4 +214,4 @@ def _refuse(pose, margin, problem, name):
 
 def _reached(pose):
     """Whether the legs are cranks with bars, closed on a given end-effector."""
-    return all(isinstance(leg, ReachedLeg) and isinstance(leg.drive, Crank) for leg in pose._legs)
+    return pose.robot.turns and all(isinstance(leg, ReachedLeg) for leg in pose._legs)

@@ -6,17 +6,18 @@ leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors ar
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
 from ._backend import EPS
 from .four_bar_motion import closures
+from .line_loci import LineLoci
+from .locus import MODES, Locus, TypeThree, modes_of, pairs, type_of, values_of
+from .robots import Biglide, FiveBar
 from .singularity import Singularity
 
-MODES = tuple(product((1, -1), repeat=2))
 TURN = math.radians(0.8)  # of the tangent from point to point; what is promised is 1 degree
 FINEST = 1e-8  # chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided
 SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
@@ -96,57 +97,6 @@ class Circle:
 
 
 @dataclass(frozen=True, eq=False)
-class Locus:
-    """A piece of a locus along which its labels do not change.
-
-    type; kind: "left stretched" (bars of that leg in line), "left folded", "right stretched", "right folded" (Type 1),
-    "stretched", "folded" (distal bars, Type 2), "self-motion" (elbows coincide, Type 2); working: the working modes and
-    assembly: the assembly modes in which it is singular (empty in task space); points (n, 2), m or rad, between which
-    the curve turns by less than 1 degree, but in corners of 1e-8 of its size; parameters (n,) of these points; closed:
-    the last point is the first one (in joint space up to full turns). An isolated singular point is a piece of n = 1.
-    Angles are continuous along a piece and may leave (-pi, pi].
-    """
-
-    type: Singularity
-    kind: str
-    working: tuple
-    assembly: tuple
-    points: np.ndarray = field(repr=False)
-    parameters: np.ndarray = field(repr=False)
-    closed: bool
-    _curve: object = field(repr=False)
-    _angles: bool = field(default=False, repr=False)
-
-    @property
-    def interval(self):
-        """(s0, s1): the parameters of the first and last point."""
-        return float(self.parameters[0]), float(self.parameters[-1])
-
-    def at(self, s):
-        """Exact points (*s.shape, 2) of parameters s in `interval`."""
-        s = np.asarray(s, dtype=float)
-        points = _pair(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
-        if self._angles:
-            near = np.stack([np.interp(s, self.parameters, q) for q in self.points.T], axis=-1)
-            points = points + 2 * np.pi * np.round((near - points) / (2 * np.pi))
-        return points
-
-    def tangent(self, s):
-        """Derivative (*s.shape, 2) of the points by the parameter."""
-        s = np.asarray(s, dtype=float)
-        return _pair(self._curve(np.atleast_1d(s))[1]).reshape(*s.shape, 2)
-
-
-@dataclass(frozen=True, eq=False)
-class TypeThree:
-    """Points of Type 3: xi (n, 2) m, q (n, 2) rad, and working (n, 2), 0 for a leg that is in line."""
-
-    xi: np.ndarray
-    q: np.ndarray
-    working: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class Loci:
     """All singularity loci of a robot, each space traced when first read.
 
@@ -186,7 +136,7 @@ class Loci:
         for kind, chain in self._chains:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
-            label = [(_type(m[:2], Singularity.PARALLEL), kind, _modes(m[:2]), ()) for m in chain.modes]
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
             pieces += _pieces(chain.task, chain.edges, label, self._scale, chain.corners)
         return tuple(pieces)
 
@@ -200,10 +150,10 @@ class Loci:
                     label = []
                     for m in chain.modes:
                         working = [0, m[1]] if leg == 0 else [m[0], 0]
-                        label.append((_type(m[2:], Singularity.SERIAL), kind, _modes(working), _values(m[2])))
+                        label.append((type_of(m[2:], Singularity.SERIAL), kind, modes_of(working), values_of(m[2])))
                     pieces += _pieces(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         for kind, chain in self._chains:
-            label = [(_type(m[:2], Singularity.PARALLEL), kind, _modes(m[:2]), (1, -1)) for m in chain.modes]
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1)) for m in chain.modes]
             if kind == "self-motion" and not self.everywhere:
                 working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
                 label = [(Singularity.PARALLEL, kind, working, (1, -1))]
@@ -219,33 +169,20 @@ class Loci:
             if chain.motion.aligned and not (kind == "self-motion" and self.everywhere):
                 t = chain.edges[:-1]
                 sines = chain.sines(t)[:2].T
-                xi.append(_pair(chain.corners[:-1]))
-                q.append(_pair(chain.joint(t)[0]))
+                xi.append(pairs(chain.corners[:-1]))
+                q.append(pairs(chain.joint(t)[0]))
                 working.append(-np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines)).astype(int))
         return TypeThree(*map(np.concatenate, (xi, q, working)))
 
 
 def singularity_loci(robot):
-    """The singularity loci of a five-bar in task space and in joint space, in closed form for general bars: Loci.
+    """The singularity loci in task space and in joint space, in closed form: Loci of a five-bar, LineLoci of a biglide.
 
-    Gosselin and Angeles 1990 (the types), Liu, Wang and Pritschow 2006 (the loci of symmetric robots).
+    Gosselin and Angeles 1990 (the types), Liu, Wang and Pritschow 2006 (the loci of symmetric five-bars).
     """
-    if not hasattr(robot, "l11"):
-        raise TypeError(f"singularity_loci needs a FiveBar, not {type(robot).__name__}")
-    return Loci(robot)
-
-
-def _values(mode):
-    return (int(mode),) if mode else (1, -1)
-
-
-def _modes(signs):
-    return tuple(product(*map(_values, signs)))
-
-
-def _type(signs, own):
-    """The type of a piece: Type 3 where another pair of bars is in line all along."""
-    return own if all(signs) else Singularity.SERIAL | Singularity.PARALLEL
+    if not isinstance(robot, (FiveBar, Biglide)):
+        raise TypeError(f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}")
+    return Loci(robot) if isinstance(robot, FiveBar) else LineLoci(robot)
 
 
 def _serial_chains(robot, leg, side):
@@ -301,17 +238,13 @@ def _circle_arcs(robot, leg, side):
     return [piece for span in spans for piece in _pieces(circle.task, np.array(span, dtype=float), [label], scale)]
 
 
-def _pair(z):
-    return np.stack([z.real, z.imag], axis=-1)
-
-
 def _pieces(curve, edges, labels, scale, corners=None, angles=False):
     """The Locus of each label between its edges; scale: a length (or angle) of which 1e-13 is rounding error."""
     t, z = trace(curve, edges, scale, angles)
     where = np.searchsorted(t, edges)
     if corners is not None and len(t) > 1:
         z[where] = corners
-    points = _pair(z)
+    points = pairs(z)
     if len(t) == 1:
         return [Locus(*labels[0], points, t, False, curve, angles)]
     gap = points[-1] - points[0]

@@ -1,6 +1,7 @@
 """`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path crosses."""
 
 import json
+import sys
 from pathlib import Path
 
 from .errors import UsageError
@@ -19,7 +20,7 @@ def add_parsers(commands):
         "--field", choices=FIELDS, default="parallel", metavar="MARGIN", help=f"one of {', '.join(FIELDS)}"
     )
     parser.add_argument(
-        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or rad in joint space"
+        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or in joint space rad (biglide: m)"
     )
     parser.add_argument(
         "--nodes", type=int, default=401, metavar="N", help="of the grid, a side (default: %(default)s)"
@@ -27,6 +28,7 @@ def add_parsers(commands):
     parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
     parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
+    parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
     parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
     add_robot_options(parser)
     parser.set_defaults(run=_map)
@@ -46,20 +48,25 @@ def _map(arguments):
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
-    found = aspects(robot)
+    found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
     _draw(data, path, arguments.out)
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
+    if arguments.page:
+        data.page(arguments.page)
     if arguments.json:
         print(json.dumps(_as_json(found, checks), indent=2))
         return
-    print("aspect  working  assembly    area (mm²)")
-    for part in found:
+    if found is None:
+        print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
+    else:
+        print("aspect  working  assembly    area (mm²)")
+    for part in found or ():
         print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
-    print(*filter(None, (arguments.out, arguments.data)), sep="\n")
+    print(*filter(None, (arguments.out, arguments.data, arguments.page)), sep="\n")
 
 
 def _draw(data, path, out):
@@ -87,7 +94,7 @@ def _verdict(check):
 def _as_json(found, checks):
     parts = [
         dict(number=a.number, working=a.working, assembly=a.assembly, area_m2=a.area, point_m=a.point.tolist())
-        for a in found
+        for a in found or ()
     ]
     paths = [
         dict(
@@ -97,7 +104,7 @@ def _as_json(found, checks):
         )
         for mode, check in checks
     ]  # fmt: skip
-    return {"aspects": parts, "path": paths}
+    return {"aspects": None if found is None else parts, "path": paths}
 
 
 def _signs(modes):

@@ -26,11 +26,16 @@ def locus_distance(robot, xi, working=None):
         if len(working) != 2:
             raise ValueError(f"working must be one pair of modes, not {len(working)} numbers")
     points = np.ravel(np.asarray(x) + 1j * np.asarray(y))
-    segments = _segments(robot, working)
-    chunk = max(1, 2_000_000 // len(segments.start))
-    found = [_nearest(segments, points[i : i + chunk]) for i in range(0, len(points), chunk)]
-    distance, kind = (np.concatenate(each) for each in zip(*found)) if found else (np.empty(0), np.empty(0, dtype=int))
-    for mode in segments.everywhere:
+    pieces, everywhere = _active(robot, working)
+    if pieces[0].unbounded:
+        distance, kind = _nearest_line(pieces, points)
+    else:
+        segments = _segments(robot, working)
+        chunk = max(1, 2_000_000 // len(segments.start))
+        found = [_nearest(segments, points[i : i + chunk]) for i in range(0, len(points), chunk)]
+        empty = np.empty(0), np.empty(0, dtype=int)
+        distance, kind = (np.concatenate(each) for each in zip(*found)) if found else empty
+    for mode in everywhere:
         inside = ~np.isnan(igm(robot, _pair(points), mode, unreachable="nan").q[:, 0])
         distance, kind = np.where(inside, 0.0, distance), np.where(inside, int(Singularity.PARALLEL), kind)
     if np.ndim(x) == 0:
@@ -43,7 +48,6 @@ class _Segments:
     """Parameter intervals [t0, t1] of the loci's pieces, (n,), with the points at their ends and the piece's index."""
 
     pieces: tuple
-    everywhere: tuple
     start: np.ndarray
     end: np.ndarray
     t0: np.ndarray
@@ -86,16 +90,29 @@ class _Segments:
 
 
 @lru_cache(maxsize=32)
-def _segments(robot, working):
+def _active(robot, working):
+    """The pieces of the loci, and the modes that are singular everywhere, that count in this working mode."""
     loci = singularity_loci(robot)
     pieces = tuple(p for p in loci.task if working is None or working in p.working)
-    everywhere = tuple(m for m in loci.everywhere if working is None or working == m)
-    parts = []
+    return pieces, tuple(m for m in loci.everywhere if working is None or working == m)
+
+
+def _nearest_line(pieces, points):
+    """Distances and types of points (n,) from lines."""
+    start, along = (np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces)))
+    distance = np.abs((along.conj() * (points - start)).imag) / np.abs(along)
+    nearest = distance.argmin(axis=0)
+    return distance[nearest, np.arange(len(points))], np.array([int(piece.type) for piece in pieces])[nearest]
+
+
+@lru_cache(maxsize=32)
+def _segments(robot, working):
+    pieces, parts = _active(robot, working)[0], []
     for k, piece in enumerate(pieces):
         z, t = piece.points @ (1, 1j), piece.parameters
         first, last = (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
         parts.append((z[first], z[last], t[first], t[last], np.full(len(t[first]), k)))
-    return _Segments(pieces, everywhere, *(np.concatenate(each) for each in zip(*parts)))
+    return _Segments(pieces, *(np.concatenate(each) for each in zip(*parts)))
 
 
 def _nearest(segments, points):

@@ -25,8 +25,8 @@ class PathCheck:
     leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose, s, or None;
     pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there without changing sign;
     criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere, and
-    criterion_holds whether it is 0, so that the torque stays finite; min_margin: the smallest |sin q_i2| or
-    |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time.
+    criterion_holds whether it is 0, so that the torque stays finite; min_margin: the smallest |sin q_i2| (of a biglide
+    |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time.
     """
 
     reachable: bool
@@ -56,7 +56,8 @@ def check_path(robot, path, working=(-1, -1)):
         raise ValueError(f"working must have shape (2,), not {working.shape}")
     modes = tuple(int(m) for m in working)
 
-    reaches = [_reach(robot, path, leg, outer) for leg in (0, 1) for outer in (True, False)]
+    legs = zip(robot.drives, robot.distal)
+    reaches = [_reach(path, drive, bar, *limit) for drive, bar in legs for limit in drive.limits(bar)]
     t = np.linspace(start, stop, SAMPLES)
     found = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]
     leaving = min((zero.time for zeros in found for zero in zeros if not zero.touching), default=None)
@@ -99,15 +100,14 @@ class _Zero:
     touching: bool
 
 
-def _reach(robot, path, leg, outer):
+def _reach(path, drive, bar, limit, outer):
     """t -> (margin, rate) of one limit of a leg's reach: differences of squares, smooth through the limit."""
-    drive, bar = robot.drives[leg], robot.distal[leg]
-    limit, scale = (drive.length + bar) if outer else (drive.length - bar), (drive.length + bar) ** 2
+    scale = max(abs(distance) for distance, _ in drive.limits(bar)) ** 2
     sign = -1 if outer else 1
 
     def margin(t):
         xi, velocity, _ = path(t)
-        x, y = xi[:, 0] - drive.x, xi[:, 1] - drive.y
+        x, y = drive.apart(xi[:, 0], xi[:, 1])
         value = sign * (x * x + y * y - limit * limit) / scale
         return value, sign * 2 * (x * velocity[:, 0] + y * velocity[:, 1]) / scale
 
@@ -206,7 +206,7 @@ def _root(f, a, b):
 
 
 def _smallest(robot, path, modes, start, end):
-    """The smallest of |sin q12|, |sin q22| and |det A| on [start, end], and its time."""
+    """The smallest of both |sin q_i2| (|sin phi_i|) and |det A| on [start, end], and its time."""
     from scipy.optimize import minimize_scalar
 
     def margins(t):

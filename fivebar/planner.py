@@ -28,9 +28,10 @@ def plan(
     start, goal: (2,) m, at rest there, or {order: (x, y)} as in `polynomial`; duration: s, None: free. via: points to
     pass, [(time or None, (2,) or {order: ...}), ...], in this order. objective: "effort" (integral of tau^2), "time",
     "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI values.
-    torque_limit N m and joint_speed_limit rad/s: one number or one per joint; acceleration_limit m/s^2, of the
-    end-effector; workspace ((x low, x high), (y low, y high)) m; serial_margin: least |sin q_i2|; parallel_margin:
-    least |det A|, None: may cross, which wants some effort in the objective, or else a torque_limit.
+    torque_limit N m and joint_speed_limit rad/s (of a biglide N and m/s): one number or one per joint;
+    acceleration_limit m/s^2, of the end-effector; workspace ((x low, x high), (y low, y high)) m; serial_margin: least
+    |sin q_i2| (|sin phi_i|); parallel_margin: least |det A|, None: may cross, which wants some effort in the objective,
+    or else a torque_limit.
     method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
     tolerance: to which the mesh, of at first `intervals`, is refined: largest defect over the largest force, and what
     may be missed of a limit between nodes (torque and acceleration never are). max_time: s.
@@ -59,7 +60,8 @@ def plan(
     tolerance, max_time = number(tolerance, "tolerance", 1e-9, 1), number(max_time, "max_time", 0, math.inf)
     problem = Problem(robot, stops, tuple(int(w) for w in working), weights, limits, scheme(method, degree))
     if not problem.mass:
-        raise ValueError("plan: this robot has no inertia (m, zz1, zz2 are 0): no motion costs a torque")
+        names = ", ".join(("m", *robot.words.inertias))
+        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {robot.words.effort}")
     refuse_stops(problem)
     sides = {np.sign(igm(robot, conditions[0], problem.working)._parallel) for conditions, _ in stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:

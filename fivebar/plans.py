@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .collocation import LIMITS, METHODS, Pieces, bar_force_dynamics, scheme
+from .collocation import METHODS, Pieces, bar_force_dynamics, scheme
 from .geometry import igm
 from .kinematics import ikm, ikm2
-from .robots import FiveBar
+from .robots import robot_of
 from .trajectory import read_columns
 
-UNITS = dict(zip((*LIMITS, "reach"), ("N m", "rad/s", "m/s^2", "m", "", "", "m")))
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
 CSV = "# fivebar plan, SI units: "
 COLUMNS = ("t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "tau1", "tau2", "lambda1", "lambda2")
@@ -69,8 +68,13 @@ class Problem:
         return sum(self.robot.distal) / 2
 
     @property
+    def lever(self):
+        """What makes a speed of a joint's: a length where it turns, 1 where it slides."""
+        return self.length if self.robot.turns else 1.0
+
+    @property
     def mass(self):
-        return self.robot.m + sum(self.robot.inertias) / self.length**2
+        return self.robot.m + sum(self.robot.inertias) / self.lever**2
 
     @cached_property
     def side(self):
@@ -143,7 +147,7 @@ class Plan:
         return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
 
     def tau(self, t):
-        """Planned torques (*t.shape, 2), N m; 0 before and after."""
+        """Planned torques (*t.shape, 2), N m (forces, N, of a biglide); 0 before and after."""
         return self._at(t)[..., 6:]
 
     def _at(self, t):
@@ -248,7 +252,7 @@ class Plan:
                 limits["workspace"] = tuple(map(tuple, limits["workspace"]))
             stops = tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"])
             problem = Problem(
-                FiveBar(**about["robot"]), stops, tuple(about["working"]), about["weights"], Limits(**limits),
+                robot_of(about["robot"]), stops, tuple(about["working"]), about["weights"], Limits(**limits),
                 scheme(about["method"], about["degree"]),
             )  # fmt: skip
             knots, meshes = np.array(about["knots"]), tuple(Mesh(*mesh) for mesh in about["meshes"])
@@ -284,11 +288,13 @@ def bar_forces_of(acc, tau):
 
 def listed(problem, violations):
     """The violated limits in words."""
-    words = []
+    words, own = [], problem.robot.words
+    units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s^2", "workspace": "m"}
     for name, value in violations.items():
         if value > 1e-6 * problem.unit(name):
             limit = getattr(problem.limits, name, None)
             limit = max(limit) if name in ("torque", "joint_speed") else limit
             against = "" if name in ("workspace", "reach") else f" (limit {limit:.6g})"
-            words.append(f"{name} by {value:.4g} {UNITS[name]}".rstrip() + against)
+            called = own.effort if name == "torque" else name
+            words.append(f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip() + against)
     return f"; violated: {', '.join(words)}" if words else ""

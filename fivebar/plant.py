@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .charts import MARGIN_NAMES
 from .engine import Buffered
 from .errors import SingularityError
 from .steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, XI, Q, block_function, model_functions
@@ -10,7 +9,7 @@ from .steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, XI, Q, block_function
 STUCK = 1e-7  # no chart is integrated through a margin smaller than this
 SWITCH = 0.75  # "auto" leaves a chart when its margin is below this part of the best one: measured, 0.5 loses a digit
 LOST_ENERGY = 1e-3  # of the energy that a step turns over: to lose more is a jump, not an integration error
-ROUNDING = 1e-14  # rad: rounding of a joint step, where next to nothing moves
+ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing moves
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
 AHEAD = 1.5  # steps: a single chart is held to end where its margin would vanish within them
 
@@ -66,8 +65,10 @@ class Plant:
         if not max(margins) > STUCK:
             x, y = rates.pose.xi
             raise SingularityError(
-                f"no chart is regular at t = {k * self.step:g} s, xi = ({x:.9g}, {y:.9g}) m: sin q12, sin q22, det A = "
-                f"{sines[0]:.2g}, {sines[1]:.2g}, {sines[2]:.2g}", max(margins))  # fmt: skip
+                f"no chart is regular at t = {k * self.step:g} s, xi = ({x:.9g}, {y:.9g}) m: "
+                f"{', '.join(self.robot.words.sines)} = {sines[0]:.2g}, {sines[1]:.2g}, {sines[2]:.2g}",
+                max(margins),
+            )
         c, c_dot, modes = self.chart.coordinates(rates)
         self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
 
@@ -85,16 +86,16 @@ class Plant:
         return int(weak[0]) if len(weak) else len(rows)
 
     def refuse_jumps(self):
-        refuse_jumps(*self.history(), self.charts, self.chart, self.step)
+        refuse_jumps(self.robot, *self.history(), self.charts, self.chart, self.step)
 
     def history(self):
         """Observations (n + 1, columns) at every step, torques (n, 2) held between them."""
         return np.vstack([*self.rows, self.observation]), np.array(self.torques).reshape(-1, 2)
 
 
-def refuse_jumps(rows, tau, charts, chart, step):
-    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends."""
-    work = np.sum(np.diff(np.unwrap(rows[:, Q], axis=0), axis=0) * tau, axis=1)
+def refuse_jumps(robot, rows, tau, charts, chart, step, start=0.0):
+    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends; start: time, s."""
+    work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
     if len(charts) == 1:
@@ -105,14 +106,15 @@ def refuse_jumps(rows, tau, charts, chart, step):
     if not bad.any():
         return
     k = int(np.argmax(bad))
-    sines, (x, y), when = rows[k, MARGINS], rows[k, XI], k * step
+    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], start + k * step, robot.words
     nearest = min(chart.margins, key=lambda column: abs(sines[column]))
     if abs(sines[nearest]) > NEAR:
         raise ArithmeticError(
             f"the motion at t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m is too fast for steps of {step:g} s "
-            f"(joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} rad/s, torques {tau[k, 0]:.3g}, {tau[k, 1]:.3g} N m)"
+            f"(joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} {words.unit}/s, {words.effort}s {tau[k, 0]:.3g}, "
+            f"{tau[k, 1]:.3g} {words.effort_unit})"
         )
     raise SingularityError(
         f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the {chart.name} "
-        f"chart ({MARGIN_NAMES[nearest]} = {sines[nearest]:.3g}): take a smaller step"
+        f"chart ({words.sines[nearest]} = {sines[nearest]:.3g}): take a smaller step"
         + (' or chart="auto"' if len(charts) == 1 else ""), float(sines[nearest]))  # fmt: skip

@@ -3,24 +3,31 @@
 from dataclasses import fields, replace
 
 from .errors import UsageError
-from .robots import ROBOTS, FiveBar
+from .robots import KINDS, ROBOTS, robot_of
+
+PARAMETERS = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)))
 
 
 def add_robot_options(parser):
     group = parser.add_argument_group(
-        "robot", "lengths in m, inertias in kg m^2, mass in kg; single values go over the set's"
+        "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
     )
     group.add_argument(
         "--robot", default="amoro", metavar="NAME|FILE.toml", help=f"one of {', '.join(ROBOTS)}, or a TOML file"
     )
-    for field in fields(FiveBar):
-        group.add_argument(f"--{field.name}", type=float)
+    for name in PARAMETERS:
+        group.add_argument(f"--{name}", type=float)
 
 
 def chosen_robot(arguments):
-    given = {f.name: getattr(arguments, f.name) for f in fields(FiveBar) if getattr(arguments, f.name) is not None}
+    given = {name: getattr(arguments, name) for name in PARAMETERS if getattr(arguments, name) is not None}
     try:
         robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else _robot_from_toml(arguments.robot)
+        own = [f.name for f in fields(robot)]
+        if foreign := [f"--{name}" for name in given if name not in own]:
+            raise UsageError(
+                f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with {', '.join(own)}"
+            )
         return replace(robot, **given)
     except ValueError as error:
         raise UsageError(error) from None
@@ -38,7 +45,7 @@ def _robot_from_toml(path):
             table = tomllib.load(file)
     except (OSError, ValueError) as error:
         raise UsageError(f"{path}: {error}") from None
-    known = [field.name for field in fields(FiveBar)]
-    if unknown := sorted(set(table) - set(known)):
-        raise UsageError(f"{path}: no parameter {', '.join(unknown)}; the known ones are {', '.join(known)}")
-    return FiveBar(**table)
+    try:
+        return robot_of(table)
+    except ValueError as error:
+        raise UsageError(f"{path}: {error}") from None

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._backend import sign
-from .charts import CHARTS, MARGIN_NAMES
+from .charts import CHARTS
 from .errors import SingularityError, UnreachableError
 from .geometry import dgm, igm
 from .kinematics import dkm, ikm
@@ -28,7 +28,8 @@ def simulate(
 ):  # fmt: skip
     """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
 
-    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
+    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque. Of a biglide
+    all that is in rad here is in m, and in N m, in N.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
     start: Rates, default as the reference starts, in a plan's working modes or (-1, -1), or at rest at q = (0, 0).
     step: s; control_period a multiple of it; the run ends with the first step at or after the duration.
@@ -49,7 +50,8 @@ def simulate(
     check_options(chart=chart, method=method, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution)
     start = start_with(robot, reference) if start is None else start
     plant = Plant(robot, CHARTS[chart], method, grid.step, grid.block, start)
-    loop = _Loop(controller, reference, torque_limit, delay, encoder_resolution, grid.block * grid.step)
+    period = grid.block * grid.step
+    loop = _Loop(robot.words, controller, reference, torque_limit, delay, encoder_resolution, period)
     try:
         for k in range(0, grid.steps, grid.block):
             plant.advance(k, min(grid.block, grid.steps - k), loop.torque(k * grid.step, plant.observation))
@@ -73,8 +75,9 @@ def _refined(tolerance, step, *loop, **options):
         if error <= tolerance:
             return replace(fine, step_error=error)
         coarse = fine
+    unit = coarse.robot.words.unit
     raise ArithmeticError(
-        f"tolerance = {tolerance:g} rad is not reached by steps of {step:g} s: the error is {error:.2g} rad"
+        f"tolerance = {tolerance:g} {unit} is not reached by steps of {step:g} s: the error is {error:.2g} {unit}"
     )
 
 
@@ -128,8 +131,8 @@ def start_with(robot, reference):
 class _Loop:
     """The controller's side: what it measures, when its torque arrives, and how much of it."""
 
-    def __init__(self, controller, reference, torque_limit, delay, encoder_resolution, period):
-        self.controller, self.reference, self.limit = controller, reference, torque_limit
+    def __init__(self, words, controller, reference, torque_limit, delay, encoder_resolution, period):
+        self.words, self.controller, self.reference, self.limit = words, controller, reference, torque_limit
         self.resolution, self.period = encoder_resolution, period
         self.pending = [np.zeros(2)] * delay
         self.log = []
@@ -151,9 +154,13 @@ class _Loop:
             error.args = (f"controller at t = {t:g} s: {error}",)
             raise
         if commanded.shape != (2,):
-            raise ValueError(f"the controller must return two torques, not an array of shape {commanded.shape}")
+            raise ValueError(
+                f"the controller must return two {self.words.effort}s, not an array of shape {commanded.shape}"
+            )
         if not np.isfinite(commanded).all():
-            raise ArithmeticError(f"the controller's torque is {commanded.tolist()} N m at t = {t:g} s")
+            raise ArithmeticError(
+                f"the controller's {self.words.effort} is {commanded.tolist()} {self.words.effort_unit} at t = {t:g} s"
+            )
         self.pending.append(commanded)
         applied = self.pending.pop(0)
         if self.limit is not None:
@@ -166,13 +173,13 @@ def assemble(robot, reference, step, rows, torques, control, torque_limit, log=N
     """The Run of observations (n + 1, columns) and the torques (n, 2) held between them."""
     t = np.arange(len(rows)) * step
     return Run(
-        robot=robot, t=t, q=np.unwrap(rows[:, Q], axis=0), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
+        robot=robot, t=t, q=robot.continuous(rows[:, Q]), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
         tau=np.vstack([torques, torques[-1]]), xi_ref=None if reference is None else reference(t)[0],
-        torque_limit=torque_limit, control=control, events=_events(t, rows), log=log,
+        torque_limit=torque_limit, control=control, events=_events(robot, t, rows), log=log,
     )  # fmt: skip
 
 
-def _events(t, rows):
+def _events(robot, t, rows):
     """Crossings of Type 1 and Type 2: the sines' changes of sign."""
     events = []
     modes = -sign(rows[:, MARGINS], 0.0)
@@ -184,7 +191,7 @@ def _events(t, rows):
             sines, slopes = rows[k : k + 2, MARGINS][:, column], rows[k : k + 2, MARGIN_RATES][:, column]
             when = t[k] + step * _hermite_zero(*sines, *(step * slopes))
             before, after = (tuple(modes[k + i].tolist()) for i in (0, 1))
-            events.append(Event(float(when), kind, MARGIN_NAMES[column], before, after))
+            events.append(Event(float(when), kind, robot.words.sines[column], before, after))
     return tuple(sorted(events, key=lambda event: event.t))
 
 

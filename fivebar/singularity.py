@@ -20,6 +20,8 @@ class Singularity(enum.IntFlag):
     1      SERIAL             1     B         a leg's proximal and distal bar          a motion of the end-effector
     2      PARALLEL           2     A         the two distal bars                      a force on the end-effector
     3      SERIAL | PARALLEL  3     A and B   the distal bars, and a leg's             both
+
+    A biglide is of Type 1 where a bar is across its guide.
     """
 
     NONE = 0
@@ -31,11 +33,11 @@ class Singularity(enum.IntFlag):
 class Margins:
     """How far a pose is from being singular, from `singularity_margins`; nan where the pose is.
 
-    serial (*batch, 2): sin q_i2 of each leg (u_i2 . P_i' / |P_i'|), 0 at Type 1; parallel (*batch,): sin(phi2 - phi1),
-    0 at Type 2; both signed: minus the working and the assembly modes. transmission_angle (*batch,): the acute angle
-    between the distal bars, rad; length: the mean length of the proximal bars, by which B and J are divided so that
-    sigma_min and manipulability have no unit (a condition number has none); manipulability (*batch,): |det J|, inf at
-    Type 2; sigma_min, condition: of A, B and J.
+    serial (*batch, 2): sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|), 0 at Type 1; parallel
+    (*batch,): sin(phi2 - phi1), 0 at Type 2; both signed: minus the working and the assembly modes. transmission_angle
+    (*batch,): the acute angle between the distal bars, rad; length: the mean length of the proximal bars (1 of a
+    biglide, whose B has no unit), by which B and J are divided so that sigma_min and manipulability have no unit (a
+    condition number has none); manipulability (*batch,): |det J|, inf at Type 2; sigma_min, condition: of A, B and J.
     """
 
     pose: Pose

@@ -9,7 +9,7 @@ from .dyads import SINGULAR
 from .geometry import task_pose
 from .loci import MODES, singularity_loci
 from .regions import Arc, crossings, faces, inside, roomiest
-from .robots import FiveBar
+from .robots import Biglide, FiveBar
 from .singularity import Singularity
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
@@ -56,8 +56,14 @@ def aspects(robot):
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
     Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
-    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997.
+    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997. ValueError for a
+    biglide, whose aspects have no ends.
     """
+    if isinstance(robot, Biglide):
+        raise ValueError(
+            "aspects: the guides of a biglide have no ends, so its aspects are strips without ends and have no area, "
+            "between the lines of singularity_loci(robot).task; areas need strokes of the feet, which it does not have"
+        )
     loci = singularity_loci(robot)
     size = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
 

@@ -56,8 +56,8 @@ def step_function(robot, chart, method, step):
 def propagate(robot, chart, modes, method, step, count, torque):
     """(state) -> state after `count` steps from t = 0 under torque(t), read at every stage: the plant alone.
 
-    torque: t -> (tau1, tau2) N m, with CasADi's functions. chart, modes: as in fivebar.charts. For the shortest time
-    to a given accuracy: nothing else is computed.
+    torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in fivebar.charts. For the shortest time to a
+    given accuracy: nothing else is computed.
     """
     import casadi
 
@@ -101,7 +101,10 @@ def _observation(rates):
 
     pose = rates.pose
     swing = [s / bar for s, bar in zip(rates._swing, pose.robot.distal)]
-    serial_rates = [leg.cosine * (w - q_dot) for leg, w, q_dot in zip(pose._legs, swing, rates._q_dot)]
+    serial_rates = [
+        leg.cosine * drive.relative(w, q_dot)
+        for drive, leg, w, q_dot in zip(pose.robot.drives, pose._legs, swing, rates._q_dot)
+    ]
     parallel_rate = dot(*pose._distal) * (swing[1] - swing[0])
     return casadi.vertcat(
         pose.q, rates.q_dot, pose.xi, rates.xi_dot, *pose._serial, pose._parallel, *serial_rates, parallel_rate,

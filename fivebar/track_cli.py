@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .comparison import compare, peak_name
 from .control import PD, ComputedTorque
 from .errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
@@ -16,11 +17,12 @@ from .trajectory import from_csv, line
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
 GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
+BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
 
 
 def add_parsers(commands):
     """Add `demo` and `track` to the program's commands."""
-    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation")
+    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
     demo.add_argument(
         "--out",
         type=Path,
@@ -45,13 +47,18 @@ def add_parsers(commands):
         default="ctc",
         help="computed torque, PD, or model-predictive (default: %(default)s)",
     )
-    track.add_argument("--kp", type=float, help="of ctc in 1/s^2 (default: 100), of pd in N m/rad (default: 0.4)")
-    track.add_argument("--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (default: 0.08)")
+    track.add_argument(
+        "--kp", type=float, help="of ctc in 1/s^2 (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)"
+    )
+    track.add_argument(
+        "--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)"
+    )
     track.add_argument(
         "--period", type=float, default=0.01, metavar="S", help="of the controller (default: %(default)g)"
     )
-    track.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor, N m")
+    track.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)")
     track.add_argument("--out", type=Path, metavar="DIR", help="write run.csv, tracking.png and animation.html there")
+    track.add_argument("--page", type=Path, metavar="OUT.html", help="robot and plots on one page, linked by the time")
     track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     add_robot_options(track)
     track.set_defaults(run=_track)
@@ -61,8 +68,8 @@ def _demo(arguments):
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
-    _print_table(figures)
-    for path in _write(run, arguments.out):
+    _print_table(robot, figures)
+    for path in (*_write(run, arguments.out), _write_page(run, arguments.out / "page.html")):
         print(path)
 
 
@@ -80,10 +87,12 @@ def _track(arguments):
         raise UsageError(error) from None
     figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit)
     files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
+    if arguments.page:
+        files.append(str(_write_page(run, arguments.page)))
     if arguments.json:
         print(json.dumps({**figures, "files": files}, indent=2))
     else:
-        _print_table(figures)
+        _print_table(robot, figures)
         print(*files, sep="\n", end="\n" if files else "")
 
 
@@ -96,14 +105,14 @@ def _controller(arguments, robot):
 
         return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
-    gains = (usual if gain is None else gain for gain, usual in zip(given, GAINS[arguments.controller]))
+    default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
+    gains = (usual if gain is None else gain for gain, usual in zip(given, default))
     return kind(robot, *gains)
 
 
 def _compare(arguments):
     """Computed torque at two gains and the tracker on one case: table, picture, and the runs."""
     from .cases import CASES, case, run_case
-    from .comparison import compare
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
@@ -117,6 +126,8 @@ def _compare(arguments):
         comparison.plot(files[0])
         for file, run in zip(files[1:], runs.values()):
             run.to_csv(file)
+    if arguments.page:
+        files.append(_write_page(runs, arguments.page))
     if arguments.json:
         figures = {name: {k: None if v != v else v for k, v in row.items()} for name, row in comparison.figures.items()}
         print(json.dumps({"case": arguments.case, "controllers": figures, "files": list(map(str, files))}, indent=2))
@@ -151,8 +162,8 @@ def _tracked(robot, reference, controller, period, torque_limit):
         "max_error_m": float(size.max()),
         "rms_error_m": float(np.sqrt(np.mean(size**2))),
         "final_error_m": float(size[-1]),
-        "max_joint_error_rad": np.nanmax(np.abs(run.q_error), axis=0).tolist(),
-        "peak_torque_Nm": np.abs(run.tau).max(axis=0).tolist(),
+        f"max_joint_error_{robot.words.unit}": np.nanmax(np.abs(run.q_error), axis=0).tolist(),
+        peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
         "singularity_crossings": [[event.t, int(event.type)] for event in run.events],
         "real_time_factor": float(run.t[-1] / elapsed),
     }
@@ -161,15 +172,16 @@ def _tracked(robot, reference, controller, period, torque_limit):
     return figures, run
 
 
-def _print_table(figures):
-    left, right = figures["peak_torque_Nm"]
-    error_left, error_right = figures["max_joint_error_rad"]
+def _print_table(robot, figures):
+    words = robot.words
+    left, right = figures[peak_name(robot)]
+    error_left, error_right = figures[f"max_joint_error_{words.unit}"]
     rows = [
         ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
         ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
         ("error at the end", f"{1e6 * figures['final_error_m']:.2f} µm"),
-        ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} mrad"),
-        ("peak torque", f"{1e3 * left:.3f}, {1e3 * right:.3f} mN m"),
+        ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} m{words.unit}"),
+        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),
     ]
     if "saturated_fraction" in figures:
@@ -186,3 +198,10 @@ def _write(run, folder):
     run.plot(paths[1])
     run.animate(paths[2])
     return paths
+
+
+def _write_page(subject, path):
+    from .pages import page
+
+    page(subject, path)
+    return path

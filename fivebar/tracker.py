@@ -13,12 +13,13 @@ from .kinematics import dkm
 from .tracker_model import CHARTS, Model, choose_chart, reference_torques, safe_torque
 from .tracker_qp import QP, Condenser, Status, stage_lengths
 
-LOST = 0.1  # rad between measured and estimated angles: more is no error of an estimate, but another motion
+LOST = 0.1  # rad (m) between measured and estimated joints: more is no error of an estimate, but another motion
 SEEN = 3  # stages that a prediction must reach
-EXACT = 1e-6, 1e-4  # standard deviations of angles (rad) and rates (rad/s) that are not rounded
+EXACT = 1e-6, 1e-4  # standard deviations of joints (rad, m) and rates (rad/s, m/s) that are not rounded
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
+TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both 6 over that scale, of the lab's two robots
 
 
 class Log(NamedTuple):
@@ -36,7 +37,8 @@ class Log(NamedTuple):
 class Tracker:
     """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per sample.
 
-    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it.
+    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it. Of a
+    biglide all that is in N m here is in N, and in rad, in m.
     reference: t -> (xi, xi_dot, xi_ddot), for arrays of times too, is read over the horizon ahead. Linearised about the
     last plan, shifted, in task or leg coordinates: regular at Type 2, so it goes on through a crossing. The cost beyond
     the horizon is a Riccati equation's. A constant disturbance of the torques is estimated and taken away, so at rest
@@ -47,8 +49,9 @@ class Tracker:
     kept unless that is impossible. delay: samples between a measurement and its torque, bridged by prediction.
     encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from the angles.
     Weights, of residuals whose squares are summed: position 1/m, acceleration s^2/m (their ratio is the square of the
-    error's bandwidth in 1/s), torque_rate 1/(N m). assembly: mode in which the first measurement is read; from there
-    on it is followed by prediction, as at Type 2 the joints do not tell it. jit: as in `compile`.
+    error's bandwidth in 1/s), torque_rate 1/(N m), by default 100, of a biglide 0.15 1/N. assembly: mode in which the
+    first measurement is read; from there on it is followed by prediction, as at Type 2 the joints do not tell it. jit:
+    as in `compile`.
 
     `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque is that of computed
     torque (PD near Type 2), clipped. ValueError for options that make no sense and calls that are not a period apart;
@@ -57,14 +60,16 @@ class Tracker:
 
     def __init__(
         self, robot, horizon=20, period=0.01, *, seconds=None, torque_limit=None, speed_limit=None, delay=0,
-        encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=100.0, assembly=-1, jit=False,
+        encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=None, assembly=-1, jit=False,
     ):  # fmt: skip
+        if torque_rate is None:
+            torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
         _check_count("horizon", horizon, 2)
         _check_count("delay", delay, 0)
         _check_positive(
             period=period, seconds=seconds, torque_limit=torque_limit, speed_limit=speed_limit,
             encoder_resolution=encoder_resolution, position=position, acceleration=acceleration,
-            torque_rate=torque_rate, zz1=robot.inertias[0], zz2=robot.inertias[1], m=robot.m,
+            torque_rate=torque_rate, **dict(zip(robot.words.inertias, robot.inertias)), m=robot.m,
         )  # fmt: skip
         if seconds is not None and seconds < horizon * period * (1 - 1e-9):
             raise ValueError(f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s")
@@ -74,7 +79,7 @@ class Tracker:
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit, self.assembly = speed_limit, assembly
         self.inertia = sum(robot.inertias) / 2 + robot.m * max(drive.length for drive in robot.drives) ** 2
-        self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2
+        self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2 (m/s^2)
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
         walk = WALK_ROUNDED if rounded else WALK

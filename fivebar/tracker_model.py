@@ -38,7 +38,7 @@ def _working(margins):
 
 
 def reference_torques(robot, margins, reference, times):
-    """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
+    """The torques (n, 2) of the reference itself at n times, N m (N); 0 where a part of it has none."""
     xi, xi_dot, xi_ddot = reference(times)
     try:
         return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))
@@ -47,9 +47,9 @@ def reference_torques(robot, margins, reference, times):
 
 
 def safe_torque(robot, inertia, margins, assembly, call):
-    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m.
+    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m (N).
 
-    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
+    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2 (kg), what a joint moves.
     """
     kp, kd = FALLBACK_GAINS
     if abs(margins[2]) > NEAR_PARALLEL:
@@ -112,7 +112,8 @@ def _functions(robot, chart, lengths, noise, speed):
     start, torques, signs = ca.MX.sym("x", 4), ca.MX.sym("tau", 2, N), ca.MX.sym("modes", 2)
     stages = stage.mapaccum(N)(start, torques, ca.repmat(signs, 1, N), ca.DM(lengths).T)
     rollout = ca.Function("tracker_rollout", [start, torques, signs], stages)
-    estimate = _estimator(ca, ca.Function("linear", [x, tau, modes], sample), look, noise)
+    wrapped = _wrapped if robot.turns else (lambda _, length: length)
+    estimate = _estimator(ca, ca.Function("linear", [x, tau, modes], sample), look, noise, wrapped)
     return step, rollout, estimate, look
 
 
@@ -125,12 +126,13 @@ def _rows(ca, f, x):
     return ca.densify(ca.jacobian(f, x).T)
 
 
-def _estimator(ca, linear, look, noise):
+def _estimator(ca, linear, look, noise, wrapped):
     """Extended Kalman filter of the state and of a constant torque disturbance, measured by q and q'.
 
     It needs no assembly mode: h(x) = (q, q') is regular at Type 2, where the direction in which q says nothing of the
     end-effector is carried over by the prediction. Gives state, disturbance, covariance, and the sines with what q is
-    still off by. noise: standard deviations (q, q', torque, its random walk).
+    still off by. noise: standard deviations (q, q', torque, its random walk); wrapped: of angles,
+    the difference within a turn.
     """
     x, delta, P = ca.SX.sym("x", 4), ca.SX.sym("delta", 2), ca.SX.sym("P", 6, 6)
     tau, seen, modes = ca.SX.sym("tau", 2), ca.SX.sym("seen", 4), ca.SX.sym("modes", 2)
@@ -142,7 +144,7 @@ def _estimator(ca, linear, look, noise):
     P_now = F @ P @ F.T + torque_noise**2 * driven @ driven.T + still
     y, _, expected, HT, _ = look(predicted, modes)
     innovation = seen - expected
-    innovation = ca.vertcat(_wrapped(ca, innovation[:2]), innovation[2:])
+    innovation = ca.vertcat(wrapped(ca, innovation[:2]), innovation[2:])
     correction = ca.SX(6, 1)
     for k, variance in enumerate([q_noise**2] * 2 + [rate_noise**2] * 2):
         # One scalar at a time: no matrix to invert.
@@ -153,7 +155,7 @@ def _estimator(ca, linear, look, noise):
         P_now -= gain @ Ph.T
     state, found = predicted + correction[:4], delta + correction[4:]
     _, _, shown, _, margins = look(state, modes)
-    misfit = ca.norm_inf(_wrapped(ca, (seen - shown)[:2]))
+    misfit = ca.norm_inf(wrapped(ca, (seen - shown)[:2]))
     outputs = [state, found, ca.densify((P_now + P_now.T) / 2), ca.vertcat(margins, misfit)]
     return ca.Function("tracker_estimate", [x, delta, P, tau, seen, modes], ca.cse(outputs))
 

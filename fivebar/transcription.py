@@ -87,7 +87,7 @@ class _Program:
         self.count = count = int(self.first[-1])
         self.length, self.time = problem.length, float(np.sum(durations))
         self.force = problem.mass * self.length / self.time**2
-        self.torque = self.force * self.length
+        self.torque = self.force * problem.lever
         self.index = self.rule.points(count)
         self.flat = self.index.ravel().tolist()
         points = self.index[-1, -1] + 1

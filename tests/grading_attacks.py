@@ -39,6 +39,29 @@ def evil(x):
         {"exception"},
         5,
     ),
+    "package through descriptors": (
+        """
+import os
+def evil(x):
+    found = 0
+    for n in range(64):
+        fd = f"/proc/self/fd/{n}/"
+        for path in (fd, fd + "../" * 12, "/proc/GRADER/root/", "/proc/self/cwd/"):
+            for name in ("PACKAGE", "fivebar/__init__.py", "SECRETS"):
+                try:
+                    found += len(open(path + name.lstrip("/")).read())
+                except OSError:
+                    pass
+                try:
+                    found += len(os.read(os.open(name.lstrip("/"), os.O_RDONLY, dir_fd=n), 100))
+                except OSError:
+                    pass
+    assert found == 0, found
+    raise OSError("nothing found")
+""",
+        {"exception"},
+        5,
+    ),
     "frames and gc": (
         """
 import gc, inspect, sys
@@ -312,6 +335,23 @@ ENDINGS = {
     "infinite loop": ("def evil(x):\n    while True: pass", {"timeout"}, 0.3),
     "sleep": ("import time\ndef evil(x): time.sleep(1e6)", {"timeout"}, 0.3),
     "loop in C": ("def evil(x): return sum(iter(int, 1))", {"timeout"}, 0.3),
+    "stopped": ("import os, signal\ndef evil(x): os.kill(os.getpid(), signal.SIGSTOP)", {"exception"}, 5),
+    "own memory written": ('def evil(x): open("/proc/self/mem", "r+b").write(b"x")', {"exception"}, 5),
+    "typed into the terminal": (
+        """
+import fcntl, os
+def evil(x):
+    for n in (0, 1, 2):
+        try:
+            fcntl.ioctl(n, 0x5412, b"r")
+        except OSError:
+            pass
+    return fcntl.ioctl(os.open("/dev/tty", os.O_RDONLY), 0x5412, b"r")
+""",
+        {"exception"},
+        5,
+    ),
+    "a backtracking pattern": ('import re\ndef evil(x): return re.match("(a+)+b", "a" * 60)', {"timeout"}, 0.3),
     "all exceptions caught": (
         "def evil(x):\n    while True:\n        try:\n            while True: pass\n        except BaseException: pass",
         {"timeout"},

@@ -35,9 +35,9 @@ def expected(start):
         return oracle.models({name: exact(x) for name, x in p.items()}, start), oracle.condition(p, start)
 
 
-def package(robot, start, sign, given):
+def package(robot, start, sign, given, kind=fb.FiveBar):
     """The pose and the package's outputs by the oracle's keys: floats, arrays or CasADi expressions, as given."""
-    model = fb.FiveBar(**robot)
+    model = kind(**robot)
     pose = fb.dgm(model, given["q"], assembly=sign) if start == "q" else fb.igm(model, given["xi"], working=sign)
     out = {(name, start): getattr(pose, name) for name in (OTHER[start], "q_passive", "A", "B")}
     for r, first in zip(RATES, (fb.dkm, fb.ikm)):

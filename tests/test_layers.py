@@ -11,13 +11,15 @@ import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
 LAYERS = [
-    {"_backend", "errors"},
+    {"_backend", "errors", "units"},
     {"dyads"},
     {"robots"},
     {"geometry"},
     {"kinematics"},
     {"singularity", "dynamics", "four_bar_motion"},
-    {"loci", "charts", "trajectory", "path_check"},
+    {"locus", "charts", "trajectory", "path_check"},
+    {"line_loci"},
+    {"loci"},
     {"nearest_locus", "maps", "regions"},
     {"singularity_free"},
     {"inscribed", "control"},
@@ -31,10 +33,10 @@ LAYERS = [
     {"plan_arguments", "first_guess"},
     {"planner", "tracker"},
     {"comparison", "cases"},
-    {"plot", "view", "amoro", "study", "linkages", "grading"},
+    {"plot", "view", "amoro", "study", "linkages", "pages", "grading"},
     {"__init__"},
     {"robot_options"},
-    {"track_cli", "map_cli", "linkage_cli", "grade_cli"},
+    {"track_cli", "map_cli", "linkage_cli", "run_cli", "grade_cli"},
     {"cli"},
     {"__main__"},
 ]
@@ -75,6 +77,6 @@ def test_every_public_name_is_found_and_none_is_hidden_by_a_module():
 
 
 def test_import_loads_numpy_and_nothing_heavier():
-    heavy = "scipy casadi matplotlib meshcat tqdm pytest"
+    heavy = "scipy casadi matplotlib meshcat bokeh tqdm pytest"
     code = f"import fivebar, sys; print([m for m in '{heavy}'.split() if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -363,5 +363,5 @@ def test_any_robot(l11, l12, l21, l22, d):
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="needs a FiveBar, not str"):
+    with pytest.raises(TypeError, match="needs a FiveBar or a Biglide, not str"):
         singularity_loci("amoro")

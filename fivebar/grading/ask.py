@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..robots import FiveBar
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
 from .replies import Reply
+from .variants import parameters
 
 LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
 
@@ -27,14 +27,15 @@ class Asked:
     verdict: Verdict
     function: str = ""
     exercise: Exercise | None = None
-    robot: FiveBar | None = None
+    robot: object = None
 
 
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, program, exercises, hopeless):
-        self._program, self._exercises, self._hopeless = program, exercises, hopeless
+    def __init__(self, program, lab, hopeless):
+        self._program, self._hopeless = program, hopeless
+        self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
         self.record = []
 
     def __call__(
@@ -43,18 +44,19 @@ class Ask:
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them. constants: more
-        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds. Raises Wrong unless all is right.
+        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds for one call. Raises Wrong
+        unless all is right.
         """
         __tracebackhide__ = True
         if name not in self._exercises:
             raise LookupError(f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}")
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
-        robot = robot or self._program.robot
-        wanted = {} if own else {key: getattr(robot, key) for key in self._program.settable}
+        robot = robot or self._robot
+        wanted = {} if own else {k: v for k, v in parameters(robot).items() if k in self._program.words}
         replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
-        if own and robot != FiveBar():
-            exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise)))
+        if own and robot != self._standard:
+            exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
         self._keep(Asked(judge(exercise, robot, columns, replies, tolerance, refuse), name, exercise, robot))
 
     def call(self, name, *row, limit=None):
@@ -98,9 +100,9 @@ class Ask:
             raise Wrong(asked.verdict)
 
 
-def _not_your_robot(exercise):
+def _not_your_robot(exercise, standard):
     return Misconception(
         "not your robot",
         "These are the answers for the robot of the handout. Which lengths stand at the top of your own student.py?",
-        lambda robot, *columns: exercise.answer(FiveBar(), *columns),
+        lambda robot, *columns: exercise.answer(standard, *columns),
     )

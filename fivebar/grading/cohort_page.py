@@ -11,16 +11,23 @@ from .report import number
 
 BINS = 10
 STYLE = """
-.fivebar table { border-collapse: collapse; width: 100%; } .fivebar .wide { overflow-x: auto; }
-.fivebar th { text-align: left; color: #57606a; font-weight: 500; } .fivebar th, .fivebar td { padding: .3rem .6rem .3rem 0;
-  border-bottom: 1px solid #d8dee4; vertical-align: top; } .fivebar .n { text-align: right; white-space: nowrap;
-  font-variant-numeric: tabular-nums; overflow-wrap: normal; } .fivebar td.name { min-width: 11rem; }
-.fivebar .bar { width: 30%; min-width: 5rem; } .fivebar .bar div { height: .8rem; margin-top: .35rem; background: #0969da; min-width: 1px; }
-.fivebar .histogram { display: flex; align-items: flex-end; gap: 3px; height: 9rem; border-bottom: 1px solid #57606a; }
-.fivebar .histogram div { flex: 1; background: #0969da; position: relative; } .fivebar .histogram span { position: absolute;
-  top: -1.3rem; width: 100%; text-align: center; font-size: .8rem; } .fivebar .ends { display: flex; justify-content: space-between;
-  font-size: .8rem; color: #57606a; } .fivebar .chart { padding-top: 1.4rem; } .fivebar .low { color: #c4320a; }
-@media (max-width: 560px) { .fivebar th.bar, .fivebar td.bar { display: none; } }
+.fivebar table { border-collapse: collapse; width: 100%; }
+.fivebar .wide { overflow-x: auto; }
+.fivebar th { text-align: left; color: #57606a; font-weight: 500; }
+.fivebar th, .fivebar td { padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
+.fivebar .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; overflow-wrap: normal; }
+.fivebar td.name { min-width: 11rem; }
+.fivebar .bar { width: 30%; min-width: 5rem; }
+.fivebar .bar div { height: .8rem; margin-top: .35rem; background: #0969da; min-width: 1px; }
+.fivebar .histogram { display: flex; align-items: flex-end; gap: 3px; height: 9rem;
+  border-bottom: 1px solid #57606a; }
+.fivebar .histogram div { flex: 1; background: #0969da; position: relative; }
+.fivebar .histogram span { position: absolute; top: -1.3rem; width: 100%; text-align: center; font-size: .8rem; }
+.fivebar .ends { display: flex; justify-content: space-between; font-size: .8rem; color: #57606a; }
+.fivebar .chart { padding-top: 1.4rem; }
+.fivebar .low { color: #c4320a; }
+@media (max-width: 560px) { .fivebar th.bar, .fivebar td.bar { display: none; }
+}
 """
 TELLS = (
     "Tells: correlation of passing this check with the points in all others. Near 1 it separates those who know from "
@@ -67,11 +74,12 @@ def _histogram(percent):
     for value in percent:
         counts[min(int(value * BINS / 100), BINS - 1)] += 1
     bars = "".join(
-        f'<div style="height: {100 * count / max(counts):.1f}%" title="{count} students with {10 * k} to {10 * k + 10} %">'
+        f'<div style="height: {100 * count / max(counts):.1f}%" title="{10 * k} to {10 * k + 10} %: {count}">'
         f"<span>{count or ''}</span></div>"
         for k, count in enumerate(counts)
     )
-    return f'<div class="chart"><div class="histogram">{bars}</div><div class="ends"><span>0 %</span><span>100 %</span></div></div>'
+    ends = '<div class="ends"><span>0 %</span><span>100 %</span></div>'
+    return f'<div class="chart"><div class="histogram">{bars}</div>{ends}</div>'
 
 
 def _table(head, rows):
@@ -89,18 +97,22 @@ def _items(reports):
         tells = "–" if math.isnan(item.discrimination) else f"{item.discrimination:.2f}".replace("-", "−")
         low = " low" if item.discrimination < 0.1 else ""
         rows.append(
-            f'<tr><td class="name">{text(item.title)}</td>{_bar(item.pass_rate)}<td class="n">{100 * item.pass_rate:.0f} %</td>'
-            f'<td class="n">{100 * item.mean:.0f} %</td><td class="n{low}">{tells}</td></tr>'
+            f'<tr><td class="name">{text(item.title)}</td>{_bar(item.pass_rate)}'
+            f'<td class="n">{100 * item.pass_rate:.0f} %</td><td class="n">{100 * item.mean:.0f} %</td>'
+            f'<td class="n{low}">{tells}</td></tr>'
         )
     return _table((("Check", ""), ("", "bar"), ("passed", "n"), ("mean", "n"), ("tells", "n")), rows)
 
 
 def _misconceptions(reports):
     rows = [
-        f'<tr><td class="name">{text(function)}: {text(name)}</td>{_bar(count / len(reports))}<td class="n">{count}</td></tr>'
+        f'<tr><td class="name">{text(function)}: {text(name)}</td>{_bar(count / len(reports))}'
+        f'<td class="n">{count}</td></tr>'
         for (function, name), count in misconceptions(reports)
     ]
-    return _table((("Misconception", ""), ("", "bar"), ("students", "n")), rows) if rows else "<p>None was recognised.</p>"
+    return (
+        _table((("Misconception", ""), ("", "bar"), ("students", "n")), rows) if rows else "<p>None was recognised.</p>"
+    )
 
 
 def _students(reports):
@@ -109,7 +121,7 @@ def _students(reports):
         link = f"students/{quote(file_name(report.student))}.html"
         trouble = f'<div class="low">{text(trouble_of(report))}</div>' if trouble_of(report) else ""
         rows.append(
-            f'<tr><td class="name"><a href="{link}">{text(report.student)}</a>{trouble}</td>{_bar(report.percent / 100)}'
-            f'<td class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
+            f'<tr><td class="name"><a href="{link}">{text(report.student)}</a>{trouble}</td>'
+            f'{_bar(report.percent / 100)}<td class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
         )
     return _table((("Student", ""), ("", "bar"), ("points", "n")), rows)

@@ -61,8 +61,9 @@ def scores(reports):
 def summary_text(lab, reports):
     """The cohort in one terminal table."""
     of = scores(reports)
+    middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"
     lines = [
-        f"{lab}: {of['students']} students, mean {of['mean']:.0f} %, median {of['median']:.0f} %, all points {of['full']}",
+        f"{lab}: {of['students']} students, {middle}, all points {of['full']}",
         "",
         "passed    mean  tells  check",
     ]

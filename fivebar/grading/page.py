@@ -6,22 +6,35 @@ from .report import closing, facts, headlines, not_started, number, printable, w
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 STYLE = """
-.fivebar { font: 15px/1.5 system-ui, sans-serif; color: #1f2328; background: #fff; max-width: 62rem; margin: 0 auto;
-  padding: 1rem; overflow-wrap: anywhere; box-sizing: border-box; }
-.fivebar h1 { font-size: 1.35rem; margin: 0 0 .2rem; } .fivebar h2 { font-size: 1.1rem; margin: 1.8rem 0 .5rem; }
+.fivebar { font: 15px/1.5 system-ui, sans-serif; color: #1f2328; background: #fff; max-width: 62rem;
+  margin: 0 auto; padding: 1rem; overflow-wrap: anywhere; box-sizing: border-box; }
+.fivebar h1 { font-size: 1.35rem; margin: 0 0 .2rem; }
+.fivebar h2 { font-size: 1.1rem; margin: 1.8rem 0 .5rem; }
 .fivebar .total { font-size: 1.6rem; font-weight: 600; margin: .2rem 0 1rem; }
 .fivebar .note { background: #fff8e0; border-left: 4px solid #d4a72c; padding: .5rem .8rem; margin: .6rem 0; }
-.fivebar details { border-top: 1px solid #d8dee4; } .fivebar summary { display: flex; gap: .8rem; padding: .45rem 0; cursor: pointer; }
+.fivebar details { border-top: 1px solid #d8dee4; }
+.fivebar summary { display: flex; gap: .8rem; padding: .45rem 0; cursor: pointer; }
 .fivebar .flat { border-top: 1px solid #d8dee4; display: flex; gap: .8rem; padding: .45rem 0; }
-.fivebar .word { flex: 0 0 4.2rem; text-align: center; border-radius: 1rem; color: #fff; font-size: .85rem; align-self: start; }
-.fivebar .right { background: #1a7f37; } .fivebar .partly { background: #8a6100; } .fivebar .wrong { background: #c4320a; }
-.fivebar .to { background: #57606a; } .fivebar .broken { background: #6639ba; }
-.fivebar .title { flex: 1; } .fivebar small { color: #57606a; } .fivebar .points { white-space: nowrap; font-variant-numeric: tabular-nums; }
+.fivebar .word { flex: 0 0 4.2rem; text-align: center; border-radius: 1rem; color: #fff; font-size: .85rem;
+  align-self: start; }
+.fivebar .right { background: #1a7f37; }
+.fivebar .partly { background: #8a6100; }
+.fivebar .wrong { background: #c4320a; }
+.fivebar .to { background: #57606a; }
+.fivebar .broken { background: #6639ba; }
+.fivebar .title { flex: 1; }
+.fivebar small { color: #57606a; }
+.fivebar .points { white-space: nowrap; font-variant-numeric: tabular-nums; }
 .fivebar .body { display: flex; flex-wrap: wrap; gap: 1rem; padding: 0 0 .8rem; }
-.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; align-content: start; flex: 1 1 22rem; }
-.fivebar dt { color: #57606a; } .fivebar dd { margin: 0; } .fivebar code, .fivebar pre { font: 13px/1.5 ui-monospace, monospace; }
-.fivebar figure { margin: 0; flex: 0 1 300px; } .fivebar figure svg { max-width: 100%; height: auto; background: #f6f8fa; border-radius: 6px; }
-.fivebar figcaption { font-size: .85rem; color: #57606a; } .fivebar pre { background: #f6f8fa; padding: .6rem; white-space: pre-wrap; }
+.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; align-content: start;
+  flex: 1 1 22rem; }
+.fivebar dt { color: #57606a; }
+.fivebar dd { margin: 0; }
+.fivebar code, .fivebar pre { font: 13px/1.5 ui-monospace, monospace; }
+.fivebar figure { margin: 0; flex: 0 1 300px; }
+.fivebar figure svg { max-width: 100%; height: auto; background: #f6f8fa; border-radius: 6px; }
+.fivebar figcaption { font-size: .85rem; color: #57606a; }
+.fivebar pre { background: #f6f8fa; padding: .6rem; white-space: pre-wrap; }
 .fivebar .hint { background: #eaf3ff; border-radius: 6px; padding: .1rem .5rem; }
 """
 CODE = ("asked", "came", "where")
@@ -84,4 +97,4 @@ def _check(check):
 
 def _item(label, words):
     words = f"<code>{text(words)}</code>" if label in CODE else text(words)
-    return f'<dt>{label}</dt><dd{" class=hint" if label == "hint" else ""}>{words}</dd>'
+    return f"<dt>{label}</dt><dd{' class=hint' if label == 'hint' else ''}>{words}</dd>"

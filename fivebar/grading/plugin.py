@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ..robots import FiveBar
 from .ask import Ask, Wrong
-from .labs import exercises_beside
+from .labs import Lab
 from .report import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
@@ -37,6 +36,7 @@ def pytest_configure(config):
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
     from .grade import Task
+    from .sandbox import IsolationError
     from .variants import robot_of
 
     option = config.option
@@ -46,7 +46,11 @@ def _from_options(config):
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
     own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
-    program = Task(path, option.student, option.seed, own, option.isolate, option.time_limit).open()
+    task = Task(path, option.student, option.seed, own, option.isolate, option.time_limit)
+    try:
+        program = task.open()
+    except IsolationError as error:
+        raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
     return Checks(program, option.seed)
 
@@ -68,13 +72,13 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request):
-        ask = Ask(self.program, exercises_beside(request.path), self._hopeless)
+        ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
-    def robot(self):
-        return self.program.robot if self.program else FiveBar()
+    def robot(self, request):
+        return self.program.robot_in(Lab(request.path.parent))
 
     @pytest.fixture
     def draw(self, request):
@@ -111,5 +115,5 @@ class Checks:
             points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
-    def pytest_keyboard_interrupt(self):
-        self.interrupted = True
+    def pytest_keyboard_interrupt(self, excinfo):
+        self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass

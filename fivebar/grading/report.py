@@ -4,7 +4,9 @@ import shutil
 import textwrap
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
-HOME = "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
+HOME = (
+    "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
+)
 
 
 def printable(text):
@@ -23,7 +25,12 @@ def off_text(off):
 
 def not_started(check):
     """The student has not come to it yet: a friendlier word than wrong."""
-    return check.reason == "exception" and "NotImplementedError" in check.text or check.reason == "missing" and "no function" in check.text
+    return (
+        check.reason == "exception"
+        and "NotImplementedError" in check.text
+        or check.reason == "missing"
+        and "no function" in check.text
+    )
 
 
 def word(check):
@@ -39,7 +46,12 @@ def facts(check):
         yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
         return
     if not_started(check):
-        yield "task", check.text.removeprefix("raised an exception: ").removeprefix("is not defined: ").removeprefix("NotImplementedError: ")
+        yield (
+            "task",
+            check.text.removeprefix("raised an exception: ")
+            .removeprefix("is not defined: ")
+            .removeprefix("NotImplementedError: "),
+        )
     else:
         yield "why", check.text
         if check.rows > 1:
@@ -70,7 +82,7 @@ def check_lines(check, width, known=None):
     """One check's lines; `known` maps faults already explained to the title of the check that did."""
     score = f"{number(check.points)}/{number(check.max_points)}"
     title = printable(check.title)
-    lines = [f"{word(check):<7} {score:>7}  {textwrap.shorten(title, max(width - 17, 20))}"]
+    lines = textwrap.wrap(title, width, initial_indent=f"{word(check):<7} {score:>7}  ", subsequent_indent=" " * 17)
     fault = same_fault(check)
     if known is not None and fault is not None:
         if fault in known:
@@ -101,7 +113,11 @@ def report_text(report, width=None, colour=False):
     for text in closing(report):
         lines += ["", *textwrap.wrap(printable(text), width)]
     if report.output.strip():
-        lines += ["", "Your program printed:", *(f"  {printable(row)}" for row in report.output.rstrip().splitlines()[:20])]
+        lines += [
+            "",
+            "Your program printed:",
+            *(f"  {printable(row)}" for row in report.output.rstrip().splitlines()[:20]),
+        ]
     lines += ["", f"total {total}"]
     return "\n".join(lines)
 
@@ -130,4 +146,3 @@ def closing(report):
         yield f"let pass: {remark} ({', '.join(dict.fromkeys(where))})"
     if report.home:
         yield HOME
-

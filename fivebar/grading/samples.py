@@ -19,12 +19,15 @@ def poses(robot, draw, n, assembly=None, working=None, margin=0.2):
     The end-effector is drawn uniformly. ValueError where the robot hardly has such poses.
     """
     reach = max(robot.l11 + robot.l12, robot.l21 + robot.l22) + robot.d / 2
-    xi = draw.uniform(-reach, reach, (100 * n + 1000, 2))
-    modes = draw.choice([-1, 1], xi.shape) if working is None else np.broadcast_to(working, xi.shape)
-    pose = igm(robot, xi, modes, unreachable="nan")
-    good = np.min(np.abs([*pose._serial, pose._parallel]), axis=0) > margin
-    if assembly is not None:
-        good &= pose.assembly == assembly
+    for count in (25 * n, 400 * n):  # the second draw is seldom needed, and dear
+        xi = draw.uniform(-reach, reach, (count, 2))
+        modes = draw.choice([-1, 1], (count, 2)) if working is None else np.broadcast_to(working, xi.shape)
+        pose = igm(robot, xi, modes, unreachable="nan")
+        good = np.min(np.abs([*pose._serial, pose._parallel]), axis=0) > margin
+        if assembly is not None:
+            good &= pose.assembly == assembly
+        if np.count_nonzero(good) >= n:
+            break
     return _take(robot, xi, modes, good, n)
 
 

@@ -68,9 +68,10 @@ def _bytes(path, most):
         if path.is_symlink():
             raise SubmissionError(f"{path.name} is a symbolic link: hand in the file itself") from None
         raise SubmissionError(f"{path.name} cannot be opened: {error.strerror}") from None
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise SubmissionError(f"{path.name} is not a regular file")
     with open(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise SubmissionError(f"{path.name} is not a regular file")
         data = file.read(most + 1)
     if len(data) > most:
         raise SubmissionError(f"{path.name} is larger than {most / 1e6:g} MB")

@@ -49,7 +49,9 @@ def _entry(path, student):
     if len(files) == 1:
         return Entry(student, files[0])
     names = ", ".join(file.name for file in files[:5])
-    return Entry(student, path, f"holds {len(files)} programs ({names}): leave one" if files else "holds no .py, no .ipynb")
+    return Entry(
+        student, path, f"holds {len(files)} programs ({names}): leave one" if files else "holds no .py, no .ipynb"
+    )
 
 
 def _within_hidden(path, folder):

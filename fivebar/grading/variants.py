@@ -4,7 +4,7 @@ import ast
 import hmac
 import re
 import unicodedata
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from ..errors import UsageError
 from ..robots import FiveBar
 
 PUBLIC_SEED = "public"
-CONSTANTS = tuple(field.name for field in fields(FiveBar))
 
 
 def _drawn(secret, *words):
@@ -40,29 +39,47 @@ def robot_of(secret, student):
 
 def with_constants(source, robot):
     """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
-    for name in CONSTANTS:
-        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{getattr(robot, name)!r}", source, count=1)
+    for name, value in parameters(robot).items():
+        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
         if not found and name in ("l11", "l12", "l21", "l22", "d"):
             raise UsageError(f"the lab's student.py has no line `{name} = ...` to put a student's own robot in")
     return source
 
 
+def robot_for(student, secret, standard):
+    """A student's robot: his own where the course has a secret, else the lab's standard one."""
+    if secret is None:
+        return standard
+    if not isinstance(standard, FiveBar):
+        raise UsageError("only labs on the five-bar robot can give each student one of his own")
+    return robot_of(secret, student)
+
+
 def constants_in(source):
-    """The robot's constants that a file assigns at its top level as plain numbers, name -> value."""
+    """Names that a file gives plain numbers at its top level, name -> value."""
     try:
         body = ast.parse(source).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return {}
     found = {}
     for node in body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
-            found |= {t.id: node.value.value for t in node.targets if isinstance(t, ast.Name) and t.id in CONSTANTS}
+        if isinstance(node, ast.Assign) and is_number(getattr(node.value, "value", None)):
+            found |= {target.id: node.value.value for target in node.targets if isinstance(target, ast.Name)}
     return found
 
 
-def robot_from(constants):
-    """The default robot with these constants, or the default where no robot can have them."""
+def is_number(value):
+    return type(value) in (int, float)
+
+
+def parameters(robot):
+    """A robot's numbers by name."""
+    return {f.name: getattr(robot, f.name) for f in fields(robot)}
+
+
+def robot_from(standard, constants):
+    """The standard robot with those of its numbers that are among the constants, or as it is where that is no robot."""
     try:
-        return FiveBar(**constants)
+        return replace(standard, **{name: constants[name] for name in parameters(standard) if name in constants})
     except (ValueError, OverflowError):
-        return FiveBar()
+        return standard

@@ -46,7 +46,8 @@ def _errors(axes, compared, styles):
 
 
 def _torques(axes, runs, styles, motor, side):
-    scale, unit = _scale(max(np.abs(run.tau).max() for run in runs.values()), "N m")
+    words = next(iter(runs.values())).robot.words
+    scale, unit = _scale(max(np.abs(run.tau).max() for run in runs.values()), words.effort_unit)
     for name, run in runs.items():
         label = name
         if run.torque_limit is not None:
@@ -56,7 +57,7 @@ def _torques(axes, runs, styles, motor, side):
     for limit in sorted({run.torque_limit for run in runs.values()} - {None}):
         for sign in (-1, 1):
             axes.axhline(sign * scale * limit, color=INK, lw=1, ls=":")
-    axes.set(xlabel="time (s)", ylabel=f"torque ({unit})", title=f"{side} motor")
+    axes.set(xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"{side} motor")
     axes.margins(x=0)
     axes.grid(alpha=0.25)
     _legend_below(axes, 3)

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from ..loci import singularity_loci
-from ..maps import FIELDS, SIGNED
+from ..maps import SIGNED, turned_into
 from ..singularity import Singularity
 from ..singularity_free import aspects
 
@@ -23,6 +23,7 @@ INK, OUTSIDE, PATH = "#1a1a1a", "#ececec", "#009E73"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
 TYPE_1 = dict(color=INK, lw=1.5, ls="-", label="Type 1: a leg in line")
+ACROSS = TYPE_1 | dict(label="Type 1: a bar across its guide")
 LINES = {
     "stretched": dict(color=INK, lw=1.5, ls=(0, (6, 2.5)), label="Type 2: distal bars stretched"),
     "folded": dict(color=INK, lw=1.5, ls=(0, (6, 2, 1, 2)), label="Type 2: distal bars folded"),
@@ -35,20 +36,21 @@ POINTS = {
     Singularity.PARALLEL: POINT | dict(marker="+", ms=8, label="Type 2 in a point: elbows coincide, self-motion"),
 }
 BASE = dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3, label="base joint")
+RAIL = dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5, label="guide")
 
 
 def singularity_map(data, path=None):
-    """Figure of a maps.Map: the four working modes in task space, mm, or both assembly modes in joint space, degrees.
+    """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
 
     path: points (n, 2) of the map's own space, m or rad, drawn on all panels. `savefig` writes it (PNG, SVG, PDF).
     """
-    task = data.space == "task"
-    scale, unit = (1e3, "mm") if task else (180 / np.pi, "deg")
+    task, turns = data.space == "task", data.robot.turns
+    scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
     extent = [scale * limit for axis in (data.x, data.y) for limit in (axis[0], axis[-1])]
     height = np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.4, 2.0)
     figure = Figure(figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained")
     panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
-    regions = aspects(data.robot) if task else ()
+    regions = aspects(data.robot) if task and turns else None
     colours, values, label = _colours(data)
     known = {}
     for axes, mode, layer in zip(panels.flat, data.modes, values):
@@ -57,16 +59,17 @@ def singularity_map(data, path=None):
         axes.set(xlim=extent[:2], ylim=extent[2:], facecolor=OUTSIDE)
         axes.set_aspect("equal")
         (_task_loci if task else _joint_loci)(axes, data, mode, scale, known)
-        _aspect_numbers(axes, [a for a in regions if a.working == mode], scale)
+        _aspect_numbers(axes, [a for a in regions or () if a.working == mode], scale)
         if path is not None:
             _path(axes, scale * np.asarray(path, dtype=float), known)
         axes.set_title(_title(data, mode, regions), fontsize=10)
         axes.label_outer()
+    across, up = ("x", "y") if task else (f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints)
     for axes in panels.flat:
         subplot = axes.get_subplotspec()
-        axes.set_xlabel(f"x ({unit})" if task else f"$q_{{11}}$ ({unit})") if subplot.is_last_row() else None
-        axes.set_ylabel(f"y ({unit})" if task else f"$q_{{21}}$ ({unit})") if subplot.is_first_col() else None
-        if not task:
+        axes.set_xlabel(f"{across} ({unit})") if subplot.is_last_row() else None
+        axes.set_ylabel(f"{up} ({unit})") if subplot.is_first_col() else None
+        if unit == "deg":
             axes.xaxis.set_major_locator(_degrees(extent[1] - extent[0]))
             axes.yaxis.set_major_locator(_degrees(extent[3] - extent[2]))
     figure.colorbar(image, ax=panels, label=label, shrink=0.85, pad=0.02, extend=_extend(data.field))
@@ -83,7 +86,7 @@ def _to_borders(extent, shape):
 
 def _colours(data):
     """imshow's colours, values and their label; pale where singular, so that the loci stand out."""
-    words, values = FIELDS[data.field][0], data.values
+    words, values = data.description, data.values
     if data.field in SIGNED:
         return dict(cmap=DIVERGING, norm=Normalize(-1, 1)), values, words
     if data.field == "transmission_angle":
@@ -104,11 +107,14 @@ def _extend(field):
 def _title(data, mode, regions):
     if data.space == "joint":
         return f"assembly mode {mode:+d}".replace("-", "−")
+    modes = f"working modes ({mode[0]:+d}, {mode[1]:+d})".replace("-", "−")
+    if regions is None:
+        return modes
     numbers = [str(a.number) for a in regions if a.working == mode]
     listed = f"aspects {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join(["aspect", *numbers])
     if not numbers:
         listed = "no aspect"
-    return f"working modes ({mode[0]:+d}, {mode[1]:+d}): {listed}".replace("-", "−")
+    return f"{modes}: {listed}"
 
 
 def _draw(axes, known, x, y, style):
@@ -118,7 +124,7 @@ def _draw(axes, known, x, y, style):
 
 def _style(piece):
     if len(piece.points) > 1:
-        return LINES.get(piece.kind, TYPE_1)
+        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
     return POINTS.get(piece.type, TYPE_3)
 
 
@@ -126,25 +132,30 @@ def _task_loci(axes, data, mode, scale, known):
     loci = singularity_loci(data.robot)
     for piece in loci.task:
         if mode in piece.working:
-            _draw(axes, known, *scale * piece.points.T, _style(piece))
+            _draw(axes, known, *scale * piece.drawn(data.y[0], data.y[-1]).T, _style(piece))
     threes = [xi for xi, own in zip(loci.type3.xi, loci.type3.working) if all(o in (0, m) for o, m in zip(own, mode))]
     if threes:
         _draw(axes, known, *scale * np.array(threes).T, TYPE_3)
-    _draw(axes, known, [scale * drive.x for drive in data.robot.drives], [0, 0], BASE)
+    bases = [scale * drive.x for drive in data.robot.drives]
+    if data.robot.turns:
+        _draw(axes, known, bases, [0, 0], BASE)
+        return
+    for x in bases:
+        _draw(axes, known, [x, x], [scale * data.y[0], scale * data.y[-1]], RAIL)
 
 
 def _joint_loci(axes, data, mode, scale, known):
     """The loci of this assembly mode; as angles they repeat with every turn."""
-    turn = 2 * np.pi
-    low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
+    if not data.robot.turns:
+        for piece in singularity_loci(data.robot).joint:
+            if mode in piece.assembly:
+                _draw(axes, known, *scale * piece.drawn(data.x[0], data.x[-1]).T, _style(piece))
+        return
     loci = singularity_loci(data.robot)
     curves = [(piece.points, _style(piece)) for piece in loci.joint if mode in piece.assembly]
     for points, style in curves + [(q[None], TYPE_3) for q in loci.type3.q]:
-        first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
-        last = np.floor((high - points.min(axis=0)) / turn).astype(int)
-        for i in range(first[0], last[0] + 1):
-            for j in range(first[1], last[1] + 1):
-                _draw(axes, known, *scale * (points + turn * np.array([i, j])).T, style)
+        for turned in turned_into(data, points):
+            _draw(axes, known, *scale * turned.T, style)
 
 
 def _aspect_numbers(axes, regions, scale):

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from ..loci import singularity_loci
 from ..singularity import Singularity
-from .runs import INK, LEFT, REFERENCE, RIGHT, _legend_below, _scale
+from .runs import GUIDE, INK, LEFT, REFERENCE, RIGHT, _legend_below, _scale
 
 LOCI = {
     Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),
@@ -14,7 +14,7 @@ LOCI = {
 
 
 def planned(plan):
-    """Figure of a Plan: path with the robot at both ends, torques, sines of q12, q22 and det A."""
+    """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A."""
     figure = Figure(figsize=(12, 7), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
@@ -23,7 +23,7 @@ def planned(plan):
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
-    crossings = np.flatnonzero(np.diff(np.sign(pose._parallel)))
+    crossings = np.flatnonzero(np.diff(pose._parallel >= 0))  # once, too, where a node is on the singularity
     _path(figure.add_subplot(grid[:, 0]), plan, motion[:, :2], pose, crossings)
     above = figure.add_subplot(grid[0, 1])
     _torques(above, plan, t, motion[:, 6:])
@@ -36,14 +36,18 @@ def planned(plan):
 
 
 def _path(axes, plan, xi, pose, crossings):
-    bases = np.array([(drive.x, drive.y) for drive in plan.robot.drives])
+    drives, turns = plan.robot.drives, plan.robot.turns
+    bases = [[(drive.x, drive.y)] if turns else np.empty((0, 2)) for drive in drives]
     bars = []
     for index, style in ((0, dict(alpha=0.35)), (-1, {})):
         for leg, colour in enumerate((LEFT, RIGHT)):
-            points = 1e3 * np.array([bases[leg], pose.elbows[index, leg], xi[index]])
+            points = 1e3 * np.concatenate([bases[leg], pose.elbows[index, [leg]], xi[[index]]])
             bars.append(points)
             axes.plot(*points.T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=1, **style)
-    axes.plot(*(1e3 * bases.T), "s", color=INK, ms=9, zorder=2)
+            if index == 0 or not turns:
+                axes.plot(*points[0], "s", color=INK, ms=9, zorder=2, **({} if turns else style))
+            if index == 0 and not turns:
+                axes.axvline(1e3 * drives[leg].x, color=GUIDE, lw=6, zorder=0)
     shown = np.concatenate([*bars, 1e3 * xi])
     low, high = shown.min(axis=0), shown.max(axis=0)
     margin = 0.12 * (high - low).max()
@@ -54,7 +58,8 @@ def _path(axes, plan, xi, pose, crossings):
             style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
             label = style["label"] if style["label"] not in known else None
             known.add(style["label"])
-            axes.plot(*(1e3 * piece.points.T), **(style | {"label": label}), zorder=0)
+            points = 1e3 * piece.drawn((low[1] - margin) / 1e3, (high[1] + margin) / 1e3)
+            axes.plot(*points.T, **(style | {"label": label}), zorder=0)
     axes.plot(*(1e3 * xi.T), color=REFERENCE, lw=2.2, label="planned path", zorder=3)
     axes.plot(*(1e3 * xi[0]), "o", color=REFERENCE, mec="white", ms=8, zorder=4)
     axes.plot(*(1e3 * xi[-1]), "s", color=REFERENCE, mec="white", ms=8, zorder=4)
@@ -72,7 +77,8 @@ def _path(axes, plan, xi, pose, crossings):
 
 def _torques(axes, plan, t, tau):
     limits = plan.problem.limits.torque or (0.0, 0.0)
-    scale, unit = _scale(max(np.abs(tau).max(), *limits), "N m")
+    own = plan.robot.words
+    scale, unit = _scale(max(np.abs(tau).max(), *limits), own.effort_unit)
     for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
         for side in (-1, 1) if limits[leg] else ():
@@ -82,7 +88,10 @@ def _torques(axes, plan, t, tau):
         axes.plot([knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform())
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
     words = " + ".join(f"{weight:g} {name}" if len(weights) > 1 else name for name, weight in weights.items())
-    axes.set(ylabel=f"torque ({unit})", title=f"torques for least {words}; {len(plan.pieces.xi)} intervals (ticks)")
+    axes.set(
+        ylabel=f"{own.effort} ({unit})",
+        title=f"{own.effort}s for least {words}; {len(plan.pieces.xi)} intervals (ticks)",
+    )
     axes.margins(x=0)
     axes.grid(alpha=0.25)
     _legend_below(axes, 4)
@@ -90,7 +99,8 @@ def _torques(axes, plan, t, tau):
 
 def _sines(axes, plan, t, pose):
     limits = plan.problem.limits
-    for leg, (name, colour) in enumerate(((r"$\sin q_{12}$", LEFT), (r"$\sin q_{22}$", RIGHT))):
+    names = (r"$\sin q_{12}$", r"$\sin q_{22}$") if plan.robot.turns else (r"$\sin \phi_1$", r"$\sin \phi_2$")
+    for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
         axes.plot(t, pose._serial[leg], color=colour, lw=1.4, label=name)
         axes.axhline(-plan.problem.working[leg] * limits.serial, color=colour, lw=1, ls=":")
     axes.plot(t, pose._parallel, color=INK, lw=1.8, label="det A")

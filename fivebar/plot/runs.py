@@ -3,8 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..units import readable as _scale
+
 LEFT, RIGHT, INK, REFERENCE = "#0072B2", "#D55E00", "#222222", "#009E73"  # Okabe and Ito's colours
-PREFIXES = ((1e-6, 1e9, "n"), (1e-3, 1e6, "µ"), (1.0, 1e3, "m"))  # below so many units, so many of these to one
+GUIDE = "0.85"
 
 
 def tracking(run):
@@ -23,10 +25,17 @@ def tracking(run):
 
 def _path(axes, run):
     points = 1e3 * run.points
+    middle = points.shape[1] // 2
     for index, style in ((0, dict(alpha=0.35)), (-1, {})):
-        for joints, colour in (([0, 1, 2], LEFT), ([4, 3, 2], RIGHT)):
-            axes.plot(*points[index, joints].T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=1, **style)
-    axes.plot(*points[0, [0, 4]].T, "s", color=INK, ms=9, zorder=2)
+        for leg, colour in ((points[index, : middle + 1], LEFT), (points[index, middle:], RIGHT)):
+            axes.plot(*leg.T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=1, **style)
+        if not run.robot.turns:
+            axes.plot(*points[index, [0, -1]].T, "s", color=INK, ms=9, zorder=2, **style)
+    if run.robot.turns:
+        axes.plot(*points[0, [0, -1]].T, "s", color=INK, ms=9, zorder=2)
+    else:
+        for guide in run.guides:
+            axes.plot(*(1e3 * guide.T), color=GUIDE, lw=6, solid_capstyle="butt", zorder=0)
     if run.xi_ref is not None:
         axes.plot(*(1e3 * run.xi_ref.T), color=REFERENCE, lw=4, alpha=0.6, label="reference", zorder=3)
     axes.plot(*(1e3 * run.xi.T), color=INK, lw=1.2, label="end-effector", zorder=4)
@@ -56,7 +65,8 @@ def _errors(axes, run):
 
 
 def _torques(axes, run):
-    scale, unit = _scale(np.abs(run.tau).max(), "N m")
+    words = run.robot.words
+    scale, unit = _scale(np.abs(run.tau).max(), words.effort_unit)
     for k, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.step(run.t, scale * run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
     if run.torque_limit is not None:
@@ -67,15 +77,10 @@ def _torques(axes, run):
             run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
         )  # fmt: skip
-    axes.set(xlabel="time (s)", ylabel=f"torque ({unit})", title="motor torques")
+    axes.set(xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"motor {words.effort}s")
     axes.margins(x=0)
     axes.grid(alpha=0.25)
     _legend_below(axes, 4)
-
-
-def _scale(largest, unit):
-    """Factor and name of the unit in which numbers up to `largest` read well."""
-    return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
 
 
 def _legend_below(axes, columns):

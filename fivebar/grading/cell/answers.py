@@ -70,6 +70,8 @@ def failure(error, file):
         return {"k": "memory", "t": "", "l": _line(error, file)}
     try:
         name, message = type(error).__name__, str(error)
+        if isinstance(error, SyntaxError) and error.filename == file:
+            message = str(error.msg)  # the line is told apart
     except BaseException:
         name, message = "exception", "<no message>"
     if isinstance(error, SystemExit):
