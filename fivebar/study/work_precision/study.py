@@ -8,13 +8,14 @@ from PIL import Image
 from . import findings, picture, runner
 from .page import write_page
 from .store import from_csv
-from .table import CHARTS, load, module_of
+from .table import CHARTS, PEERS, load, module_of
 
 DPI, COLOURS = 100, 256  # a palette makes a third of the file
 
 
-def chart_names():
-    return tuple(CHARTS)
+def chart_names(peers=False):
+    """All charts, those of other simulators only if asked for."""
+    return tuple(name for name in CHARTS if peers or name not in PEERS)
 
 
 def make(names, folder, quick=False):

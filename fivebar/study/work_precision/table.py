@@ -15,8 +15,10 @@ CHARTS = {
         "trackers": "trackers",
         "singularity-map": "contours",
         "stability": "stability",
+        "simulators": "simulators",
     }.items()
 }
+PEERS = ("simulators",)  # need packages that fivebar does not: only when asked for
 
 
 class Failed(Exception):
