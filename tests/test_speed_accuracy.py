@@ -21,7 +21,7 @@ from fivebar.study.work_precision import (
     table,
 )
 from fivebar.study.work_precision.exact import DIGITS, cos_sin, distance, exact_motion
-from fivebar.study.work_precision.findings import caption, failures, observed_order, orders
+from fivebar.study.work_precision.findings import caption, failures, observed_order, orders, words_of
 from fivebar.study.work_precision.picture import figure
 from fivebar.study.work_precision.runner import Worker, measure, row_of, run
 from fivebar.study.work_precision.store import BASE, Partial, Result, from_csv
@@ -339,6 +339,9 @@ def test_caption_is_made_of_the_measurements(toy_result):
     assert "only fivebar gets to 1e-4" in ahead and "loses" not in ahead
     behind = timed({"<ours> & mine": 1e-3, "cruder": 1.0, "after the crash": 5e-4})
     assert "fivebar loses: after the crash is 2 × (to 1e-2) as fast" in behind
+    assert (
+        words_of([(None, f"wrong in {n}%") for n in (7, 30, 12)] + [(None, "nan")]) == "wrong in 7-30% (3 times), nan"
+    )
     assert "of the others: astray 2 of 2, nan 2 of 2" in behind and "needs more" not in behind
 
 
