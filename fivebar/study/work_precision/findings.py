@@ -52,7 +52,9 @@ def failures(result, panel):
     for row in result.rows:
         if row["problem"] != panel.problem:
             continue
-        if row["status"] != "ok":
+        if row["status"] == "left out":
+            found.setdefault(row["method"], []).append((row, f"left out: {row['word']}"))
+        elif row["status"] != "ok":
             found.setdefault(row["method"], []).append((row, row["word"]))
         elif panel.y in row and row[panel.y] > panel.ceiling:
             found.setdefault(row["method"], []).append((row, f"error above {panel.ceiling:g}"))

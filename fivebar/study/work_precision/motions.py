@@ -27,6 +27,9 @@ class FreeMotion:
     def begin(self) -> Rates:
         return self.start(ROBOT)
 
+    def torque(self, t):
+        return 0.0, 0.0
+
 
 def from_home(*q_dot):
     return lambda robot: dkm(dgm(robot, (0.0, 0.0)), q_dot)
@@ -61,16 +64,13 @@ def swinging(t):
     return 0.02 * wave, -0.016 * wave
 
 
-def none(t):
-    return 0.0, 0.0
-
-
 DRIVEN = {
     "forced": DrivenMotion(
         "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0), swinging,
         (-0.4412563579119373769925, 0.4231774641911981802441),
     ),
     "through": DrivenMotion(
-        "free motion through Type 2", free_start, none, (0.7014519181150669347598, 2.416130451821391023409)
+        "free motion through Type 2", free_start, MOTIONS["through"].torque,
+        (0.7014519181150669347598, 2.416130451821391023409)
     ),
 }  # fmt: skip

@@ -9,10 +9,10 @@ from ...charts import Joint
 from ...engine import Buffered, compiled
 from ...geometry import dgm
 from ...simulation import simulate
-from ...steps import model_functions, propagate, runge_kutta
+from ...steps import model_functions, runge_kutta
 from ..integrators import adaptive
 from ..redundant import closure, redundant_state
-from .integrators import counts
+from .integrators import counts, fixed_steps
 from .motions import DRIVEN, DURATION, ROBOT
 from .peers import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
 from .table import OURS, Attempt, Chart, Failed, Method, Panel
@@ -44,16 +44,13 @@ def ours(method, jit):
     """prepare of our fixed steps in the joint chart, the torque read at every stage."""
 
     def prepare(problem, count):
-        motion = DRIVEN[problem]
-        c, c_dot, modes = Joint().coordinates(motion.begin())
-        modes, judge = [int(mode) for mode in modes], judged(problem)
-        function = propagate(ROBOT, Joint(), modes, method, DURATION / count, count, motion.torque)
-        call, begin = Buffered(compiled(function, jit)), np.array([*c, *c_dot])
+        judge = judged(problem)
+        call, modes = fixed_steps(DRIVEN[problem], Joint(), method, count, jit)
 
         def judge_end(end):
             return judge((end[:2], _gap(end[:2], dgm(ROBOT, np.nan_to_num(end[:2]), modes[0], unreachable="nan").xi)))
 
-        return Attempt(lambda: call(begin)[0], lambda end: judge_end(end.copy()))
+        return Attempt(call, judge_end)
 
     return prepare
 

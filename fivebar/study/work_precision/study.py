@@ -10,7 +10,7 @@ from .page import write_page
 from .store import from_csv
 from .table import CHARTS, PEERS, load, module_of
 
-DPI, COLOURS = 100, 256  # a palette makes a third of the file
+DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
 
 
 def chart_names(peers=False):
@@ -57,7 +57,7 @@ def draw(result, folder):
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
     small = io.BytesIO()
-    Image.open(buffer).convert("RGB").quantize(COLOURS).save(small, "png", optimize=True)
+    Image.open(buffer).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, "png", optimize=True)
     (folder / f"{result.chart.name}.png").write_bytes(small.getvalue())
     figure.savefig(folder / f"{result.chart.name}.svg")
     return small.getvalue()
