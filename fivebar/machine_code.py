@@ -36,15 +36,27 @@ def _load(function):
 
     generator = casadi.CodeGenerator("model.c")
     generator.add(function)
-    source = generator.dump()
-    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    return casadi.external(function.name(), str(library(generator.dump(), casadi.__version__)))
+
+
+def library(source, made_by=""):
+    """The shared library of a C text, compiled with FLAGS or from the cache; raises as `machine_code` with jit=True.
+
+    made_by: what, beside the text, machine and compiler, makes it another one.
+    """
+    compiler = c_compiler()
     if not compiler:
         raise RuntimeError('no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without')
-    recipe = "\n".join([source, compiler, *FLAGS, platform.machine(), casadi.__version__])
+    recipe = "\n".join([source, compiler, *FLAGS, platform.machine(), made_by])
     folder = cache_folder() / hashlib.sha256(recipe.encode()).hexdigest()[:32]
     if not _intact(folder):
         _build(source, compiler, folder)
-    return casadi.external(function.name(), str(folder / "model.so"))
+    return folder / "model.so"
+
+
+def c_compiler():
+    """The system's C compiler, None if there is none."""
+    return os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
 def cache_folder():

@@ -65,25 +65,75 @@ def growth(robot, p, q, delay=0, pose=(0.3, 0.9), samples=200):
     p, q: gains as above; pose: (2,) rad. Measured between the second and the last quarter of the samples; fewer than
     `samples` where the disturbance has become 1e4 times larger, or 1e6 times smaller, before.
     """
+    sizes = []
+
+    def watch(error, rate):
+        sizes.append(math.hypot(*error, *(PERIOD * rate)))
+        recent = max(sizes[-8:])  # an oscillation passes through zero
+        if len(sizes) > 8 and not 1e-6 * SMALL < recent < 1e4 * SMALL:
+            raise _Decided
+
+    _hold(robot, p, q, delay, pose, samples, np.zeros((samples, 2, 2)), watch)
+    quarter = len(sizes) // 4
+    return (max(sizes[-quarter:]) / max(sizes[quarter : 2 * quarter])) ** (1 / (2 * quarter))
+
+
+def _hold(robot, p, q, delay, pose, samples, noise, watch):
+    """Hold `pose` by ComputedTorque from a small error on, until watch(error, its rate) is decided.
+
+    noise: (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, in rad per period.
+    """
     home = dgm(robot, pose)
     reference = line(home.xi, home.xi, samples * PERIOD)
     control = ComputedTorque(robot, p / PERIOD**2, q / PERIOD)
     start = dkm(dgm(robot, np.add(pose, (SMALL, -0.6 * SMALL))), (0.0, 0.0))
-    sizes = []
+    measured = iter(noise)
 
-    def watched(t, measured, q_dot, reference):
-        sizes.append(math.hypot(*(measured - home.q), *(PERIOD * q_dot)))
-        recent = max(sizes[-8:])  # an oscillation passes through zero
-        if len(sizes) > 8 and not 1e-6 * SMALL < recent < 1e4 * SMALL:
-            raise _Decided
-        return control(t, measured, q_dot, reference)
+    def watched(t, angles, rates, reference):
+        watch(angles - home.q, rates)
+        of_angles, of_rates = next(measured)
+        return control(t, angles + of_angles, rates + of_rates / PERIOD, reference)
 
     try:
         simulate(robot, watched, reference, start=start, control_period=PERIOD, step=PERIOD, delay=delay)
     except _Decided:
         pass
-    quarter = len(sizes) // 4
-    return (max(sizes[-quarter:]) / max(sizes[quarter : 2 * quarter])) ** (1 / (2 * quarter))
+
+
+def noise_gain(robot, p, q, delay=0, pose=(0.3, 0.9), samples=400, seed=0):
+    """Standard deviation of the simulated robot's joint angles over that of the noise in what is measured.
+
+    White noise of one size on angles and, per period, on rates; the first quarter of the samples does not count.
+    inf where the motion grows.
+    """
+    rng, errors = np.random.default_rng(seed), []
+
+    def watch(error, _):
+        errors.append(error)
+        if np.abs(error).max() > 1e4 * SMALL:
+            raise _Decided
+
+    _hold(robot, p, q, delay, pose, samples, rng.normal(0.0, SMALL, (samples, 2, 2)), watch)
+    if len(errors) < samples:
+        return math.inf
+    return float(np.sqrt(np.mean(np.square(errors[samples // 4 :]))) / SMALL)
+
+
+def exact_noise_gain(p, q, delay=0):
+    """The same of the sampled double integrator, by its discrete Lyapunov equation; inf where it is not stable."""
+    if not is_stable(p, q, delay):
+        return math.inf
+    push = np.array([0.5, 1.0])  # of an acceleration, held for a period, on (angle, rate per period)
+    A, feedback = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([p, q])
+    if delay:
+        A = np.block([[A, push[:, None]], [-feedback, 0.0]])
+        driven = np.array([0.0, 0.0, 1.0])
+    else:
+        A, driven = A - np.outer(push, feedback), push
+    from scipy.linalg import solve_discrete_lyapunov
+
+    covariance = solve_discrete_lyapunov(A, (p * p + q * q) * np.outer(driven, driven))
+    return math.sqrt(covariance[0, 0])
 
 
 @dataclass(frozen=True, eq=False)

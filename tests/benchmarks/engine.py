@@ -9,8 +9,9 @@ import numpy as np
 import fivebar as fb
 from fivebar.charts import CHARTS
 from fivebar.engine import Buffered, compiled
+from fivebar.machine_code import library
 from fivebar.steps import propagate
-from tests.benchmarks.speed import compile_c, seconds
+from tests.benchmarks.speed import seconds
 
 RIGHT_SIDE = """
 #include <math.h>
@@ -59,7 +60,7 @@ def right_side(n, repeats):
     acc = fb.forward_dynamics(rates, casadi.SX.zeros(2)).xi_ddot
     (after,) = casadi.cse([state + 1e-6 * casadi.vertcat(state[2], state[3], acc)])
     function = casadi.Function("right", [state], [after]).fold(n)
-    end, loop = begin.copy(), compile_c(RIGHT_SIDE).chain
+    end, loop = begin.copy(), ctypes.CDLL(str(library(RIGHT_SIDE))).chain
     pointer = end.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
     def by_hand():

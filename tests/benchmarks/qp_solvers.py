@@ -12,15 +12,10 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.cases import HOME, TASK_2, case
+from fivebar.study.work_precision.trackers import SOLVERS
 from fivebar.tracker import Tracker
 from fivebar.tracker_qp import TOLERANCE, optimality
 
-QUIET = {"print_iter": False, "print_header": False, "print_info": False}
-TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}
-OPTIONS = {
-    "qrqp": QUIET, "ipqp": QUIET, "qpoases": {"printLevel": "none"}, "highs": {"highs": {"output_flag": False}},
-    "osqp": {"osqp": {"verbose": False, **TIGHT}}, "proxqp": {"proxqp": {"eps_abs": 1e-9}},
-}  # fmt: skip
 CONDENSED = "daqp", "qrqp", "qpoases", "osqp", "proxqp", "piqp", "ipqp", "highs"
 SPARSE = "hpipm", "qrqp", "osqp", "piqp", "daqp"  # HPIPM has no dense form in CasADi
 
@@ -149,7 +144,7 @@ def trial(solver, form, found):
         if call is None or solver == "hpipm":
             # HPIPM called again through the same buffers repeats its first answer (CasADi 3.8.2): a new one each time.
             structure = options if solver == "hpipm" else {}
-            conic = ca.conic("qp", solver, shapes, {"error_on_fail": False, **OPTIONS.get(solver, {}), **structure})
+            conic = ca.conic("qp", solver, shapes, {"error_on_fail": False, **SOLVERS.get(solver, {}), **structure})
             call = Call(conic)
             if solver != "hpipm":
                 call(*arguments)  # set up

@@ -4,30 +4,15 @@ Needs a C compiler: the limit for `dgm` is a compiled loop that does the same.
 """
 
 import ctypes
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 
 import fivebar as fb
-
-C_LOOP = """
-#include <math.h>
-void dgm(long n, const double *q, double *xi) {
-    const double l = 0.09, d = 0.118, total = 4 * l * l;
-    for (long i = 0; i < n; i++) {
-        double x1 = -d / 2 + l * cos(q[2 * i]), y1 = l * sin(q[2 * i]);
-        double dx = d / 2 + l * cos(q[2 * i + 1]) - x1, dy = l * sin(q[2 * i + 1]) - y1;
-        double square = dx * dx + dy * dy, moment = 0.5 * sqrt((total - square) * square), scale = 1 / square;
-        xi[2 * i] = x1 + (0.5 * square * dx - moment * dy) * scale;
-        xi[2 * i + 1] = y1 + (0.5 * square * dy + moment * dx) * scale;
-    }
-}
-"""
+from fivebar.machine_code import library
+from fivebar.study.work_precision.dgm_routes import C_LOOP
 
 
 def seconds(call, repeats):
@@ -40,24 +25,12 @@ def seconds(call, repeats):
     return float(np.median(times))
 
 
-def compile_c(text):
-    """The C text as a library, -O3."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        raise SystemExit("no C compiler (cc, gcc) found; C is the limit that is measured against")
-    with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder) / "code.c", Path(folder) / "code.so"
-        source.write_text(text)
-        subprocess.run([compiler, "-O3", "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
-        return ctypes.CDLL(str(library))
-
-
 def dgm_against_c(n, repeats):
     """(ratio NumPy : C, largest difference) for dgm of n poses."""
     rng = np.random.default_rng(0)
     q = rng.uniform(-0.4, 0.4, (n, 2)) + (0.6, 0.4)
     robot, xi = fb.FiveBar(), np.empty_like(q)
-    loop = compile_c(C_LOOP).dgm
+    loop = ctypes.CDLL(str(library(C_LOOP))).dgm
     pointer = ctypes.POINTER(ctypes.c_double)
     arguments = ctypes.c_long(n), q.ctypes.data_as(pointer), xi.ctypes.data_as(pointer)
     in_c = seconds(lambda: loop(*arguments), repeats)
