@@ -120,7 +120,7 @@ def test_the_program_grades_a_solution_with_full_marks(lab):
         ("gains", "omega = 0.25 / period", "omega = 10.0", "after 40 periods"),
         ("gains", "return omega**2, 2 * omega", "return omega**2, 1.2 * omega", "overshoots"),
         ("gains", "return omega**2, 2 * omega", "return 2 * omega, omega**2", "e"),
-        ("crossing_trajectory", "    half = s", "    return trajectory(t, x0, y0, x1, y1, duration)\n", "0.1 N"),
+        ("crossing_trajectory", "half = s * duration", "return trajectory(t, x0, y0, x1, y1, duration)", "0.1 N m"),
         ("crossing_trajectory", "    half = s * duration", "    s = 0.97 * s\n    half = s * duration", "0.1 N m"),
         ("crossing_trajectory", "half = s * duration", "half = s * duration / 40", "0.1 N m"),
         ("crossing_trajectory", "p * Y, pD * X", "p * Y, 1.1 * pD * X", "velocity is not"),

@@ -233,7 +233,9 @@ def judge_crossing(ask, robot, draw, task):
     largest = int(np.argmax(tau))
     came = f"{tau[largest]:.3g} N m at t = {times[largest]:.6g} s, the crossing at {high:.6g} s"
     right = tau[largest] <= MOST_TORQUE
-    ask.verdict(float(right), "" if right else f"more than {MOST_TORQUE:g} N m", asked, came, float(tau[largest]))
+    ask.verdict(
+        float(right), "" if right else f"more than {MOST_TORQUE:g} N m", asked, came, float(tau[largest]) - MOST_TORQUE
+    )
 
 
 @pytest.mark.points(3)
