@@ -1,0 +1,98 @@
+"""What only lab 7 has: another robot than the five-bar, and crossings judged by what they do."""
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.grading.biglide_samples import beside_type_1, beside_type_2, poses, unequal_biglide
+from fivebar.grading.grade import Task, grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.variants import robot_of, with_constants
+from tests.lab_session import SOLUTIONS, load, results
+
+RIGHT = (SOLUTIONS / "lab7.py").read_text()
+HANDOUT = fb.Biglide()
+
+
+CROSSING = {
+    "quintics between the ends": ("a = through(ends(x0, x1, T) + [(ts, 0, 0.0), (ts, 1, vx), (ts, 2, 0.0)])\n    b = through(ends(y0, y1, T) + [(ts, 0, ys), (ts, 1, vy), (ts, 2, 0.0)])", "a, b = through(ends(x0, x1, T)), through(ends(y0, y1, T))", 0.25, "t_s . (m xi'') = "),
+    "acceleration along t_s": ("(ts, 1, vy), (ts, 2, 0.0)", "(ts, 1, vy), (ts, 2, 0.1)", 0.25, "ten microseconds before"),
+    "acceleration across the bars' line": ("vx), (ts, 2, 0.0)])\n    b", "vx), (ts, 2, 0.2)])\n    b", 0.25, "ten microseconds before"),
+    "no condition at rest": ("ends(y0, y1, T) + [(ts, 0, ys)", "ends(y0, y1, T)[:5] + [(ts, 0, ys)", 0.0, "it accelerates"),
+    "another goal": ("ends(y0, y1, T) + [(ts", "ends(y0, y1 + 0.01, T) + [(ts", 0.0, "is not at the point: 0.01 m"),
+    "too late": ("ends(x0, x1, T) + [(ts", "ends(x0, x1, 1.1 * T) + [(ts", 0.0, "it is not at the point"),
+    "only touched": ("(ts, 1, vx)", "(ts, 1, 0.0)", 0.0, "it must pass through"),
+    "there, back and there again": ("(ts, 1, vx)", "(ts, 1, -vx)", 0.0, "it meets Type 2 3 times"),
+    "out of reach": ("(ts, 1, vx)", "(ts, 1, 9 * vx)", 0.0, "leaves the space"),
+    "one list": ("return a, b\n", "return a\n", 0.0, "two lists are asked"),
+    "words": ("return a, b\n", "return ['a'], b\n", 0.0, "must be numbers"),
+    "no number": ("return a, b\n", "return a, [float('nan')]\n", 0.0, "20 finite numbers"),
+    "huge": ("return a, b\n", "return a + [1e308] * 5, b\n", 0.0, "at t = "),
+    "long": ("return a, b\n", "return a + [0.0] * 50, b\n", 0.0, "20 finite numbers"),
+    "an integer without end": ("return a, b\n", "return [10**400], b\n", 0.0, "must be numbers"),
+    "nested": ("return a, b\n", "return [a, [b]], b\n", 0.0, "must be numbers"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text, instead, share, words", CROSSING.values(), ids=CROSSING)
+def test_crossings_that_are_none(text, instead, share, words):
+    assert RIGHT.count(text) == 1
+    ((_, verdict),) = results("lab7", RIGHT.replace(text, instead), only="compliant_crossing").values()
+    assert verdict.share == share and words in verdict.text, verdict
+    assert verdict.asked.startswith("compliant_crossing(")
+
+
+def test_a_compliant_crossing_is_no_non_compliant_one():
+    mistaken = RIGHT + "\n\nnon_compliant_crossing = compliant_crossing\n"
+    ((_, verdict),) = results("lab7", mistaken, only="non_compliant_crossing").values()
+    assert verdict.share == 0.25 and "t_s . (m xi'') = " in verdict.text
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_tasks_of_the_bonus_never_comply_by_luck(seed):
+    checks, draw = load("lab7", "test_lab"), np.random.default_rng(seed)
+    robot = robot_of(b"secret", str(seed), HANDOUT)
+    for x0, y0, x1, y1, T in checks.tasks(robot, draw):
+        rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+        motion = fb.polynomial([(0.0, {0: (x0, y0), **rest}), (T, {0: (x1, y1), **rest})])
+        found = fb.check_path(robot, motion, working=(1, -1))
+        assert found.type == fb.Singularity.PARALLEL and abs(found.time / T - 0.5) > 0.02
+        u = found.pose.A[0]
+        assert abs(np.dot((-u[1], u[0]), motion(found.time)[2])) > 0.1 * np.linalg.norm(motion(found.time)[2])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_samples_are_what_they_say(seed):
+    draw, sines = np.random.default_rng(seed), np.array([1, -1] * 4) * np.logspace(-1.2, -6, 8)
+    for robot in (HANDOUT, unequal_biglide(draw), robot_of(b"secret", str(seed), HANDOUT)):
+        some = poses(robot, draw, 16, assembly=1)
+        assert (some.assembly == 1).all() and len(some.q) == 16
+        margins = fb.singularity_margins(beside_type_2(robot, draw, sines))
+        np.testing.assert_allclose(margins.parallel, sines, rtol=0, atol=1e-14)
+        for leg in (0, 1):
+            margins = fb.singularity_margins(beside_type_1(robot, draw, sines, leg))
+            off = np.abs(margins.serial[:, leg]) - np.abs(sines)
+            assert np.all(np.abs(off) < 1e-15 / np.abs(sines))
+            assert np.abs(margins.serial[:, 1 - leg]).min() > 0.2
+    with pytest.raises(ValueError, match="hardly has"):
+        poses(fb.Biglide(l1=0.201, l2=0.201), draw, 16, margin=0.9)
+
+
+def test_graded_in_a_process_of_its_own_for_a_students_robot(tmp_path):
+    robot = robot_of(b"secret", "ann", HANDOUT)
+    file = tmp_path / "ann.py"
+    file.write_text(with_constants(RIGHT, robot))
+    lab = find_lab("lab7")
+    report = grade(lab, Task(file, "ann", "a seed", robot))
+    assert report.points == 24 and report.robot == asdict(robot) and not report.faults
+    assert report.notes == (
+        f"Graded for the robot of this file: l1 = {robot.l1:g}, l2 = {robot.l2:g}, d = {robot.d:g}.",
+    )
+    file.write_text(RIGHT.replace("l1 = 0.2828427", "l1 = 0.3"))
+    other = grade(lab, Task(file, "ann", "a seed", robot))
+    assert "l1 = 0.3 (graded for" in other.notes[0]
+    file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("))
+    wrong = next(check for check in grade(lab, Task(file), home=True).checks if check.outcome != "right")
+    assert wrong.figure.startswith("<svg") and wrong.figure.count("<polyline") == 4
