@@ -1,10 +1,7 @@
 """Draws the figures of lab 7's statement: `python labs/biglide_figures.py [FOLDER]`, by default beside this file."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
-from figures import GREEN, INK, LEFT, MM, PINK, RIGHT, arc, arrow, label, panels, ray, save
+from figures import GREEN, INK, LEFT, MM, PINK, RIGHT, arc, arrow, label, main, panels, ray
 
 import fivebar as fb
 
@@ -99,4 +96,4 @@ def crossing():
 
 
 if __name__ == "__main__":
-    save({"lab7_biglide": (robot, modes, crossing)}, sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent)
+    main({"lab7_biglide": (robot, modes, crossing)})

@@ -192,9 +192,10 @@ def judge_crossing(ask, robot, task):
         same = fb.igm(robot, at([middle])[0][0]).assembly == pose.assembly[k]
         low, high = (middle, high) if same else (low, middle)
     near = high + np.array([-1e-2, -1e-3, -1e-4, 1e-4, 1e-3, 1e-2])
-    times = np.concatenate([t[np.abs(t - high) > 1e-2], near])
-    tau = np.abs(np.concatenate([torques(robot, *(part[np.abs(t - high) > 1e-2] for part in (xi, velocity, acceleration))),
-                                 torques(robot, *at(near))])).max(axis=1)  # fmt: skip
+    far = np.abs(t - high) > 1e-2
+    times = np.concatenate([t[far], near])
+    motion = [np.concatenate([part[far], beside]) for part, beside in zip((xi, velocity, acceleration), at(near))]
+    tau = np.abs(torques(robot, *motion)).max(axis=1)
     largest = int(np.argmax(tau))
     came = f"{tau[largest]:.3g} N m at t = {times[largest]:.6g} s, the crossing at {high:.6g} s"
     right = tau[largest] <= MOST_TORQUE

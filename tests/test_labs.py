@@ -1,0 +1,90 @@
+"""The labs are honest: right solutions of any form earn all, empty ones nothing, and each mistake is named."""
+
+import re
+
+import pytest
+from .lab_session import FOLDERS, SOLUTIONS, load, mistakes, results, score
+
+from fivebar.grading.labs import find_lab
+from fivebar.grading.variants import robot_of
+
+FORMS = [(lab, path) for lab in FOLDERS for path in sorted(SOLUTIONS.glob(f"**/{lab}.py"))]
+CHECKS = {lab: vars(load(lab, "test_lab")) for lab in FOLDERS}
+
+
+def points(lab):
+    """{title: points} of a lab's checks."""
+    tests = [test for name, test in CHECKS[lab].items() if name.startswith("test_")]
+    return {test.__doc__: test.pytestmark[0].args[0] for test in tests}
+
+
+def test_there_are_seven_labs_each_solved_in_more_than_one_way():
+    assert list(FOLDERS) == [f"lab{k}" for k in range(1, 8)]
+    assert all(sum(lab == own for own, _ in FORMS) >= 2 for lab in FOLDERS)
+
+
+@pytest.mark.parametrize(("lab", "path"), FORMS, ids=[str(p.relative_to(SOLUTIONS)) for _, p in FORMS])
+def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path):
+    for seed in range(1, 4):
+        found = results(lab, path.read_text(), seed=seed)
+        assert {title: v.text for title, (_, v) in found.items() if v.share < 1} == {}
+        assert [v.diagnosis for _, v in found.values() if v.diagnosis] == []
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_right_solutions_of_twenty_students_robots_get_full_marks_in_spite_of_rounding(lab):
+    forms = [path.read_text() for own, path in FORMS if own == lab]
+    for k in range(20):
+        robot = robot_of(b"a secret", f"student {k}", find_lab(lab).robot)
+        found = results(lab, forms[k % len(forms)], robot, seed=k, noise=1e-13)
+        assert {title: v.text for title, (_, v) in found.items() if v.share < 1} == {}, (k, robot)
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_the_untouched_file_earns_nothing_and_says_which_task_is_next(lab):
+    found = results(lab, (FOLDERS[lab] / "student.py").read_text())
+    assert score(found) == 0
+    for title, (_, verdict) in found.items():
+        assert re.match(rf"raised an exception: NotImplementedError: {lab} task \d: |NotImpl", verdict.text), title
+        assert verdict.diagnosis is None
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_each_mistake_loses_points_and_is_named(lab):
+    for function, name, source in mistakes(lab):
+        found = results(lab, source, only=function)
+        lost = {title: verdict for title, (_, verdict) in found.items() if verdict.share < 1}
+        named = {v.diagnosis.name for v in lost.values() if v.diagnosis}
+        assert named == {name}, f"{function}: {name}: {[(t, v.text) for t, v in lost.items()]}"
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_each_misconception_has_a_hint_and_a_mistake_that_shows_it(lab):
+    exercises = load(lab, "exercises").EXERCISES
+    catalogue = [(exercise.name, wrong.name) for exercise in exercises for wrong in exercise.wrong]
+    assert sorted(catalogue) == sorted((function, name) for function, name, _ in mistakes(lab))
+    assert len(set(catalogue)) == len(catalogue)
+    assert all(wrong.hint.endswith((".", "?")) for exercise in exercises for wrong in exercise.wrong)
+
+
+def test_at_least_forty_misconceptions_in_all():
+    assert sum(len(list(mistakes(lab))) for lab in FOLDERS) >= 40
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_the_statement_lists_the_checks_and_their_points(lab):
+    text = (FOLDERS[lab] / "README.md").read_text()
+    table = {title: int(n) for title, n in re.findall(r"^\| (\w+: .+?) \| (\d+) \|$", text, re.MULTILINE)}
+    assert table == points(lab)
+    assert sum(n for title, n in table.items() if ": bonus" not in title) == 20
+    assert f"fivebar check {lab} student.py" in text
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_statement_and_file_have_the_signatures_of_the_exercises(lab):
+    readme, student = ((FOLDERS[lab] / name).read_text() for name in ("README.md", "student.py"))
+    defined = {name: re.sub(r"\s+", " ", args).strip() for name, args in re.findall(r"def (\w+)\(([^)]*)\)", student)}
+    for exercise in load(lab, "exercises").EXERCISES:
+        assert defined[exercise.name] == ", ".join(exercise.arguments)
+    for name in defined:
+        assert f"{name}(" in readme
