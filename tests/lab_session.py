@@ -4,7 +4,7 @@ import importlib.util
 import inspect
 import re
 import zlib
-from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -23,6 +23,7 @@ class Lost(AssertionError):
     """A check that is not all right."""
 
 
+@cache
 def load(lab, part):
     """A lab's exercises.py or test_lab.py as a module of its own."""
     spec = importlib.util.spec_from_file_location(f"{lab}_{part}", FOLDERS[lab] / f"{part}.py")
@@ -31,13 +32,18 @@ def load(lab, part):
     return module
 
 
+@cache
+def compiled(source):
+    return compile(source, "student.py", "exec")
+
+
 class Ask:
     """noise: relative, on every float that comes back, as rounding has it."""
 
     def __init__(self, exercises, source, robot, noise):
         self.exercises = {exercise.name: exercise for exercise in exercises}
         self.student = ModuleType("student")
-        exec(compile(source, "student.py", "exec"), self.student.__dict__)
+        exec(compiled(source), self.student.__dict__)
         self.robot, self.noise, self.verdict_given = robot, np.random.default_rng(0), None
         self.size = noise
 
@@ -50,7 +56,7 @@ class Ask:
         self.give(found)
 
     def reply(self, robot, constants, name, row):
-        values = asdict(robot) | (constants or {})
+        values = vars(robot) | (constants or {})
         self.student.__dict__.update(values)
         try:
             with np.errstate(all="ignore"):

@@ -17,10 +17,30 @@ HANDOUT = fb.Biglide()
 
 
 CROSSING = {
-    "quintics between the ends": ("a = through(ends(x0, x1, T) + [(ts, 0, 0.0), (ts, 1, vx), (ts, 2, 0.0)])\n    b = through(ends(y0, y1, T) + [(ts, 0, ys), (ts, 1, vy), (ts, 2, 0.0)])", "a, b = through(ends(x0, x1, T)), through(ends(y0, y1, T))", 0.25, "t_s . (m xi'') = "),
-    "acceleration along t_s": ("(ts, 1, vy), (ts, 2, 0.0)", "(ts, 1, vy), (ts, 2, 0.1)", 0.25, "ten microseconds before"),
-    "acceleration across the bars' line": ("vx), (ts, 2, 0.0)])\n    b", "vx), (ts, 2, 0.2)])\n    b", 0.25, "ten microseconds before"),
-    "no condition at rest": ("ends(y0, y1, T) + [(ts, 0, ys)", "ends(y0, y1, T)[:5] + [(ts, 0, ys)", 0.0, "it accelerates"),
+    "quintics between the ends": (
+        "return a, b\n",
+        "return non_compliant_crossing(x0, y0, x1, y1, T)\n",
+        0.25,
+        "t_s . (m xi'') = ",
+    ),
+    "acceleration along t_s": (
+        "(ts, 1, vy), (ts, 2, 0.0)",
+        "(ts, 1, vy), (ts, 2, 0.1)",
+        0.25,
+        "ten microseconds before",
+    ),
+    "acceleration across the bars' line": (
+        "vx), (ts, 2, 0.0)])\n    b",
+        "vx), (ts, 2, 0.2)])\n    b",
+        0.25,
+        "ten microseconds before",
+    ),
+    "no condition at rest": (
+        "ends(y0, y1, T) + [(ts, 0, ys)",
+        "ends(y0, y1, T)[:5] + [(ts, 0, ys)",
+        0.0,
+        "it accelerates",
+    ),
     "another goal": ("ends(y0, y1, T) + [(ts", "ends(y0, y1 + 0.01, T) + [(ts", 0.0, "is not at the point: 0.01 m"),
     "too late": ("ends(x0, x1, T) + [(ts", "ends(x0, x1, 1.1 * T) + [(ts", 0.0, "it is not at the point"),
     "only touched": ("(ts, 1, vx)", "(ts, 1, 0.0)", 0.0, "it must pass through"),
@@ -33,7 +53,7 @@ CROSSING = {
     "long": ("return a, b\n", "return a + [0.0] * 50, b\n", 0.0, "20 numbers below 1e9"),
     "an integer without end": ("return a, b\n", "return [10**400], b\n", 0.0, "must be numbers"),
     "nested": ("return a, b\n", "return [a, [b]], b\n", 0.0, "must be numbers"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("text, instead, share, words", CROSSING.values(), ids=CROSSING)

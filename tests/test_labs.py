@@ -3,10 +3,11 @@
 import re
 
 import pytest
-from .lab_session import FOLDERS, SOLUTIONS, load, mistakes, results, score
 
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import robot_of
+
+from .lab_session import FOLDERS, SOLUTIONS, load, mistakes, results, score
 
 FORMS = [(lab, path) for lab in FOLDERS for path in sorted(SOLUTIONS.glob(f"**/{lab}.py"))]
 CHECKS = {lab: vars(load(lab, "test_lab")) for lab in FOLDERS}

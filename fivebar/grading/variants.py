@@ -25,11 +25,11 @@ def hidden_seed(secret, lab):
     return _drawn(secret, "inputs", lab).hex()[:16]
 
 
-def robot_of(secret, student, handout=FiveBar()):
+def robot_of(secret, student, handout):
     """The student's robot, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the handout's.
 
-    Case and surrounding blanks of the id do not count. Five-bar: l1, l2 in 82..98 mm, d in 108..128 mm; biglide: bars in
-    262..302 mm, d in 380..420 mm: always assemblable.
+    Case and surrounding blanks of the id do not count. Five-bar: l1, l2 in 82..98 mm, d in 108..128 mm; biglide:
+    bars in 262..302 mm, d in 380..420 mm: always assemblable.
     """
     draw = np.random.default_rng(int.from_bytes(_drawn(secret, "robot", student)))
     if isinstance(handout, Biglide):

@@ -8,7 +8,7 @@ import numpy as np
 import fivebar as fb
 from fivebar.dyads import RRR
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import QUARTER, inverse, motion, pose, times
+from fivebar.grading.four_joints import inverse, motion, pose, times
 from fivebar.kinematics import Accelerations, Rates
 
 ROBOT = fb.Biglide()  # the handout's
@@ -293,7 +293,7 @@ DGM_PASSIVE = Exercise(
 
 
 def relative_angles(model):
-    """The misconception of who adds the feet's coordinates to the angles, as if the passive joints were a five-bar's."""
+    """The misconception of who adds the feet's coordinates to the angles, as in the five-bar."""
     return Misconception(
         "passive angles taken as relative",
         "q11 is in metres here, q12 in radians. Which angle does the bar make with the x axis?",

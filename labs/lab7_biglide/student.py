@@ -68,7 +68,7 @@ def efforts(x, y, xD, yD, xDD, yDD, gamma1, gamma2):
 
 
 def compliant_crossing(x0, y0, x1, y1, T):
-    """Coefficients a, b of x(t) = a[0] + a[1] t + a[2] t^2 + ..., likewise y(t), for 0 <= t <= T: with finite efforts."""
+    """Coefficients a, b of x(t) = a[0] + a[1] t + a[2] t^2 + ..., likewise y(t), 0 <= t <= T: with finite efforts."""
     raise NotImplementedError("lab7 task 5: a crossing of Type 2 with finite efforts (bonus)")
 
 
