@@ -1,7 +1,7 @@
 """The five-bar parallel robot and the biglide: exact models, singularities, simulation and control.
 
 `import fivebar as fb` loads NumPy and the models; everything else comes with its first use: `fb.simulate`, `fb.aspects`
-and the like, and with them CasADi, SciPy, Matplotlib and meshcat where they are needed.
+and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh where they are needed.
 """
 
 from importlib import import_module
@@ -35,6 +35,7 @@ _LATER = {
     "largest_rectangle": "rectangles",
     "line": "trajectory",
     "locus_distance": "nearest_locus",
+    "page": "pages",
     "plan": "planner",
     "polynomial": "trajectory",
     "simulate": "simulation",
@@ -44,7 +45,7 @@ _LATER = {
 }
 
 
-_PARTS = ("amoro", "grading", "linkages", "plot", "study", "view")
+_PARTS = ("amoro", "grading", "linkages", "pages", "plot", "study", "view")
 
 
 def __getattr__(name):

@@ -83,7 +83,8 @@ def _kind(kinds, name, words, build, branches=1):
     study.add_argument("--drive", metavar="HOW", help="turn, until-lock or swing (to and fro)")
     study.add_argument("--plot", type=Path, metavar="OUT.png")
     study.add_argument("--csv", type=Path, metavar="OUT.csv")
-    study.add_argument("--html", type=Path, metavar="OUT.html")
+    study.add_argument("--html", type=Path, metavar="OUT.html", help="animation")
+    study.add_argument("--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle")
     parser.add_argument("--json", action="store_true", help="the verdict and the least and largest values as JSON")
     parser.set_defaults(run=lambda arguments: _run(arguments, build))
     return parser
@@ -110,7 +111,7 @@ def _run(arguments, build):
     lines, ranges, files = verdict(linkage, branch) + extra, {}, []
     if not arguments.json:
         print(*lines, sep="\n", flush=True)
-    if any((arguments.plot, arguments.csv, arguments.html)):
+    if any((arguments.plot, arguments.csv, arguments.html, arguments.page)):
         result = study(linkage, branch=branch, **options)
         ranges, files = _ranges(result), _write(result, arguments)
         if not arguments.json:
@@ -169,6 +170,7 @@ def _write(result, arguments):
         (arguments.plot, result.plot),
         (arguments.csv, result.to_csv),
         (arguments.html, result.animate),
+        (arguments.page, result.page),
     ):
         if path:
             write(path)

@@ -28,6 +28,7 @@ def add_parsers(commands):
     parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
     parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
+    parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
     parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
     add_robot_options(parser)
     parser.set_defaults(run=_map)
@@ -52,6 +53,8 @@ def _map(arguments):
     _draw(data, path, arguments.out)
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
+    if arguments.page:
+        data.page(arguments.page)
     if arguments.json:
         print(json.dumps(_as_json(found, checks), indent=2))
         return
@@ -63,7 +66,7 @@ def _map(arguments):
         print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
-    print(*filter(None, (arguments.out, arguments.data)), sep="\n")
+    print(*filter(None, (arguments.out, arguments.data, arguments.page)), sep="\n")
 
 
 def _draw(data, path, out):

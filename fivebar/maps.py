@@ -62,6 +62,12 @@ class Map:
     def _about(self):
         return json.dumps({"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes})
 
+    def page(self, path, title=None):
+        """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
+        from .pages import page
+
+        page(self, path, title=title)
+
     def to_csv(self, path):
         """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""
         x, y = np.meshgrid(self.x, self.y)
@@ -120,6 +126,17 @@ def singularity_map(robot, field="parallel", space="task", window=None, shape=(4
     if np.isnan(values).all():
         raise ValueError(_missed(robot, space, (x_min, x_max, y_min, y_max), (nx, ny)))
     return Map(robot, field, space, x, y, modes, values)
+
+
+def turned_into(data, points):
+    """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of the Map."""
+    turn = 2 * np.pi
+    low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
+    first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
+    last = np.floor((high - points.min(axis=0)) / turn).astype(int)
+    for i in range(first[0], last[0] + 1):
+        for j in range(first[1], last[1] + 1):
+            yield points + turn * np.array([i, j])
 
 
 def _joint_range(robot):

@@ -93,8 +93,8 @@ class Plant:
         return np.vstack([*self.rows, self.observation]), np.array(self.torques).reshape(-1, 2)
 
 
-def refuse_jumps(robot, rows, tau, charts, chart, step):
-    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends."""
+def refuse_jumps(robot, rows, tau, charts, chart, step, start=0.0):
+    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends; start: time, s."""
     work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
@@ -106,7 +106,7 @@ def refuse_jumps(robot, rows, tau, charts, chart, step):
     if not bad.any():
         return
     k = int(np.argmax(bad))
-    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], k * step, robot.words
+    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], start + k * step, robot.words
     nearest = min(chart.margins, key=lambda column: abs(sines[column]))
     if abs(sines[nearest]) > NEAR:
         raise ArithmeticError(

@@ -121,19 +121,20 @@ class Run:
             figure.savefig(path)
         return figure
 
-    def animate(self, path):
-        """One HTML file with the motion in meshcat's viewer; needs no server and no network."""
-        from .view import write_animation
+    def animate(self, path, show=None):
+        """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
 
-        points, title = self.points, self.robot.words.title
-        if self.robot.turns:
-            bars, parts = [(0, 1), (1, 2), (4, 3), (3, 2)], dict(grounded=(0, 4), actuated=(0, 4), traced=2)
-        else:
-            left, right = self.guides
-            ends = np.stack([*left, *right[::-1]])
-            points = np.concatenate([points, np.broadcast_to(ends, (len(points), 4, 2))], axis=1)
-            bars, parts = [(0, 1), (2, 1)], dict(grounded=(3, 4, 5, 6), actuated=(0, 2), traced=1)
-        write_animation(path, self.t, points, bars, title=title, **parts, reference=self.xi_ref)
+        show: names out of view.SHOWS; None: the path, and the reference where there is one.
+        """
+        from .view import scene
+
+        scene(self.robot, self, show).save(path)
+
+    def page(self, path, show=None, title=None):
+        """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
+        from .pages import page
+
+        page(self, path, show, title)
 
     def to_csv(self, path):
         """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""

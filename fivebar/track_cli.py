@@ -22,7 +22,7 @@ BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that 
 
 def add_parsers(commands):
     """Add `demo` and `track` to the program's commands."""
-    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation")
+    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
     demo.add_argument(
         "--out",
         type=Path,
@@ -58,6 +58,7 @@ def add_parsers(commands):
     )
     track.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)")
     track.add_argument("--out", type=Path, metavar="DIR", help="write run.csv, tracking.png and animation.html there")
+    track.add_argument("--page", type=Path, metavar="OUT.html", help="robot and plots on one page, linked by the time")
     track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     add_robot_options(track)
     track.set_defaults(run=_track)
@@ -68,7 +69,7 @@ def _demo(arguments):
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
     _print_table(robot, figures)
-    for path in _write(run, arguments.out):
+    for path in (*_write(run, arguments.out), _write_page(run, arguments.out / "page.html")):
         print(path)
 
 
@@ -86,6 +87,8 @@ def _track(arguments):
         raise UsageError(error) from None
     figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit)
     files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
+    if arguments.page:
+        files.append(str(_write_page(run, arguments.page)))
     if arguments.json:
         print(json.dumps({**figures, "files": files}, indent=2))
     else:
@@ -123,6 +126,8 @@ def _compare(arguments):
         comparison.plot(files[0])
         for file, run in zip(files[1:], runs.values()):
             run.to_csv(file)
+    if arguments.page:
+        files.append(_write_page(runs, arguments.page))
     if arguments.json:
         figures = {name: {k: None if v != v else v for k, v in row.items()} for name, row in comparison.figures.items()}
         print(json.dumps({"case": arguments.case, "controllers": figures, "files": list(map(str, files))}, indent=2))
@@ -193,3 +198,10 @@ def _write(run, folder):
     run.plot(paths[1])
     run.animate(paths[2])
     return paths
+
+
+def _write_page(subject, path):
+    from .pages import page
+
+    page(subject, path)
+    return path

@@ -16,7 +16,12 @@ def test_demo(tmp_path, capsys):
     assert main(["demo", "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     assert printed.err == "" and "largest error        18.43 µm" in printed.out
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"run.csv", "tracking.png", "animation.html"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "run.csv",
+        "tracking.png",
+        "animation.html",
+        "page.html",
+    }
     run = fb.Run.from_csv(tmp_path / "out" / "run.csv")
     assert run.t[-1] == 2.0 and len(run.t) == 2001
 

@@ -187,11 +187,11 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
     source = (
         "n = 0\ndef f(x):\n    while x < 0: pass\n    return x\ndef count():\n    global n\n    n += 1\n    return n\n"
     )
-    with student(source, limit=0.3) as worker:
+    with student(source, limit=0.5) as worker:
         assert [worker.ask("count", [(), ()])[1].value, worker.ask("count", [()])[0].value] == [2, 3]
         replies = worker.ask("f", [(1,), (-1,), (2,), (3,)])
         assert [r.kind for r in replies] == ["value", "timeout", "value", "value"]
-        assert replies[1].text == "no answer within 0.3 s"
+        assert replies[1].text == "no answer within 0.5 s"
         assert worker.ask("count", [()])[0].value == 1  # a new worker
         replies = worker.ask("f", [(-1,), (1,), (-1,), (1,), (1,)])
         assert [r.kind for r in replies] == ["timeout", "value"] + ["timeout"] * 3
@@ -199,6 +199,24 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
     with student("import time\ndef f(x): time.sleep(0.2)", total=0.5) as worker:
         replies = worker.ask("f", [(0,)] * 50)
         assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith("0.5 s together")
+
+
+@pytest.mark.parametrize("isolate", ["process", "bwrap"])
+def test_time_on_the_processor_is_limited_too(isolate):
+    with student("def f():\n    while True: pass", isolate=isolate, cpu=1, limit=60) as worker:
+        reply = worker.ask("f", [()])[0]
+    assert (reply.kind, reply.text) == ("timeout", "its time on the processor is used up")
+
+
+def test_a_file_that_cannot_be_loaded_is_tried_three_times_only(monkeypatch):
+    monkeypatch.setattr("fivebar.grading.student.LOAD_LIMIT", 0.6)
+    source = "while True: pass\n" * 4 + "def f(): return 1\n"
+    with student(source) as worker:
+        assert worker.trouble == Reply(
+            "import", None, "ran past its time limit: not done within 0.6 s", 1, "while True: pass"
+        )
+        monkeypatch.setattr("fivebar.grading.student.Worker", None)
+        assert worker.ask("f", [(), ()]) == [worker.trouble] * 2
 
 
 def test_what_it_prints_is_kept_and_capped():
@@ -306,7 +324,7 @@ PLAIN = st.recursive(
 )
 
 
-@given(st.dictionaries(st.sampled_from(list("nkvtls")), PLAIN), st.sampled_from([*KINDS, "ready"]), PLAIN)
+@given(st.dictionaries(st.sampled_from(list("nkvtls")), PLAIN), st.sampled_from([*KINDS, "ready"]) | PLAIN, PLAIN)
 def test_no_message_breaks_its_reader(data, kind, value):
     line = json.dumps(data | {"n": "right", "k": kind, "v": value}).encode()
     try:

@@ -9,7 +9,7 @@ import fivebar as fb
 from fivebar.grading.biglide_samples import beside_type_1, beside_type_2, poses, unequal_biglide
 from fivebar.grading.grade import Task, grade
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import robot_of, with_constants
+from fivebar.grading.variants import biglide_of, with_constants
 from tests.lab_session import SOLUTIONS, load, results
 
 RIGHT = (SOLUTIONS / "lab7.py").read_text()
@@ -73,7 +73,7 @@ def test_a_compliant_crossing_is_no_non_compliant_one():
 @pytest.mark.parametrize("seed", range(30))
 def test_tasks_of_the_bonus_never_comply_by_luck(seed):
     checks, draw = load("lab7", "test_lab"), np.random.default_rng(seed)
-    robot = robot_of(b"secret", str(seed), HANDOUT)
+    robot = biglide_of(b"secret", str(seed))
     for x0, y0, x1, y1, T in checks.tasks(robot, draw):
         rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
         motion = fb.polynomial([(0.0, {0: (x0, y0), **rest}), (T, {0: (x1, y1), **rest})])
@@ -86,7 +86,7 @@ def test_tasks_of_the_bonus_never_comply_by_luck(seed):
 @pytest.mark.parametrize("seed", range(10))
 def test_samples_are_what_they_say(seed):
     draw, sines = np.random.default_rng(seed), np.array([1, -1] * 4) * np.logspace(-1.2, -6, 8)
-    for robot in (HANDOUT, unequal_biglide(draw), robot_of(b"secret", str(seed), HANDOUT)):
+    for robot in (HANDOUT, unequal_biglide(draw), biglide_of(b"secret", str(seed))):
         some = poses(robot, draw, 16, assembly=1)
         assert (some.assembly == 1).all() and len(some.q) == 16
         margins = fb.singularity_margins(beside_type_2(robot, draw, sines))
@@ -101,7 +101,7 @@ def test_samples_are_what_they_say(seed):
 
 
 def test_graded_in_a_process_of_its_own_for_a_students_robot(tmp_path):
-    robot = robot_of(b"secret", "ann", HANDOUT)
+    robot = biglide_of(b"secret", "ann")
     file = tmp_path / "ann.py"
     file.write_text(with_constants(RIGHT, robot))
     lab = find_lab("lab7")

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import robot_of
+from fivebar.grading.variants import robot_for
 
 from .lab_session import FOLDERS, SOLUTIONS, load, mistakes, results, score
 
@@ -36,7 +36,7 @@ def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path
 def test_right_solutions_of_twenty_students_robots_get_full_marks_in_spite_of_rounding(lab):
     forms = [path.read_text() for own, path in FORMS if own == lab]
     for k in range(20):
-        robot = robot_of(b"a secret", f"student {k}", find_lab(lab).robot)
+        robot = robot_for(f"student {k}", b"a secret", find_lab(lab).robot())
         found = results(lab, forms[k % len(forms)], robot, seed=k, noise=1e-13)
         assert {title: v.text for title, (_, v) in found.items() if v.share < 1} == {}, (k, robot)
 

@@ -11,7 +11,7 @@ import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
 LAYERS = [
-    {"_backend", "errors"},
+    {"_backend", "errors", "units"},
     {"dyads"},
     {"robots"},
     {"geometry"},
@@ -33,10 +33,10 @@ LAYERS = [
     {"plan_arguments", "first_guess"},
     {"planner", "tracker"},
     {"comparison", "cases"},
-    {"plot", "view", "amoro", "study", "linkages", "grading"},
+    {"plot", "view", "amoro", "study", "linkages", "pages", "grading"},
     {"__init__"},
     {"robot_options"},
-    {"track_cli", "map_cli", "linkage_cli", "grade_cli"},
+    {"track_cli", "map_cli", "linkage_cli", "run_cli", "grade_cli"},
     {"cli"},
     {"__main__"},
 ]
@@ -77,6 +77,6 @@ def test_every_public_name_is_found_and_none_is_hidden_by_a_module():
 
 
 def test_import_loads_numpy_and_nothing_heavier():
-    heavy = "scipy casadi matplotlib meshcat tqdm pytest"
+    heavy = "scipy casadi matplotlib meshcat bokeh tqdm pytest"
     code = f"import fivebar, sys; print([m for m in '{heavy}'.split() if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

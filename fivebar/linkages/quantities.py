@@ -66,6 +66,16 @@ def usual(motion, loaded):
     return names + (["inertia", "torque"] if massive else ["torque"] if loaded else [])
 
 
+def usual_panels(study):
+    """Quantities plotted together: ways, or else the links' angles; their rates; their accelerations; the torque."""
+    motion = study.motion
+    if motion.coordinates:
+        panels = [[f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")]
+    else:
+        panels = [[f"{link}.{own}" for link in motion.links] for own in ("angle", "rate", "angular_acceleration")]
+    return panels + ([["torque"]] if "torque" in study.columns else [])
+
+
 def evaluate(motion, name, load=None, gravity=(0.0, 0.0)):
     """One quantity of a motion by its name."""
     part, _, own = name.rpartition(".")

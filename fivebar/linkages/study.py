@@ -59,17 +59,20 @@ class Study:
             figure.savefig(path)
         return figure
 
-    def animate(self, path, title=None):
-        """One HTML file with the motion in meshcat's viewer; needs no server and no network."""
-        from ..view import write_animation
+    def animate(self, path, title=None, show=None):
+        """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
 
-        chain, names = self.motion.chain, self.motion.points
-        index = names.index
-        write_animation(
-            path, self.t, self.points(), [(index(a), index(b)) for a, b in chain.bars],
-            title=title or self.linkage.title, grounded=tuple(map(index, chain.grounded)),
-            actuated=tuple(map(index, chain.actuated)), traced=index(chain.traced),
-        )  # fmt: skip
+        show: "trace", "velocity", "acceleration", "torques" of the traced point and the driven joint; None: its path.
+        """
+        from ..view import scene
+
+        scene(self.linkage, self, show, title=title).save(path)
+
+    def page(self, path, show=None, title=None):
+        """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
+        from ..pages import page
+
+        page(self, path, show, title)
 
     def to_csv(self, path):
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""

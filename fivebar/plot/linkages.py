@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..linkages.quantities import unit
+from ..linkages.quantities import unit, usual_panels
 
 # Okabe and Ito's colours, told apart by the colour-blind; dashes tell curves apart in any colours.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -33,16 +33,6 @@ def study_figure(study, panels=None):
         axes.tick_params(labelbottom=row == len(panels) - 1)
     axes.set_xlabel("time (s)")
     return figure
-
-
-def usual_panels(study):
-    """Ways, or else the links' angles; their rates; their accelerations; the torque where there is one."""
-    motion = study.motion
-    if motion.coordinates:
-        panels = [[f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")]
-    else:
-        panels = [[f"{link}.{own}" for link in motion.links] for own in ("angle", "rate", "angular_acceleration")]
-    return panels + ([["torque"]] if "torque" in study.columns else [])
 
 
 def picture(axes, study):

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from ..loci import singularity_loci
-from ..maps import SIGNED
+from ..maps import SIGNED, turned_into
 from ..singularity import Singularity
 from ..singularity_free import aspects
 
@@ -151,16 +151,11 @@ def _joint_loci(axes, data, mode, scale, known):
             if mode in piece.assembly:
                 _draw(axes, known, *scale * piece.drawn(data.x[0], data.x[-1]).T, _style(piece))
         return
-    turn = 2 * np.pi
-    low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
     loci = singularity_loci(data.robot)
     curves = [(piece.points, _style(piece)) for piece in loci.joint if mode in piece.assembly]
     for points, style in curves + [(q[None], TYPE_3) for q in loci.type3.q]:
-        first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
-        last = np.floor((high - points.min(axis=0)) / turn).astype(int)
-        for i in range(first[0], last[0] + 1):
-            for j in range(first[1], last[1] + 1):
-                _draw(axes, known, *scale * (points + turn * np.array([i, j])).T, style)
+        for turned in turned_into(data, points):
+            _draw(axes, known, *scale * turned.T, style)
 
 
 def _aspect_numbers(axes, regions, scale):

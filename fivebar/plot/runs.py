@@ -3,9 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..units import readable as _scale
+
 LEFT, RIGHT, INK, REFERENCE = "#0072B2", "#D55E00", "#222222", "#009E73"  # Okabe and Ito's colours
 GUIDE = "0.85"
-PREFIXES = ((1e-6, 1e9, "n"), (1e-3, 1e6, "µ"), (1.0, 1e3, "m"))  # below so many units, so many of these to one
 
 
 def tracking(run):
@@ -80,11 +81,6 @@ def _torques(axes, run):
     axes.margins(x=0)
     axes.grid(alpha=0.25)
     _legend_below(axes, 4)
-
-
-def _scale(largest, unit):
-    """Factor and name of the unit in which numbers up to `largest` read well."""
-    return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
 
 
 def _legend_below(axes, columns):

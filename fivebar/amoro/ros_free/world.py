@@ -1,0 +1,158 @@
+"""The world behind a lab script: one robot, stepped by its efforts, with bounds on what cannot end by itself."""
+
+import math
+
+import numpy as np
+
+from ...charts import CHARTS
+from ...geometry import dgm
+from ...kinematics import dkm
+from ...plant import Plant, refuse_jumps
+from ...robots import Biglide, FiveBar
+from ...simulation import assemble
+from .clock import STEP, real_monotonic
+from .states import lab_state
+
+ROBOTS = {"five_bar": FiveBar, "biglide": Biglide}
+SUBSTEPS = 10
+MOST_IDLE = 100_000  # calls of data_updated() with nothing new: the next would not be different
+GRACE = 100  # steps that a script may still make after its KeyboardInterrupt, to bring the motors to rest
+MOST_STOPS = 3  # times that a script may swallow `Stopped`
+
+world = None  # of this process; set before the script begins
+
+
+class Stopped(BaseException):
+    """The script was ended by the runtime, as it would not have ended itself; no `except Exception` catches it."""
+
+
+class World:
+    """until: s of simulated time after which the script gets its KeyboardInterrupt; exact: joint accelerations.
+
+    give_up: called in place of a further `Stopped` when the script has swallowed some.
+    """
+
+    def __init__(self, until, clock, exact, give_up):
+        self.until, self.clock, self.exact, self.give_up = math.ceil(until / STEP - 1e-6), clock, exact, give_up
+        self.kind = self.plant = self.failure = self.motion = None
+        self.steps = self.since_reset = self.idle = self.stops = 0
+        self.resets = []  # times, s
+        self.fresh = self.started = self.interrupted = False
+        self.last_step = real_monotonic()
+
+    @property
+    def time(self):
+        """Simulated time since the last reset, s."""
+        return self.since_reset / 100
+
+    def make(self, kind):
+        """The robot of this name, at rest at its home."""
+        if self.kind is not None:
+            raise RuntimeError(f"Robot({kind!r}): there is a Robot already; fivebar run simulates one in each script")
+        if kind not in ROBOTS:
+            raise ValueError(f"Robot({kind!r}): no such robot; the known ones are {', '.join(map(repr, ROBOTS))}")
+        self.kind = kind
+        self._to_home()
+
+    def _to_home(self):
+        robot = ROBOTS[self.kind]()
+        home = dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
+        self.plant = Plant(robot, CHARTS["auto"], "rk4", STEP / SUBSTEPS, SUBSTEPS, home)
+        self.since_reset, self.fresh, self.failure = 0, True, None
+        self.state = lab_state(self.plant, np.zeros(2), None, STEP, self.exact)
+
+    def reset(self):
+        """Back to home, at time 0; the clock goes on."""
+        self.motion = self.run()
+        if self.since_reset:
+            self.resets.append(self.steps / 100)
+        self._to_home()
+
+    def step(self, efforts):
+        """One step of the simulation under two efforts; gives them as floats."""
+        self._interrupt_when_due()
+        if self.failure is not None:
+            raise self.failure
+        tau = np.array([_number(value, side, self) for value, side in zip(efforts, ("left", "right"))])
+        plant, first, observed = self.plant, len(self.plant.rows), self.plant.observation
+        try:
+            plant.advance(self.since_reset * SUBSTEPS, SUBSTEPS, tau)
+            rows = np.vstack([*plant.rows[first:], plant.observation])
+            held = np.tile(tau, (SUBSTEPS, 1))
+            refuse_jumps(plant.robot, rows, held, plant.charts, plant.chart, plant.step, start=self.time)
+        except ArithmeticError as error:
+            del plant.rows[first:], plant.torques[self.since_reset * SUBSTEPS :]
+            plant.observation = observed
+            self.failure = ArithmeticError(
+                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the robot faster than "
+                f"steps of {plant.step:g} s can follow ({error})"
+            )
+            raise self.failure from None
+        self.since_reset += 1
+        self.steps += 1
+        self.idle, self.fresh, self.last_step = 0, True, real_monotonic()
+        self.state = lab_state(plant, tau, self.state, STEP, self.exact)
+        self.clock.tick()
+        return tau.tolist()
+
+    def updated(self):
+        """Whether the state is new since the last call."""
+        self._interrupt_when_due()
+        if self.fresh and self.started:
+            self.fresh = False
+            return True
+        self.idle += 1
+        if self.idle > MOST_IDLE:
+            self.stop(f"data_updated() was called {MOST_IDLE} times with no new state: {self._why_idle()}")
+        return False
+
+    def _why_idle(self):
+        if not self.started:
+            return "start_robot(robot) was never called"
+        if not self.steps:
+            return "the script never called apply_efforts (or start_oscillate), so nothing moves"
+        return f"the last apply_efforts was at t = {self.time:g} s, and without another nothing moves"
+
+    def _interrupt_when_due(self):
+        if self.steps < self.until:
+            return
+        if not self.interrupted:
+            self.interrupted, self.idle = True, 0
+            raise KeyboardInterrupt
+        if self.steps >= self.until + GRACE:
+            self.stop(
+                f"the script got its KeyboardInterrupt at {self.until * STEP:g} s of simulated time, as from Ctrl-C, "
+                f"and was still stepping {GRACE * STEP:g} s later"
+            )
+
+    def stop(self, why):
+        """End the script: by an exception, or where it swallows that, by leaving it."""
+        self.stops += 1
+        if self.stops > MOST_STOPS:
+            self.give_up(f"{why} (and it swallowed the exception that should end it)")
+        raise Stopped(why)
+
+    def run(self):
+        """The Run since the last reset, or if there was no step since, the one before; None where there is none."""
+        if not self.since_reset:
+            return self.motion
+        return assemble(self.plant.robot, None, self.plant.step, *self.plant.history(), None, None)
+
+
+def _number(value, side, world):
+    """An effort as a float: a number, or an array of one."""
+    array = np.asarray(value)
+    where = f"apply_efforts at t = {world.time:g} s: the {side} effort"
+    if array.size != 1 or array.dtype.kind not in "iuf":
+        what = f"an array of shape {array.shape}" if array.ndim else repr(value)
+        raise TypeError(f"{where} is {what}, not one number")
+    number = float(array.reshape(()))
+    if not math.isfinite(number):
+        raise ValueError(f"{where} is {number}")
+    return number
+
+
+def _in_words(tau, robot):
+    left, right = tau
+    words = robot.words
+    return f"{words.effort}s {left:.6g} (left), {right:.6g} (right) {words.effort_unit}"

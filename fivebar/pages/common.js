@@ -1,0 +1,173 @@
+"use strict";
+// What every page needs: its content, elements, colours by theme, numbers as text, files to save.
+
+const content = JSON.parse(document.getElementById("content").textContent, (key, value) =>
+  typeof value?.f8 === "string" ? numbers(value.f8, Float64Array) :
+  typeof value?.f4 === "string" ? numbers(value.f4, Float32Array) : value);
+
+function numbers(base64, Kind) {
+  const text = atob(base64), bytes = new Uint8Array(text.length);
+  for (let k = 0; k < bytes.length; k++) bytes[k] = text.charCodeAt(k);
+  return new Kind(bytes.buffer);
+}
+
+// Text goes in as text nodes only, so that no name is ever read as HTML.
+function element(tag, attributes = {}, ...children) {
+  const svg = ["svg", "g", "line", "path", "text", "circle"].includes(tag);
+  const made = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes))
+    name.startsWith("on") ? made.addEventListener(name.slice(2), value) : made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+
+const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3], [14, 5], [5, 5]];
+const dash = k => DASHES[k % DASHES.length];
+const colour = k => theme("--c" + k);
+const theme = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+function readable(value) {
+  if (Number.isNaN(value)) return "none";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(3) : String(+value.toPrecision(5));
+  return text.replaceAll("-", "−");
+}
+
+// Index of the value nearest to x in an increasing or decreasing array.
+function nearest(values, x) {
+  const sign = values[0] <= values[values.length - 1] ? 1 : -1;
+  let low = 0, high = values.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (sign * values[middle] <= sign * x) low = middle; else high = middle;
+  }
+  return Math.abs(x - values[low]) <= Math.abs(values[high] - x) ? low : high;
+}
+
+// [least, largest] of the finite ones of those numbers.
+function extent(arrays, first = 0, last = Infinity) {
+  let low = Infinity, high = -Infinity;
+  for (const values of arrays)
+    for (let k = first; k <= last && k < values.length; k++)
+      if (Number.isFinite(values[k])) {
+        low = Math.min(low, values[k]);
+        high = Math.max(high, values[k]);
+      }
+  return low <= high ? [low, high] : [0, 1];
+}
+
+// At most one drawing per frame, however many events there are.
+function oncePerFrame(draw) {
+  let asked = false;
+  return () => {
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => { asked = false; draw(); });
+  };
+}
+
+let waiting;
+function announce(text) {  // once the state has come to rest, or a screen reader would never end
+  clearTimeout(waiting);
+  waiting = setTimeout(() => { document.getElementById("status").textContent = text(); }, 400);
+}
+
+function save(blob, ending) {
+  const name = document.title.normalize("NFKD").replace(/[^\w]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 60);
+  const link = element("a", {href: URL.createObjectURL(blob), download: (name || "fivebar") + ending});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+// Numbers as Python reads them, with all digits; text in quotes where it needs them.
+function cell(value) {
+  const text = String(value).replace(/^NaN$/, "nan").replace(/^(-?)Infinity$/, "$1inf");
+  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+function saveCsv(first, rows) {
+  const lines = [`# ${first.replace(/\s+/g, " ")}`, ...rows.map(row => Array.from(row, cell).join(","))];
+  save(new Blob(lines.map(line => line + "\n"), {type: "text/csv"}), ".csv");
+}
+
+function button(text, label, action) {
+  return element("button", {type: "button", title: label, "aria-label": label, onclick: action}, text);
+}
+
+function swatch(ink, width, dashes) {
+  return element("svg", {width: 30, height: 10, "aria-hidden": "true"},
+    element("line", {x1: 1, x2: 29, y1: 5, y2: 5, "stroke-width": width, "stroke-dasharray": dashes.join(" "),
+      style: `stroke: var(${ink})`}));
+}
+
+// A line of a legend: its sign, its text.
+const entry = (...parts) => element("li", {}, element("span", {class: "entry"}, ...parts));
+
+// The page as one picture on the page's own paper: the scene with the state, then each plot with title, legend, cursor.
+async function savePng(scene, state, plots) {
+  const width = 1100, scale = 2, gap = 14, side = 480, left = side + 2 * gap, room = width - left - gap;
+  const box = scene.getBoundingClientRect(), high = side * box.height / box.width;
+  const canvas = element("canvas"), pen = canvas.getContext("2d"), font = "13px system-ui, sans-serif";
+  pen.font = font;
+  const shown = plots.map(plot => {
+    const picture = plot.picture(), placed = [];
+    let x = 0, row = 0;
+    for (const entry of picture.legend) {
+      const wide = 33 + Math.min(room - 33, pen.measureText(entry.text).width);
+      if (x > 0 && x + wide > room) [x, row] = [0, row + 1];
+      placed.push([x, 28 + 18 * row, entry]);
+      x += wide + 16;
+    }
+    const head = 40 + 18 * row;
+    return {...picture, placed, head, height: head + picture.canvas.height / picture.canvas.width * room};
+  });
+  canvas.width = scale * width;
+  canvas.height = scale * (50 + gap + Math.max(high + 24, shown.reduce((sum, {height}) => sum + height + gap, 0)));
+  pen.scale(scale, scale);
+  const write = (text, x, y, most, style = font) => {
+    pen.font = style;
+    pen.fillStyle = theme("--ink");
+    pen.fillText(text, x, y, most);
+  };
+  const line = (x0, y0, x1, y1, ink, dashes = []) => {
+    pen.strokeStyle = ink;
+    pen.lineWidth = 2;
+    pen.setLineDash(dashes);
+    pen.beginPath();
+    pen.moveTo(x0, y0);
+    pen.lineTo(x1, y1);
+    pen.stroke();
+  };
+  pen.fillStyle = theme("--paper");
+  pen.fillRect(0, 0, width, canvas.height);
+  write(document.title, gap, 30, width - 2 * gap, "600 18px system-ui, sans-serif");
+  const image = new Image(), copy = scene.cloneNode(true);
+  for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", box.width], ["height", box.height]])
+    copy.setAttribute(name, value);
+  image.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(new XMLSerializer().serializeToString(copy));
+  await image.decode();
+  pen.drawImage(image, gap, 50, side, high);
+  write(state, gap, 50 + high + 16, side);
+  let y = 50;
+  for (const {title, placed, head, height, canvas: drawn, frame, cursor} of shown) {
+    write(title, left, y + 12, room, "600 14px system-ui, sans-serif");
+    for (const [x, down, entry] of placed) {
+      if (entry.mark) write(entry.mark, left + x + 11, y + down + 4);
+      else line(left + x, y + down, left + x + 28, y + down, entry.colour, entry.dash);
+      write(entry.text, left + x + 33, y + down + 4, room - 33);
+    }
+    const part = room / (drawn.width / devicePixelRatio), top = y + head;
+    pen.drawImage(drawn, left, top, room, height - head);
+    const [across, down] = cursor, at = (x, y) => [left + part * (frame.left + x), top + part * (frame.top + y)];
+    if (across >= 0 && across <= frame.width) line(...at(across, 0), ...at(across, frame.height), cursor.ink);
+    if (down >= 0 && down <= frame.height) line(...at(0, down), ...at(frame.width, down), cursor.ink);
+    y += height + gap;
+  }
+  save(await new Promise(done => canvas.toBlob(done, "image/png")), ".png");
+}
+
+function readNotes() {
+  document.getElementById("notes").append(...content.notes.map(note => element("li", {}, note)));
+}

@@ -1,0 +1,130 @@
+// The controls and keys of a page of motions, and what is drawn and said of the sample at hand.
+
+const play = button("Play", "play", () => { playing ? pause() : start(); });
+const slider = element("input",
+  {type: "range", min: 0, max: clock.length - 1, step: 1, value: 0, "aria-label": axis.name});
+const output = element("output", {id: "clock"});
+const speed = element("select", {"aria-label": "speed"}, ...[0.1, 0.25, 0.5, 1, 2, 4].map(factor =>
+  element("option", {value: factor, ...(factor === 1 ? {selected: ""} : {})}, `${factor} ×`)));
+slider.oninput = () => go(+slider.value);
+document.getElementById("controls").append(play, slider, output, speed,
+  button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
+  button("All", "show all", () => zoom(0)),
+  button("PNG", "save this page as a picture (PNG)", () => savePng(scene.svg, state.textContent, plots)),
+  button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
+  element("details", {}, element("summary", {}, "Keys and pointer"),
+    "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
+    "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
+    "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
+
+function start() {
+  playing = true;
+  if (at === clock.length - 1) go(0, true);
+  moment = times[at];
+  let before = performance.now();
+  play.textContent = "Pause";
+  play.setAttribute("aria-label", "pause");
+  const next = now => {
+    if (!playing) return;
+    moment += Math.max(0, now - before) / 1000 * +speed.value;
+    before = now;
+    if (moment >= times[times.length - 1]) moment = times[0];
+    go(nearest(times, moment), true);
+    requestAnimationFrame(next);
+  };
+  requestAnimationFrame(next);
+}
+
+function pause() {
+  playing = false;
+  play.textContent = "Play";
+  play.setAttribute("aria-label", "play");
+}
+
+function go(index, ownMotion = false) {
+  if (!ownMotion && playing) pause();
+  const next = Math.min(Math.max(index, 0), clock.length - 1);
+  if (next === at && slider.value === String(at)) return;
+  at = next;
+  draw();
+}
+
+addEventListener("keydown", event => {
+  const {key, target} = event, tag = target.tagName;
+  if (event.ctrlKey || event.metaKey || event.altKey || tag === "SELECT") return;
+  const right = clock[0] <= clock[clock.length - 1] ? 1 : -1, seen = (time.end - time.start) / (whole[1] - whole[0]);
+  const step = event.shiftKey ? 1 : Math.max(1, Math.round(seen * clock.length / 400));
+  const tenth = Math.max(1, Math.round(seen * clock.length / 10));
+  const actions = {
+    ArrowRight: () => go(at + right * step), ArrowUp: () => tag === "INPUT" && go(at + step),
+    ArrowLeft: () => go(at - right * step), ArrowDown: () => tag === "INPUT" && go(at - step),
+    PageUp: () => go(at + right * tenth), PageDown: () => go(at - right * tenth),
+    Home: () => go(0), End: () => go(clock.length - 1),
+    "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => zoom(0), " ": () => play.click(),
+  };
+  if (!(key in actions) || (key === " " && ["BUTTON", "SUMMARY"].includes(tag))) return;
+  if (actions[key]() !== false) event.preventDefault();
+});
+
+// What is seen ----------------------------------------------------------------------------------------------------
+
+const draw = oncePerFrame(() => {
+  const missing = [];
+  subjects.forEach((subject, k) => {
+    const index = shownAt(subject), points = subject.joints.map((_, point) => joint(subject, point, index));
+    if (!scene.place(mechanisms[k], points)) missing.push(subject.name);
+  });
+  const centre = mechanisms.find(({points}) => points.length)?.points[subjects[0].traced];
+  if (scene.zoom > 1 || scene.drawn !== scene.zoom) {
+    scene.fit(centre);
+    scene.drawn = scene.zoom;
+  }
+  const x = abscissa(at);
+  plots.forEach((plot, number) => {
+    plot.cursor.style.transform = `translateX(${plot.pixels(x)[0] - 1}px)`;
+    panels[number].curves.forEach((curve, k) => {
+      plot.outputs[k].textContent = readable(plot.values[k][shownAt(subjects[curve.subject])]);
+    });
+  });
+  slider.value = at;
+  slider.setAttribute("aria-valuetext", where());
+  output.textContent = `${readable(x)} ${axis.unit}`;
+  state.textContent = missing.length ? `no pose here${several ? ": " + missing.join(", ") : ""}` : where();
+  if (!playing) announce(summary);
+});
+
+const summary = () => `${where()}. ` + panels.map((panel, number) => `${panel.title}: ` + panel.curves.map((curve, k) =>
+  `${curve.label} ${plots[number].outputs[k].textContent} ${panel.unit}`).join(", ")).join(". ");
+
+function table() {
+  const extra = axis.name === "time" ? [] : ["q (rad)"], named = several ? ["run"] : [];
+  const head = [...named, "t (s)", ...extra, ...content.table.map(([, title]) => title)];
+  const rows = subjects.flatMap(subject => Array.from(subject.t, (t, k) =>
+    [...named.map(() => subject.name), t, ...extra.map(() => subject.x[k]),
+      ...content.table.map(([key]) => subject.columns[key][k])]));
+  saveCsv(`fivebar page: ${content.title}; SI units; the samples held by the page, ${content.source} writes all`,
+    [head, ...rows]);
+}
+
+function paint() {
+  scene.paint();
+  plots.forEach((plot, number) => {
+    plot.paint();
+    plot.curves.forEach((curve, k) => { curve.glyph.line_color = colour(look(k)); });
+    for (const line of [...plot.rules, ...plot.marks]) line.line_color = theme("--ink");
+  });
+}
+
+async function begin() {
+  readNotes();
+  paint();
+  dark.addEventListener("change", paint);
+  const laid = oncePerFrame(() => { plots.forEach(plot => plot.layGlass()); draw(); });
+  plots.forEach(scaleUp);
+  for (const plot of plots) await plot.show(laid);
+  plots.forEach(listen);
+  plots.forEach(plot => plot.layGlass());
+  draw();
+  requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.ready = "yes"; }));
+}
+begin();

@@ -1,0 +1,95 @@
+// The page of motions: `at` is the index of the sample shown, on the clock that all subjects share.
+
+const {subjects, panels, axis} = content, several = subjects.length > 1;
+for (const subject of subjects) subject.x ??= subject.t;
+
+// The times of all subjects, those that differ by rounding once; a single subject's own abscissa.
+const clock = several ? union(subjects.map(subject => subject.t)) : subjects[0].x;
+const times = several ? clock : subjects[0].t;
+let at = 0, playing = false, moment = times[0];
+
+function union(arrays) {
+  const all = Float64Array.from(arrays.flatMap(values => [...values])).sort(), [low, high] = extent(arrays);
+  return all.filter((x, k) => k === 0 || x - all[k - 1] > 1e-9 * (high - low));
+}
+
+const shownAt = (subject, index = at) => several ? nearest(subject.t, clock[index]) : index;
+const abscissa = index => axis.scale * clock[index];
+const where = () => `${axis.name} ${readable(abscissa(at))} ${axis.unit}`;
+
+// The picture -----------------------------------------------------------------------------------------------------
+
+const differs = (a, b) =>
+  a.some((values, k) => values.length !== b?.[k].length || values.some((x, n) => x !== b[k][n]));
+const joint = (subject, k, index) =>
+  subject.joints[k].map(x => typeof x === "number" ? x : x[index]);
+const traced = subject => subject.joints[subject.traced].map(x =>
+  typeof x === "number" ? new Float64Array(subject.t.length).fill(x) : x);
+const columnsOf = k => subjects.flatMap(subject =>
+  [...subject.joints, ...(subject.reference ? [subject.reference] : [])].map(([...pair]) =>
+    typeof pair[k] === "number" ? [pair[k]] : pair[k]));
+
+// Each of several subjects has a colour and dashes; the ink is left to the joints while there are others.
+const look = k => several ? [0, 1, 3, 4, 5, 2][k % 6] : k % 6;
+
+const frame = document.getElementById("picture");
+const scene = new Picture(frame, around(columnsOf(0), columnsOf(1)));
+const mechanisms = subjects.map((subject, k) => {
+  if (subject.reference && (k === 0 || differs(subject.reference, subjects[0].reference)))
+    scene.path(...subject.reference, several ? "--line" : "--c3", 6, [], {opacity: 0.7});
+  scene.path(...traced(subject), several ? "--c" + look(k) : "--c4", 2, several ? dash(k) : [], {class: "trace"});
+  return scene.mechanism({
+    ...subject, bars: subject.bars.map(([i, j, leg]) => [i, j, "--c" + (several ? look(k) : leg ?? 2)]),
+    letters: subject.names, opacity: several ? 0.8 : 1, mark: k % 2 ? "square" : "round",
+  });
+});
+const state = element("span", {class: "state"});
+frame.append(element("div", {class: "under"}, state,
+  button("−", "picture: zoom out", () => magnify(1 / 2)),
+  button("+", "picture: zoom in on the end-effector", () => magnify(2)),
+  button("Fit", "picture: show all", () => magnify(0))));
+frame.append(pathLegend());
+const marks = subjects.flatMap(subject => subject.marks.map(([t, text]) => {
+  const label = `${several ? subject.name + ": " : ""}${text} at ${readable(t)} s`;
+  return button(label, `go to ${label}`, () => go(nearest(clock, t)));
+}));
+if (marks.length)
+  frame.append(element("div", {class: "under", role: "group", "aria-label": "singularities"}, ...marks));
+
+function pathLegend() {
+  const named = (text, ink, width, dashes = []) =>
+    entry(swatch(ink, width, dashes), element("span", {class: "name"}, text));
+  const entries = several
+    ? subjects.map((subject, k) => named(subject.name, "--c" + look(k), 2, dash(k)))
+    : [named("path", "--c4", 2)];
+  if (subjects.some(subject => subject.reference)) entries.push(named("reference", several ? "--line" : "--c3", 6));
+  if (!several && subjects[0].bars.some(bar => bar[2] !== null))
+    entries.push(named("left leg", "--c0", 6), named("right leg", "--c1", 6));
+  return element("ul", {class: "legend", "aria-label": "colours of the picture"}, ...entries);
+}
+
+function magnify(factor) {
+  scene.zoom = factor ? Math.min(Math.max(scene.zoom * factor, 1), 1024) : 1;
+  draw();
+}
+
+// The sample whose traced point is nearest to the pointer, within that many pixels of it.
+function pointAtPath(event, within) {
+  const box = scene.svg.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
+  let best = within * within, found = null;
+  for (const subject of subjects) {
+    const [xs, ys] = traced(subject);
+    for (let index = 0; index < xs.length; index++) {
+      const [x, y] = scene.onScreen([xs[index], ys[index]]), far = (x - px) ** 2 + (y - py) ** 2;
+      if (far < best) [best, found] = [far, several ? nearest(clock, subject.t[index]) : index];
+    }
+  }
+  if (found !== null) go(found);
+}
+scene.svg.addEventListener("pointermove", event => pointAtPath(event, event.buttons ? 1e4 : 24));
+scene.svg.addEventListener("pointerdown", event => pointAtPath(event, 1e4));
+scene.svg.addEventListener("wheel", event => {
+  if (!event.ctrlKey) return;
+  event.preventDefault();
+  magnify(event.deltaY < 0 ? 2 : 1 / 2);
+}, {passive: false});

@@ -1,0 +1,145 @@
+"""A scene: one mechanism in motion, or two side by side, and what is shown of them; it shows and saves itself."""
+
+import html
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from .machine import Machine
+from .shows import alike, shown, usual
+from .sources import source
+
+WRITERS = {".html": "a page", ".gif": "an animation", ".png": "a strip of poses"}
+HEIGHT = 480  # px, of the frame in a notebook
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One or two machines in motion on one clock, from `scene`; in a notebook it shows itself.
+
+    machines: tuple of Machine; title: text over the picture; names: one for each machine, or empty.
+    """
+
+    machines: tuple
+    title: str
+    names: tuple = ()
+
+    @cached_property
+    def html(self):
+        """The page, complete: str."""
+        from .page import page
+
+        return page(self)
+
+    @cached_property
+    def offsets(self):
+        """By how much each machine is moved to the right, m, so that they stand side by side."""
+        gap = 0.12 * max(float(high[0] - low[0]) for low, high in (machine.box for machine in self.machines))
+        offsets, end = [], None
+        for machine in self.machines:
+            low, high = machine.box
+            offsets.append(0.0 if end is None else end + gap - float(low[0]))
+            end = offsets[-1] + float(high[0])
+        return tuple(offsets)
+
+    @cached_property
+    def window(self):
+        """((x, y) low, (x, y) high) of all machines, moved side by side, m: floats."""
+        low = np.min([m.box[0] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
+        high = np.max([m.box[1] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
+        return low.tolist(), high.tolist()
+
+    @property
+    def duration(self):
+        """Of the longer motion, s."""
+        return max(machine.frames.duration for machine in self.machines)
+
+    @property
+    def notes(self):
+        """What was left out, as sentences."""
+        return tuple(dict.fromkeys(note for machine in self.machines for note in machine.frames.notes))
+
+    def save(self, path):
+        """Write it to a file: .html the page, .gif an animation, .png a strip of six poses.
+
+        ValueError for another suffix, OSError where the file cannot be written.
+        """
+        path = Path(path)
+        kind = path.suffix.lower()
+        if kind not in WRITERS:
+            known = ", ".join(f"{suffix} ({words})" for suffix, words in WRITERS.items())
+            raise ValueError(f"a scene is saved as {known}, not as {path.name!r}")
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}")
+        if kind == ".html":
+            path.write_bytes(self.html.encode())
+        else:
+            from ..plot import poses
+
+            (poses.gif if kind == ".gif" else poses.save_strip)(self, path)
+
+    @cached_property
+    def png(self):
+        """Five poses in a row, as a PNG file: bytes."""
+        from ..plot.poses import strip_png
+
+        return strip_png(self, 5)
+
+    def _repr_html_(self):
+        """The page in a frame that covers the picture of poses: where frames are stripped, the picture is seen."""
+        title, picture = html.escape(self.title), b64encode(self.png).decode()
+        return (
+            f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
+            f'<img style="max-width:100%;max-height:100%" alt="{title}" src="data:image/png;base64,{picture}">'
+            f'<iframe style="position:absolute;left:0;top:0;width:100%;height:100%;border:0" title="{title}" '
+            f'srcdoc="{html.escape(self.html)}"></iframe></div>'
+        )
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        makers = {
+            "text/html": self._repr_html_,
+            "image/png": lambda: b64encode(self.png).decode(),
+            "text/plain": lambda: f"Scene({self.title!r}, {self.duration:.6g} s)",
+        }
+        wanted = set(include or makers) - set(exclude or ())
+        return {kind: make() for kind, make in makers.items() if kind in wanted}
+
+
+def scene(robot, motion, show=None, *, beside=None, title=None, names=None):
+    """A Scene of a motion.
+
+    robot: FiveBar or any robot with two drives, or a linkage. motion: a Run, a Plan or any reference, or a Study of
+    the linkage. show: names out of SHOWS; None: the path, and the reference where there is one. beside: a second
+    motion of the same kind, drawn to the right on the same clock. names: texts for both. ValueError for unknown names,
+    motions of another robot and motions of which nothing can be drawn; ImportError without meshcat, once it is saved.
+    """
+    sources = [source(robot, motion)]
+    if beside is not None:
+        sources.append(source(getattr(beside, "robot", None) or getattr(beside, "linkage", robot), beside))
+    names = () if names is None else tuple(map(str, names))
+    if names and len(names) != len(sources):
+        raise ValueError(f"names has {len(names)} texts for {len(sources)} motions")
+    if not names and len(sources) == 2:
+        names = "first", "second"
+    groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
+    machines = tuple(
+        Machine(own.frames, events=tuple(own.events), layers=layers, **own.body) for own, layers in zip(sources, groups)
+    )
+    return Scene(machines, sources[0].title if title is None else str(title), names)
+
+
+def strip(motion, path=None, poses=6, *, robot=None, show=None, title=None):
+    """Matplotlib figure of a motion in poses evenly spaced in time; written to `path` (PNG, SVG, PDF) if given.
+
+    robot: needed for a reference only; the rest as in `scene`.
+    """
+    from ..plot.poses import strip_figure
+
+    own = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
+    figure = strip_figure(scene(own, motion, show, title=title), poses)
+    if path is not None:
+        figure.savefig(path)
+    return figure
