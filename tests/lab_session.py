@@ -68,6 +68,8 @@ class Ask:
         reply = self.reply(self.robot, None, name, row)
         if reply.kind != "value":
             self.give(Verdict(0.0, reply.kind, reply.text))
+        if reply.value is None:
+            self.give(Verdict(0.0, "type", "returned None: is a return missing?"))
         return reply.value
 
     def decoded(self, value):

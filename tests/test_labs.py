@@ -1,13 +1,15 @@
 """The labs are honest: right solutions of any form earn all, empty ones nothing, and each mistake is named."""
 
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import robot_for
-
-from .lab_session import FOLDERS, SOLUTIONS, load, mistakes, results, score
+from tests.lab_session import FOLDERS, LABS, SOLUTIONS, load, mistakes, results, score
 
 FORMS = [(lab, path) for lab in FOLDERS for path in sorted(SOLUTIONS.glob(f"**/{lab}.py"))]
 CHECKS = {lab: vars(load(lab, "test_lab")) for lab in FOLDERS}
@@ -26,7 +28,7 @@ def test_there_are_seven_labs_each_solved_in_more_than_one_way():
 
 @pytest.mark.parametrize(("lab", "path"), FORMS, ids=[str(p.relative_to(SOLUTIONS)) for _, p in FORMS])
 def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path):
-    for seed in range(1, 4):
+    for seed in (1, 2):
         found = results(lab, path.read_text(), seed=seed)
         assert {title: v.text for title, (_, v) in found.items() if v.share < 1} == {}
         assert [v.diagnosis for _, v in found.values() if v.diagnosis] == []
@@ -89,3 +91,49 @@ def test_statement_and_file_have_the_signatures_of_the_exercises(lab):
         assert defined[exercise.name] == ", ".join(exercise.arguments)
     for name in defined:
         assert f"{name}(" in readme
+
+
+def test_the_figures_are_those_that_the_statements_show(tmp_path):
+    command = [sys.executable, "-W", "error", LABS / "figures.py", tmp_path]
+    subprocess.run(command, check=True, timeout=120)
+    drawn = {path.relative_to(tmp_path) for path in tmp_path.glob("**/*.png")}
+    shown = set()
+    for folder in FOLDERS.values():
+        links = re.findall(r"\]\((.+?)\)", (folder / "README.md").read_text())
+        assert [link for link in links if not (folder / link).is_file()] == []
+        shown |= {Path(folder.name, link) for link in links}
+    assert drawn == shown
+    assert all((LABS / path).stat().st_size <= 60_000 for path in shown)
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_the_program_grades_a_solution_with_full_marks(lab):
+    command = [sys.executable, "-m", "fivebar", "check", lab, SOLUTIONS / f"{lab}.py"]
+    shown = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert "total 20 of 20 points" in shown.stdout, shown.stdout + shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new", "word"),
+    [
+        ("gains", "omega = 0.25 / period", "omega = 1.2 / period", "grows"),
+        ("gains", "omega = 0.25 / period", "omega = 0.05 / period", "after 40 periods"),
+        ("gains", "omega = 0.25 / period", "omega = 10.0", "after 40 periods"),
+        ("gains", "return omega**2, 2 * omega", "return omega**2, 0.5 * omega", "overshoots"),
+        ("gains", "return omega**2, 2 * omega", "return 2 * omega, omega**2", "e"),
+        ("crossing_trajectory", "    half = s * duration\n", "    return trajectory(t, x0, y0, x1, y1, duration)\n", "0.1 N m"),
+        ("crossing_trajectory", "half = s * duration", "half = (s - 0.02) * duration", "0.1 N m"),
+        ("crossing_trajectory", "half = s * duration", "half = s * duration / 40", "0.1 N m"),
+        ("crossing_trajectory", "return x0 + p * X, y0 + p * Y, pD", "return x0 + p * X, y0 + p * Y, 1.1 * pD", "velocity is not"),
+        ("crossing_trajectory", "pDD * X, pDD * Y", "0 * X, 0 * Y", "is not the derivative"),
+        ("crossing_trajectory", "return x0 + p * X", "return x0 + 0.001 + p * X", "beside the task"),
+        ("crossing_trajectory", "return x0 + p * X", "return x0 + 0 * p * X", "beside the task"),
+        ("crossing_trajectory", "    half = s * duration\n", "    return None\n", "return missing"),
+        ("computed_torque", "return M[0][0]", "return 0, 0\n    return M[0][0]", "value"),
+    ],
+)  # fmt: skip
+def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new, word):
+    source = (SOLUTIONS / "lab6.py").read_text()
+    assert source.count(old) == 1
+    lost = [v for _, v in results("lab6", source.replace(old, new), only=function).values() if v.share < 1]
+    assert lost and any(word in verdict.text for verdict in lost), [verdict.text for verdict in lost]
