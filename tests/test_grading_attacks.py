@@ -15,7 +15,7 @@ from fivebar.grading.places import bwrap_trouble
 from fivebar.grading.student import Student
 from fivebar.grading.submission import Submission
 
-from .grading_attacks import ATTACKS, SELF_HARM
+from .attacks import ATTACKS, SELF_HARM
 
 HONEST = "def double(x):\n    return 2 * x\n"
 
@@ -115,7 +115,7 @@ def test_an_attack_earns_nothing_and_breaks_nothing(name, isolate, scene, monkey
     assert reply.text.isprintable() and student.output.replace("\n", "").replace("\t", "").isprintable()
     assert len(reply.text) <= 500 and len(repr(reply.value)) < 200_000 and len(student.output) <= 64_000
     assert not processes([worker.nonce for worker in started])
-    assert not any(Path(worker._folder.name).exists() for worker in started) and not scene.left_behind()
+    assert not any(worker.folder and Path(worker.folder).exists() for worker in started) and not scene.left_behind()
     assert set(os.listdir("/proc/self/fd")) == before
     with pytest.raises(ChildProcessError):
         os.waitpid(-1, os.WNOHANG)
@@ -234,7 +234,10 @@ def test_a_grader_that_is_killed_leaves_no_worker(isolate, tmp_path):
         f"student = Student(Submission('a.py', 'import time\\ndef f(): time.sleep(1000)'), {isolate!r}, limit=1000)\n"
         "print(student._worker.nonce, flush=True)\nstudent.ask('f', [()])\n"
     )
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as grader:
+    environment = os.environ | {"TMPDIR": str(tmp_path)}  # the folder that the worker starts in is left, empty
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, env=environment
+    ) as grader:
         nonce = grader.stdout.readline().strip()
         time.sleep(0.2)
         alive = processes([nonce])
@@ -244,3 +247,4 @@ def test_a_grader_that_is_killed_leaves_no_worker(isolate, tmp_path):
     while processes([nonce]) and time.monotonic() < end:
         time.sleep(0.02)
     assert not processes([nonce])
+    assert [list(folder.iterdir()) for folder in tmp_path.iterdir()] == ([[]] if isolate == "process" else [])

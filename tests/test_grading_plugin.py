@@ -29,6 +29,8 @@ def pytest_run(*arguments, cwd):
 def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", SOLUTION, cwd=tmp_path)
     assert code == 0 and "20 of 20 points" in text
+    code, text = pytest_run(LABS / "lab1_geometry", LABS / "lab2_kinematics", "--submission", SOLUTION, cwd=tmp_path)
+    assert code == 1 and "20 of 40 points" in text and "no function dkm" in text
     code, text = pytest_run(LABS / "lab1_geometry", cwd=tmp_path)
     assert code == 4 and "Give --submission FILE" in text and "Traceback" not in text
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", "none.py", cwd=tmp_path)

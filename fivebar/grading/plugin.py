@@ -32,6 +32,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    config.option.importmode = "importlib"  # all labs have files of the same names
     config.pluginmanager.register(_from_options(config), "fivebar checks")
 
 
