@@ -110,7 +110,7 @@ def assembly_modes():
 
 
 def working_modes():
-    figure, axes = panels(4, 2.4, 2.7)
+    figure, axes = panels(4, 2.4, 1.9)
     for each, mode in zip(axes, ((-1, -1), (-1, 1), (1, -1), (1, 1))):
         pose = fb.igm(ROBOT, (0.01, 0.12), mode)
         draw(each, pose)
@@ -124,7 +124,7 @@ def working_modes():
 
 def velocities():
     figure, (axes,) = panels(1, 5.4, 4.2)
-    rates = fb.dkm(fb.igm(ROBOT, (0.025, 0.12), OUTWARD), (0.9, 0.3))
+    rates = fb.ikm(fb.igm(ROBOT, (0.025, 0.12), OUTWARD), (-0.075, 0.1))
     pose = rates.pose
     draw(axes, pose, alpha=0.45)
     (base, elbow, end), _ = points(pose)
@@ -137,8 +137,8 @@ def velocities():
     swing = scale * ROBOT.l12 * (rates.q_dot[0] + rates.q_passive_dot[0]) * v12
     arrow(axes, elbow, elbow_velocity, GREEN, r"$l_{11}\dot q_{11}v_{11}$", (-10, 14))
     arrow(axes, end, elbow_velocity, GREEN, linestyle="--", lw=1.3)
-    arrow(axes, end + elbow_velocity, swing, PINK, r"$l_{12}(\dot q_{11}+\dot q_{12})v_{12}$", (12, 12))
-    arrow(axes, end, scale * rates.xi_dot, INK, r"$\dot\xi$", (-14, 0))
+    arrow(axes, end + elbow_velocity, swing, PINK, r"$l_{12}(\dot q_{11}+\dot q_{12})v_{12}$", (-20, 12))
+    arrow(axes, end, scale * rates.xi_dot, INK, r"$\dot\xi$", (14, -8))
     arrow(axes, elbow, 30 * u12, LEFT, "$u_{12}$", (14, 2))
     arrow(axes, base, 30 * np.array([np.cos(own), np.sin(own)]), LEFT, "$u_{11}$", (16, 2))
     axes.set(xlim=(-165, 170), ylim=(-15, 185))
@@ -255,7 +255,7 @@ def profile():
 
 def error_decay():
     figure, (axes,) = panels(1, 5.2, 2.9, axis=True)
-    names = ((0.05, LEFT, "-"), (0.25, GREEN, (0, (6, 2))), (1.2, RIGHT, (0, (2, 1.5))))
+    names = ((0.05, LEFT, "-"), (0.6, GREEN, (0, (6, 2))), (1.2, RIGHT, (0, (2, 1.5))))
     for size, colour, dashes in names:
         kp, kd = size**2, 2 * size
         e, rate, history = 1.0, 0.0, [1.0]
