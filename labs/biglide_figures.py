@@ -46,7 +46,7 @@ def robot():
 
 
 def modes():
-    figure, axes = panels(6, 1.9, 2.8)
+    figure, axes = panels(6, 1.9, 2.9)
     for each, mode in zip(axes, (-1, 1)):
         q = (0.03, -0.03)
         draw(each, fb.dgm(ROBOT, q, -mode), -300, 300, alpha=0.15, end=False)
@@ -59,7 +59,7 @@ def modes():
         draw(each, fb.igm(ROBOT, (0.03, 0.0), mode), -300, 300)
         each.set_title("gamma1 = {:+d}\ngamma2 = {:+d}".format(*mode).replace("-", "−"), fontsize=9)
     for each in axes:
-        each.set(xlim=(-235, 235), ylim=(-310, 310))
+        each.set(xlim=(-235, 235), ylim=(-310, 310), anchor="S")
     return figure
 
 
