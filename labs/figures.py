@@ -309,13 +309,15 @@ FIGURES = {
 }
 
 
-def main(folder):
-    for lab, drawings in FIGURES.items():
-        place = Path(folder) / lab / "figures"
+def main(figures):
+    """Draw {lab: functions} into the labs of the folder on the command line, else of this one."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    for lab, drawings in figures.items():
+        place = folder / lab / "figures"
         place.mkdir(parents=True, exist_ok=True)
         for drawing in drawings:
             drawing().savefig(place / f"{drawing.__name__}.png", dpi=100)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent)
+    main(FIGURES)

@@ -42,6 +42,7 @@ class NoProgram:
 class Program:
     """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
 
+    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
     words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
     where: a line's number in its author's words.
     """
@@ -51,8 +52,11 @@ class Program:
     words: frozenset = frozenset()
     constants: dict = field(default_factory=dict)
     where: object = "line {}".format
+    robot_from_standard: object = None
 
     def robot_in(self, lab):
+        if self.robot_from_standard:
+            return self.robot_from_standard(lab.robot())
         return self.robot or robot_from(lab.robot(), self.constants)
 
 

@@ -5,6 +5,8 @@ What it asks through `ask` is recorded even where the check crashes; such a cras
 """
 
 import hashlib
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +40,7 @@ def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
     from .grade import Task
     from .sandbox import IsolationError
-    from .variants import robot_of
+    from .variants import robot_for
 
     option = config.option
     if not option.submission:
@@ -46,13 +48,15 @@ def _from_options(config):
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    own = robot_of(option.secret_file.read_bytes().strip(), option.student) if option.secret_file else None
-    task = Task(path, option.student, option.seed, own, option.isolate, option.time_limit)
+    task = Task(path, option.student, option.seed, None, option.isolate, option.time_limit)
     try:
         program = task.open()
     except IsolationError as error:
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
+    if option.secret_file:
+        secret = option.secret_file.read_bytes().strip()
+        program = replace(program, robot_from_standard=partial(robot_for, option.student, secret))
     return Checks(program, option.seed)
 
 

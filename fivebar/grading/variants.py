@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..errors import UsageError
-from ..robots import FiveBar
+from ..robots import Biglide, FiveBar
 
 PUBLIC_SEED = "public"
 
@@ -25,7 +25,7 @@ def hidden_seed(secret, lab):
 
 
 def robot_of(secret, student):
-    """The student's robot, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
+    """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
 
     Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm: always assemblable.
     """
@@ -37,11 +37,19 @@ def robot_of(secret, student):
     return FiveBar(*bars, d / 1000, zz[0] / 10000, zz[1] / 10000, m / 100)
 
 
+def biglide_of(secret, student):
+    """The student's biglide likewise: bars alike in 262..302 mm, d in 380..420 mm."""
+    draw = np.random.default_rng(int.from_bytes(_drawn(secret, "biglide", student)))
+    bar, d = draw.integers((262, 380), (302, 420), endpoint=True).tolist()
+    mf1, mf2, m = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True).tolist()
+    return Biglide(bar / 1000, bar / 1000, d / 1000, mf1 / 100, mf2 / 100, m / 100)
+
+
 def with_constants(source, robot):
     """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
     for name, value in parameters(robot).items():
         source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
-        if not found and name in ("l11", "l12", "l21", "l22", "d"):
+        if not found and name in lengths(robot):
             raise UsageError(f"the lab's student.py has no line `{name} = ...` to put a student's own robot in")
     return source
 
@@ -50,9 +58,7 @@ def robot_for(student, secret, standard):
     """A student's robot: his own where the course has a secret, else the lab's standard one."""
     if secret is None:
         return standard
-    if not isinstance(standard, FiveBar):
-        raise UsageError("only labs on the five-bar robot can give each student one of his own")
-    return robot_of(secret, student)
+    return (biglide_of if isinstance(standard, Biglide) else robot_of)(secret, student)
 
 
 def constants_in(source):
@@ -75,6 +81,11 @@ def is_number(value):
 def parameters(robot):
     """A robot's numbers by name."""
     return {f.name: getattr(robot, f.name) for f in fields(robot)}
+
+
+def lengths(robot):
+    """A robot's lengths by name, m."""
+    return {name: value for name, value in parameters(robot).items() if name[0] in "ld"}
 
 
 def robot_from(standard, constants):
