@@ -8,7 +8,7 @@ from ..errors import UsageError
 from ..robots import FiveBar
 
 PACKAGE = Path(__file__).parents[1]
-SHIPPED = PACKAGE.parent / "labs", PACKAGE / "_labs"  # a clone's, an installed wheel's
+SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,9 @@ def known_labs(folder=None):
     """All labs: of `folder`, which may be a lab itself, else the shipped ones."""
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
-    places = SHIPPED if folder is None else (Path(folder),)
-    for place in places:
-        found = [path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))]
-        if found:
-            return [Lab(path.resolve()) for path in sorted(found)]
-    return []
+    place = SHIPPED if folder is None else Path(folder)
+    found = sorted(path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py")))
+    return [Lab(path.resolve()) for path in found]
 
 
 def find_lab(name, folder=None):
