@@ -126,3 +126,28 @@ for k in range(5):
     about = json.loads(done.stdout, parse_constant=pytest.fail)
     assert [scope["rms_difference"] for scope in about["scopes"]] == [None, None, 0.5]
     assert about["files"] == ["script_scopes.png"]
+
+
+def test_what_waits_for_others_takes_real_time(tmp_path):
+    """Queues, processes and asyncio under a clock that stands still; the script's own clock is the simulation's."""
+    script = (
+        START
+        + """import asyncio, multiprocessing, queue, subprocess, sys, time
+try:
+    queue.Queue().get(timeout=0.02)
+except queue.Empty:
+    with multiprocessing.Pool(2) as pool:
+        print(pool.map(abs, [-1, 2]))
+print(subprocess.run([sys.executable, "-c", "print(3)"], capture_output=True, text=True, timeout=60).stdout.strip())
+async def main():
+    for _ in range(3):
+        robot.apply_efforts(0, 0)
+        await asyncio.sleep(0.01)
+asyncio.run(main())
+start = time.monotonic()
+time.sleep(0.5)
+print(start, time.monotonic(), time.perf_counter())
+"""
+    )
+    done = run(tmp_path, script, "--timeout", 30)
+    assert done.stdout.splitlines() == ["[1, 2]", "3", "0.03 0.53 0.53"]
