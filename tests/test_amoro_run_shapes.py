@@ -110,6 +110,20 @@ plt.show()
     assert done.stderr.count("ValueError: of a frame") == 1 and "Warning" not in done.stderr
 
 
+def test_the_picture_itself_may_be_asked_for(tmp_path):
+    script = """import matplotlib.pyplot as plt, numpy as np
+figure, axes = plt.subplots()
+line, = axes.plot([0, 1], [0, 1], lw=20)
+pictures = []
+for colour in ("red", "blue"):
+    line.set_color(colour)
+    figure.canvas.draw()
+    pictures.append(np.array(figure.canvas.buffer_rgba()))
+print([picture[240, 328].tolist() for picture in pictures])
+"""
+    assert run(tmp_path, script).stdout == "[[255, 0, 0, 255], [0, 0, 255, 255]]\n"
+
+
 def test_scopes_of_anything(tmp_path):
     """Matrices, what is not finite, and titles that Matplotlib would read as formulas."""
     script = (

@@ -73,6 +73,12 @@ class FigureCanvas(FigureCanvasAgg):
     def draw_idle(self):
         """The same."""
 
+    def buffer_rgba(self):
+        """The picture itself, for scripts that make films of it."""
+        if not self.is_saving():
+            super().draw()
+        return super().buffer_rgba()
+
     def flush_events(self):
         """No window has events."""
 
