@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -207,6 +208,18 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
         letter = page.evaluate("[...scene.letters.children].find(e => e.textContent === 'B').getAttribute('x')")
         assert float(letter) == pytest.approx(x + 11) and 0 < y < page.locator("svg.scene").bounding_box()["height"]
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
+    page = opened(written(run, tmp_path, show="tau"))
+    for width, height in ((1280, 900), (700, 200), (1280, 60), (240, 240)):
+        page.set_viewport_size({"width": width, "height": height})
+        settle(page)
+        page.wait_for_timeout(150)
+        drawn = re.fullmatch(r"M12 \S+v6h(\S+)v-6", page.evaluate("scene.rule.getAttribute('d')"))
+        number, unit = page.evaluate("scene.length.textContent").split()
+        metres = float(number) * {"mm": 1e-3, "m": 1.0}[unit]
+        assert float(drawn[1]) == pytest.approx(page.evaluate("scene.scale") * metres) and float(drawn[1]) > 0
 
 
 def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811

@@ -404,6 +404,15 @@ def test_linkages_slide_where_they_do(held):
         np.testing.assert_allclose(span[:, 0] * to[:, 1] - span[:, 1] * to[:, 0], 0, atol=1e-12)
 
 
+def test_lines_without_ends_are_drawn_where_the_biglide_is():
+    reference = fb.line((0.0, 5.2), (0.06, 5.25), 2.0)
+    scene = view.scene(fb.Biglide(), reference, "loci")
+    for line in layers(scene, Line):
+        assert [sorted(path[:, 1]) for path in line.paths] == [pytest.approx([4.86, 5.39], abs=0.01)] * len(line.paths)
+        assert all(abs(path[0, 0]) == pytest.approx(0.0828427) and np.ptp(path[:, 0]) == 0 for path in line.paths)
+    assert scene.window[1][1] - scene.window[0][1] < 0.7
+
+
 def test_biglide_has_driven_feet_on_rails():
     robot = fb.Biglide()
     reference = fb.line((0.0, 0.2), (0.05, 0.15), 0.5)
