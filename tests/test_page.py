@@ -17,8 +17,9 @@ from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCrank, study
 from fivebar.pages import document, runs
 
+from .browsing import settle, until
 from .conftest import UNEQUAL
-from .pages import bars, browser, chain, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
+from .pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
 
 HOSTILE = (
     '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
@@ -458,8 +459,12 @@ def _changed(run, **changes):
     ("subject", "options", "message"),
     [
         (lambda run: {}, {}, "at least one run"),
-        (lambda run: _changed(run, t=run.t[:0]), {}, "at least 2 samples, but the run has 0"),
-        (lambda run: {"a": run, "b": _changed(run, t=run.t[:1])}, {}, "at least 2 samples, but the run 'b' has 1"),
+        (lambda run: _changed(run, t=run.t[:0]), {}, "the run has 0 samples: a motion needs at least 2"),
+        (
+            lambda run: {"a": run, "b": _changed(run, t=run.t[:1])},
+            {},
+            "the run 'b' has 1 samples",
+        ),
         (lambda run: _changed(run, t=np.where(run.t == 1, np.nan, run.t)), {}, r"t\[1000\] is nan, not finite"),
         (lambda run: _changed(run, t=run.t[::-1]), {}, r"t\[1\] = 1.999 is not after t\[0\] = 2"),
         (lambda run: _changed(run, q=run.q[:9]), {}, "2001 samples of t, but 9 of q"),

@@ -264,8 +264,8 @@ def test_names_are_known_and_fit_the_motion(run):
 @pytest.mark.parametrize(
     ("t", "numbers", "message"),
     [
-        ([], np.zeros((0, 2)), "at least 2 samples, not 0"),
-        ([0.0], np.zeros((1, 2)), "at least 2 samples, not 1"),
+        ([], np.zeros((0, 2)), "has 0 samples: a motion needs at least 2"),
+        ([0.0], np.zeros((1, 2)), "has 1 samples: a motion needs at least 2"),
         ([0, 1, np.nan], np.zeros((3, 2)), r"t\[2\] is nan, not finite"),
         ([0, 1, 1], np.zeros((3, 2)), r"t\[2\] = 1.0 is not after t\[1\] = 1.0"),
         ([[0, 1]], np.zeros((1, 2)), r"t has shape \(1, 2\), not \(n,\)"),
