@@ -10,13 +10,14 @@ def add_parsers(commands):
     parser.add_argument("name", metavar="NAME", help="a chart, or all; an unknown name lists them")
     parser.add_argument("--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)")
     parser.add_argument("--quick", action="store_true", help="every other point, and less time for each")
+    parser.add_argument("--peers", action="store_true", help="with all: other simulators too (extra: peers)")
     parser.set_defaults(run=_chart)
 
 
 def _chart(arguments):
     from .study.work_precision import chart_names, make
 
-    names = chart_names() if arguments.name == "all" else (arguments.name,)
+    names = chart_names(arguments.peers) if arguments.name == "all" else (arguments.name,)
     try:
         made = make(names, arguments.out, arguments.quick)
     except KeyboardInterrupt:

@@ -33,6 +33,6 @@ def _parser():
         prog="fivebar", description="The five-bar parallel robot: models, control, singularities."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (track_cli, map_cli, linkage_cli, chart_cli, grade_cli, run_cli):
+    for module in (track_cli, map_cli, linkage_cli, chart_cli, run_cli, grade_cli):
         module.add_parsers(commands)
     return parser

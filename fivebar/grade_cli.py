@@ -56,7 +56,7 @@ def _check(arguments):
 def _grade(arguments):
     from .grading.grade import Task, grade
     from .grading.labs import find_lab
-    from .grading.variants import hidden_seed, robot_of
+    from .grading.variants import hidden_seed, robot_for
 
     lab, secret, limit = find_lab(arguments.lab, arguments.labs), _secret(arguments.secret_file), _limit(arguments)
     if arguments.hand_out:
@@ -68,8 +68,10 @@ def _grade(arguments):
         return _cohort(arguments, lab, secret, seed, limit)
     path = _only_program(arguments.file) if arguments.file.is_dir() else arguments.file
     _must_be_file(path)
+    if arguments.out:
+        raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or path.stem
-    robot = robot_of(secret, student, lab.robot) if secret else lab.robot
+    robot = robot_for(student, secret, lab.robot())
     task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
     report = grade(lab, task)
     print(*report.warnings, sep="\n", end="\n" if report.warnings else "", file=sys.stderr)
@@ -111,8 +113,8 @@ def _cohort(arguments, lab, secret, seed, limit):
 
     if arguments.out is None:
         raise UsageError("a folder of submissions needs --out DIR for the results")
-    if arguments.student or arguments.html:
-        raise UsageError("--student and --html are for one submission; a folder's pages go to --out")
+    if arguments.student or arguments.html or arguments.csv:
+        raise UsageError("--student, --html and --csv are for one submission; a folder's files go to --out")
     if arguments.jobs < 1:
         raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
     entries = find_submissions(arguments.file, arguments.out)
@@ -135,7 +137,7 @@ def _cohort(arguments, lab, secret, seed, limit):
 
 def _hand_out(arguments, lab, secret):
     from .grading.outputs import file_name, write_whole
-    from .grading.variants import robot_of, with_constants
+    from .grading.variants import robot_for, with_constants
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
@@ -147,18 +149,19 @@ def _hand_out(arguments, lab, secret):
     for student in dict.fromkeys(line.strip() for line in lines if line.strip()):
         path = arguments.out / file_name(student) / "student.py"
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, with_constants(source, robot_of(secret, student, lab.robot)))
+        write_whole(path, with_constants(source, robot_for(student, secret, lab.robot())))
         print(path)
 
 
 def _secret(path):
     """The course's secret as bytes, None where there is none."""
+    given = os.environ.pop(SECRET, "")  # no process that this one starts shall see it
     try:
-        secret = path.read_bytes().strip() if path else os.environ.get(SECRET, "").encode()
+        secret = path.read_bytes().strip() if path else given.encode()
     except OSError as error:
         raise UsageError(f"--secret-file: {error}") from None
-    if path and len(secret) < 8:
-        raise UsageError(f"--secret-file: {path} holds fewer than 8 bytes: anyone could guess that secret")
+    if (path or given) and len(secret) < 8:
+        raise UsageError(f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess")
     return secret or None
 
 

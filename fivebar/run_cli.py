@@ -12,6 +12,7 @@ from .errors import UsageError
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
 BACKEND = "module://fivebar.amoro.ros_free.figures"
+ENDINGS = {"plot": (".png", ".svg", ".pdf"), "animate": (".html", ".gif", ".png")}
 MOST_SEED = 2**32 - 1
 MOST_TIME = 10_000.0  # s: more than a GB of rows
 
@@ -99,5 +100,9 @@ def _check(arguments):
         path = getattr(arguments, name)
         if path is not None and not Path(path).parent.is_dir():
             raise UsageError(f"--{name} {path}: no such folder")
+        if path is not None and Path(path).is_dir():
+            raise UsageError(f"--{name} {path} is a folder, not a file")
+        if path is not None and name in ENDINGS and Path(path).suffix.lower() not in ENDINGS[name]:
+            raise UsageError(f"--{name} must end in one of {', '.join(ENDINGS[name])}, not {path!r}")
     if not Path(arguments.plots).is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

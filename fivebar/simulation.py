@@ -31,7 +31,8 @@ def simulate(
     controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque. Of a biglide
     all that is in rad here is in m, and in N m, in N.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
-    start: Rates, default as the reference starts, in a plan's working modes or (-1, -1), or at rest at q = (0, 0).
+    start: Rates, default as the reference starts, in the working modes of a plan or of the controller, or (-1, -1), or
+    at rest at q = (0, 0).
     step: s; control_period a multiple of it; the run ends with the first step at or after the duration.
     method: "rk4", or "dop8", Dormand and Prince's of order 8.
     tolerance: rad; halves the step until two runs say that no joint angle is farther off, which Run.step_error holds.
@@ -48,7 +49,7 @@ def simulate(
         return _refined(_positive(tolerance, "tolerance"), step, robot, controller, reference, **options)
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
     check_options(chart=chart, method=method, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution)
-    start = start_with(robot, reference) if start is None else start
+    start = start_with(robot, reference, controller) if start is None else start
     plant = Plant(robot, CHARTS[chart], method, grid.step, grid.block, start)
     period = grid.block * grid.step
     loop = _Loop(robot.words, controller, reference, torque_limit, delay, encoder_resolution, period)
@@ -120,12 +121,18 @@ def check_options(chart, method, delay, torque_limit, resolution=None, charts=tu
             _positive(value, name)
 
 
-def start_with(robot, reference):
-    """Rates of the reference's start, a plan's in its working modes; without a reference at rest at q = (0, 0)."""
+def start_with(robot, reference, controller):
+    """Rates of the reference's start in its working modes or the controller's; without a reference at rest at home.
+
+    ValueError where both have working modes (a plan and a joint controller), and not the same.
+    """
     if reference is None:
         return dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
+    modes = [tuple(own.working) for own in (reference, controller) if getattr(own, "working", None) is not None]
+    if len(set(modes)) > 1:
+        raise ValueError(f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same")
     xi, xi_dot, _ = reference(0.0)
-    return ikm(igm(robot, xi, getattr(reference, "working", (-1, -1))), xi_dot)
+    return ikm(igm(robot, xi, modes[0] if modes else (-1, -1)), xi_dot)
 
 
 class _Loop:

@@ -112,6 +112,18 @@ def from_csv(path, smoothing=0.0):
     return Trajectory(t[0], t[-1] - t[0], lambda times: np.stack([spline(times) for spline in splines], axis=-1))
 
 
+def must_increase(t, whose):
+    """Refuse times from which no motion can be shown."""
+    if len(t) < 2:
+        raise ValueError(f"{whose} has {len(t)} samples: a motion needs at least 2")
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        raise ValueError(f"{whose}: t[{bad[0]}] is {t[bad[0]]}, not finite")
+    late = np.flatnonzero(np.diff(t) <= 0) + 1
+    if len(late):
+        raise ValueError(f"{whose}: t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}")
+
+
 def read_columns(path, names):
     """The named columns of a CSV file as (n, len(names)) floats; the first column is time and must increase.
 

@@ -2,8 +2,9 @@
 
 import importlib.util
 import inspect
+import re
 import zlib
-from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -15,13 +16,14 @@ from fivebar.grading.judge import TOLERANCE
 
 LABS = Path(__file__).parents[1] / "labs"
 FOLDERS = {folder.name.split("_")[0]: folder for folder in sorted(LABS.glob("lab*_*"))}
-SOLUTIONS = Path(__file__).parent / "data" / "solutions"
+SOLUTIONS, MISTAKES = (Path(__file__).parent / "data" / name for name in ("solutions", "mistakes"))
 
 
 class Lost(AssertionError):
     """A check that is not all right."""
 
 
+@cache
 def load(lab, part):
     """A lab's exercises.py or test_lab.py as a module of its own."""
     spec = importlib.util.spec_from_file_location(f"{lab}_{part}", FOLDERS[lab] / f"{part}.py")
@@ -30,12 +32,20 @@ def load(lab, part):
     return module
 
 
+@cache
+def compiled(source):
+    return compile(source, "student.py", "exec")
+
+
 class Ask:
-    def __init__(self, exercises, source, robot):
+    """noise: relative, on every float that comes back, as rounding has it."""
+
+    def __init__(self, exercises, source, robot, noise):
         self.exercises = {exercise.name: exercise for exercise in exercises}
         self.student = ModuleType("student")
-        exec(compile(source, "student.py", "exec"), self.student.__dict__)
-        self.robot, self.verdict_given = robot, None
+        exec(compiled(source), self.student.__dict__)
+        self.robot, self.noise, self.verdict_given = robot, np.random.default_rng(0), None
+        self.size = noise
 
     def __call__(self, name, *columns, robot=None, constants=None, tolerance=None, refuse=None, limit=None):
         robot = robot or self.robot
@@ -46,11 +56,11 @@ class Ask:
         self.give(found)
 
     def reply(self, robot, constants, name, row):
-        values = asdict(robot) | (constants or {})
+        values = vars(robot) | (constants or {})
         self.student.__dict__.update(values)
         try:
             with np.errstate(all="ignore"):
-                return Reply("value", decoded(getattr(self.student, name)(*row)))
+                return Reply("value", self.decoded(getattr(self.student, name)(*row)))
         except Exception as error:
             return Reply("exception", text=f"{type(error).__name__}: {error}")
 
@@ -58,7 +68,17 @@ class Ask:
         reply = self.reply(self.robot, None, name, row)
         if reply.kind != "value":
             self.give(Verdict(0.0, reply.kind, reply.text))
+        if reply.value is None:
+            self.give(Verdict(0.0, "type", "returned None: is a return missing?"))
         return reply.value
+
+    def decoded(self, value):
+        """Tuples as lists, as they come over a pipe."""
+        if isinstance(value, (tuple, list)):
+            return [self.decoded(part) for part in value]
+        if isinstance(value, (float, np.ndarray)):
+            return value * (1 + self.size * self.noise.uniform(-1, 1, np.shape(value)))
+        return value
 
     def verdict(self, share, reason="", asked="", came="", off=None):
         self.give(Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off))
@@ -69,12 +89,7 @@ class Ask:
             raise Lost(found.text)
 
 
-def decoded(value):
-    """Tuples as lists, as they come over a pipe."""
-    return [decoded(part) for part in value] if isinstance(value, (tuple, list)) else value
-
-
-def results(lab, source, robot=None, seed=0, only=""):
+def results(lab, source, robot=None, seed=0, only="", noise=0.0):
     """{check's title: (points, Verdict)} of a file's source; a title begins with the function's name and a colon.
 
     only: the checks of this function.
@@ -85,7 +100,7 @@ def results(lab, source, robot=None, seed=0, only=""):
     for name, test in vars(checks).items():
         if not name.startswith("test_") or (only and not test.__doc__.startswith(f"{only}:")):
             continue
-        ask = Ask(exercises.EXERCISES, source, robot)
+        ask = Ask(exercises.EXERCISES, source, robot, noise)
         given = {"ask": ask, "robot": robot, "draw": np.random.default_rng([seed, zlib.crc32(name.encode())])}
         try:
             test(**{key: given[key] for key in inspect.signature(test).parameters})
@@ -94,6 +109,20 @@ def results(lab, source, robot=None, seed=0, only=""):
         assert ask.verdict_given is not None, f"{name} gave no verdict"
         found[test.__doc__] = test.pytestmark[0].args[0], ask.verdict_given
     return found
+
+
+def mistakes(lab):
+    """(function, misconception's name, the solution's source with it) of each block in tests/data/mistakes."""
+    right = (SOLUTIONS / f"{lab}.py").read_text()
+    for block in (MISTAKES / f"{lab}.txt").read_text().split("\n\n")[1:]:
+        title, *lines = block.strip("\n").split("\n")
+        function, name = title.split(": ", 1)
+        source = right
+        for hunk in re.findall(r"(?:^-.*\n)+(?:^\+.*\n)*", "\n".join(lines) + "\n", re.MULTILINE):
+            old, new = ("".join(f"{line[1:]}\n" for line in hunk.splitlines() if line[0] == sign) for sign in "-+")
+            assert f"\n{source}".count(f"\n{old}") == 1, f"{title}: {old!r} is not once in the solution"
+            source = f"\n{source}".replace(f"\n{old}", f"\n{new}")[1:]
+        yield function, name, source
 
 
 def score(found):

@@ -1,64 +1,30 @@
-"""What the tests of linked pages share: a browser without a network, pages opened in it, and what is read from them."""
+"""What the tests of linked pages share: pages opened in a browser, and what is read from them."""
 
 import re
-import shutil
-import time
 
 import numpy as np
 import pytest
 
+from .browsing import chromium, offline, settle, until
+
 
 @pytest.fixture(scope="module")
 def browser():
-    names = ("chromium", "chromium-browser", "google-chrome")
-    program = next(filter(None, map(shutil.which, names)), None)
-    if program is None:
-        pytest.fail(f"no browser: none of {', '.join(names)} is installed")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        # root, as in a container, has no sandbox
-        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
+    with chromium("--disable-gpu") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture
 def opened(browser):
-    """Opens a file without a network; at the end nothing but the file was asked for and nothing went wrong."""
-    contexts, requests, errors, files = [], [], [], []
+    """Opens a linked page's file."""
+    with offline(browser) as open_file:
 
-    def open_page(path, width=1280, height=900, **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_offline(True)
-        contexts.append(context)
-        files.append(path.as_uri())
-        page = context.new_page()
-        page.on("request", lambda request: requests.append(request.url))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda message: errors.append(message.text) if message.type != "info" else None)
-        page.goto(path.as_uri())
-        until(page, "document.body.dataset.ready")
-        return page
+        def open_page(path, width=1280, height=900, **options):
+            page = open_file(path, viewport={"width": width, "height": height}, **options)
+            until(page, "document.body.dataset.ready")
+            return page
 
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert [url for url in requests if not url.startswith(("data:", "blob:"))] == files
-    assert errors == []
-
-
-def until(page, condition):
-    # Playwright's own wait_for_function calls eval, which the page's policy forbids.
-    end = time.monotonic() + 20
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, f"never {condition}"
-        page.wait_for_timeout(10)
-
-
-def settle(page):
-    """Wait for what the last event has asked to be drawn."""
-    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        yield open_page
 
 
 def bars(page, number=-1):

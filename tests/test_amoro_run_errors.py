@@ -1,5 +1,7 @@
 """`fivebar run` on scripts that cannot work: what it says, with the exit code, and the script's own traceback alone."""
 
+import os
+
 import pytest
 
 from tests.test_amoro_run import START, run
@@ -153,6 +155,9 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
         (["script.py", "--timeout", "nan"], "--timeout must be finite and > 0, not nan"),
         (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
         (["script.py", "--record", "none/run.csv"], "--record none/run.csv: no such folder"),
+        (["script.py", "--record", "."], "--record . is a folder, not a file"),
+        (["script.py", "--plot", "run.xyz"], "--plot must end in one of .png, .svg, .pdf, not 'run.xyz'"),
+        (["script.py", "--animate", "run"], "--animate must end in one of .html, .gif, .png, not 'run'"),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),
         (["--until", "x", "script.py"], "invalid float value: 'x'"),
         (["script.py", "--until", "x"], "invalid float value: 'x'"),
@@ -173,5 +178,6 @@ def test_wrong_usage(tmp_path, monkeypatch, capsys, options, message):
 def test_what_cannot_be_written_is_said(tmp_path):
     done = run(tmp_path, START, "--record", "run.csv", code=1)
     assert "--record run.csv: nothing to write, as nothing was stepped" in done.stderr
-    done = run(tmp_path, START + "robot.apply_efforts(0, 0)", "--plot", "run.xyz", code=1)
-    assert "--plot run.xyz: Format 'xyz' is not supported" in done.stderr
+    os.symlink("none/run.csv", tmp_path / "lost.csv")
+    done = run(tmp_path, START + "robot.apply_efforts(0, 0)", "--record", "lost.csv", code=1)
+    assert "No such file or directory: 'lost.csv'" in done.stderr and "0.01 s simulated" in done.stderr

@@ -59,6 +59,12 @@ def test_other_errors_are_left_alone(tmp_path, line):
     assert explained(tmp_path, line)[0] == ""
 
 
+def test_an_error_that_has_no_text_is_left_alone(tmp_path):
+    script = "class Mute(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise Mute()\n"
+    done = run(tmp_path, script, code=1)
+    assert "Mute: <exception str() failed>" in done.stderr and "made no Robot" in done.stderr
+
+
 def test_a_line_of_the_students_models(tmp_path):
     """The explanation names the student's file, not the script that calls it."""
     (tmp_path / "five_bar_models.py").write_text("from math import *\ndef dgm(q):\n    return cos(q)\n")

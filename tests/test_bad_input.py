@@ -1,5 +1,7 @@
 """Every refusal says what was wrong, where, and by how much."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -160,3 +162,10 @@ def test_what_zero_inertia_and_mass_leave_defined():
 def test_wrong_arguments(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_run_without_samples_is_not_drawn():
+    run = fb.simulate(AMORO, duration=0.01)
+    names = "t", "q", "q_dot", "xi", "tau", "energy"
+    with pytest.raises(ValueError, match="a run without samples cannot be drawn"):
+        replace(run, **{name: getattr(run, name)[:0] for name in names}).plot()

@@ -15,7 +15,7 @@ from fivebar.grading.places import bwrap_trouble
 from fivebar.grading.student import Student
 from fivebar.grading.submission import Submission
 
-from .grading_attacks import ATTACKS, SELF_HARM
+from .attacks import ATTACKS, SELF_HARM
 
 HONEST = "def double(x):\n    return 2 * x\n"
 
@@ -115,7 +115,7 @@ def test_an_attack_earns_nothing_and_breaks_nothing(name, isolate, scene, monkey
     assert reply.text.isprintable() and student.output.replace("\n", "").replace("\t", "").isprintable()
     assert len(reply.text) <= 500 and len(repr(reply.value)) < 200_000 and len(student.output) <= 64_000
     assert not processes([worker.nonce for worker in started])
-    assert not any(Path(worker._folder.name).exists() for worker in started) and not scene.left_behind()
+    assert not any(worker.folder and Path(worker.folder).exists() for worker in started) and not scene.left_behind()
     assert set(os.listdir("/proc/self/fd")) == before
     with pytest.raises(ChildProcessError):
         os.waitpid(-1, os.WNOHANG)
@@ -164,6 +164,61 @@ def test_a_file_that_breaks_its_reader_breaks_only_itself(code, isolate, monkeyp
     assert not processes([worker.nonce for worker in started])
 
 
+DEEP = []
+for _ in range(150):
+    DEEP = [DEEP]
+FORGED = [
+    {"k": "loaded", "names": [1, {}, "x" * 9999, "\x1b"], "trouble": None},
+    {"k": "loaded", "names": {}, "trouble": []},
+    {"k": "loaded", "names": [], "trouble": {"k": "value", "v": {"~": "array"}}},
+    {"k": "loaded", "names": [], "trouble": {"k": "exception", "t": "x" * 9999, "l": -(10**30)}},
+    {"k": "loaded", "names": [], "trouble": {"k": 5, "l": {}}},
+    {"k": "at", "i": "all", "l": 1e300},
+    {"k": "at", "i": 10**300, "l": True},
+    {"k": "missing", "absent": [{"a": "\x1b"}] * 1000},
+    {"k": "value", "s": float("nan")},
+    {"k": "value", "s": -1, "v": 1},
+    {"k": "value", "s": 0, "v": {"~": "array", "shape": [10**9, 0, 10**9], "data": []}},
+    {"k": "value", "s": 0, "v": {"~": "array", "shape": [True, 1.5], "data": [1]}},
+    {"k": "value", "s": 0, "v": {"~": "array", "shape": [10**6] * 5 + [0], "data": []}},
+    {"k": "value", "s": 0, "v": {"~": ["array"], "re": None}},
+    {"k": "value", "s": 0, "v": {"~": "array", "shape": [2], "data": [{"~": "array", "shape": [1], "data": [1]}, 2]}},
+    {"k": "value", "s": 0, "v": {"~": "other", "type": DEEP, "text": ""}},
+    {"k": "missing", "absent": [DEEP, "a"]},
+    {"k": "at", "i": 0, "l": DEEP},
+    {"k": ["value"], "s": 0},
+    {"k": "ready", "uid": 0},
+]
+
+
+@pytest.mark.parametrize("where", ["import", "call"])
+def test_forged_messages_are_only_claims(where):
+    """Each in the place of the worker's own, with the right nonce, at import or in a call."""
+    for forged in FORGED:
+        code = f"""
+import json, os, sys
+def forge():
+    frame = sys._getframe()
+    while "sink" not in frame.f_locals:
+        frame = frame.f_back
+    nan = float("nan")
+    nonce, message = frame.f_locals["nonce"], {forged!r}
+    os.write(frame.f_locals["sink"], (json.dumps(message | {{"n": nonce}}) + "\\n").encode())
+def evil(x):
+    forge()
+    os._exit(0)
+{"forge()" if where == "import" else ""}
+"""
+        with Student(Submission("evil.py", HONEST + code), limit=5) as student:
+            replies = student.ask("evil", [(1.0,), (2.0,)])
+            assert len(replies) == 2 and len(repr(replies)) < 4000
+            assert all(type(reply.kind) is str and reply.text.isprintable() for reply in replies)
+            later = student.ask("double", [(1.5,)])[0]
+            assert later.value == 3.0 or where == "import", (forged, later)
+            assert all(name.isprintable() for name in student.names)
+            assert student.trouble is None or (where == "import" and len(student.trouble.text) <= 600)
+
+
 def test_two_asks_are_never_mixed_up(isolate):
     """Lines left over by one ask carry its nonce: the next ask does not take them for answers."""
     code = HONEST + ATTACKS["left-over lines"][0]
@@ -179,7 +234,10 @@ def test_a_grader_that_is_killed_leaves_no_worker(isolate, tmp_path):
         f"student = Student(Submission('a.py', 'import time\\ndef f(): time.sleep(1000)'), {isolate!r}, limit=1000)\n"
         "print(student._worker.nonce, flush=True)\nstudent.ask('f', [()])\n"
     )
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as grader:
+    environment = os.environ | {"TMPDIR": str(tmp_path)}  # the folder that the worker starts in is left, empty
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, env=environment
+    ) as grader:
         nonce = grader.stdout.readline().strip()
         time.sleep(0.2)
         alive = processes([nonce])
@@ -189,3 +247,4 @@ def test_a_grader_that_is_killed_leaves_no_worker(isolate, tmp_path):
     while processes([nonce]) and time.monotonic() < end:
         time.sleep(0.02)
     assert not processes([nonce])
+    assert [list(folder.iterdir()) for folder in tmp_path.iterdir()] == ([[]] if isolate == "process" else [])

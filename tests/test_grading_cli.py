@@ -77,6 +77,8 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
         (["grade", "lab1", ".", "--out", "o", "--jobs", "0"], "--jobs must be at least 1"),
         (["grade", "lab1", "empty", "--out", "o"], "holds no submissions"),
         (["grade", "lab1", "my.py", "--secret-file", "none"], "--secret-file"),
+        (["grade", "lab1", "my.py", "--out", "o"], "--out is for a folder of submissions"),
+        (["grade", "lab1", ".", "--out", "o", "--csv", "x.csv"], "a folder's files go to --out"),
         (["grade", "lab1", "my.py", "--secret-file", "short"], "fewer than 8 bytes"),
         (["grade", "lab1", "empty", "--gradescope", "r.json"], "must hold one .py file or notebook, not: none"),
         (
@@ -128,7 +130,7 @@ def test_a_fault_of_the_lab_is_a_failure(run, labs):
     assert code == 1 and "the lab itself has a fault" in err and "ZeroDivisionError" in err and "4 of 5 points" in out
 
 
-def test_a_robot_for_each_student(run, labs, tmp_path, capsys):
+def test_a_robot_for_each_student(run, labs, tmp_path, capsys, monkeypatch):
     student = written(Path(labs) / "elbow" / "student.py", UNTOUCHED.replace("l11 = 0.09", "l11 = 0.09  # left"))
     secret, ids = written(tmp_path / "secret", "a secret\n"), written(tmp_path / "ids.txt", "anna\n\nBob Meier\nanna\n")
     out = tmp_path / "handout"
@@ -150,6 +152,8 @@ def test_a_robot_for_each_student(run, labs, tmp_path, capsys):
         and result["seed"] == hidden_seed(b"a secret", "elbow")
     )
     assert result == as_json(run("grade", solved, *variant, "--json")[1])
+    monkeypatch.setenv("FIVEBAR_SECRET", "a secret")
+    assert as_json(run("grade", solved, *variant[2:], "--json")[1]) == result and "FIVEBAR_SECRET" not in os.environ
     assert "looks like  not your robot" in run("grade", RIGHT, *variant)[1]
     assert "4 of 4" in run("check", solved)[1]  # at home for the robot of the file
     assert "1 of 4" in run("grade", solved)[1]  # the handout's robot unless a secret is given
@@ -203,8 +207,8 @@ def test_an_installed_wheel_finds_the_labs(tmp_path):
     """The build's own files only, far from the clone."""
     source = tmp_path / "source"
     for part in ("fivebar", "labs"):
-        shutil.copytree(ROOT / part, source / part, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
+        shutil.copytree(ROOT / part, source / part, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     build = [sys.executable, "-c", "import setuptools.build_meta as b; print(b.build_wheel('.'))"]
     made = subprocess.run(build, cwd=source, capture_output=True, text=True, timeout=120)

@@ -62,7 +62,8 @@ def test_who_handed_in_what(tmp_path):
 def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     for name, source in {
         "anna": RIGHT, "ben": SHIFTED, "carl": HALF, "dora": UNTOUCHED, "emil": CRASHES,
-        "fred": "import os\nos._exit(0)\n", "gina": HANGS, "=HYPERLINK(1)": RIGHT, "<img src=x onerror=alert(1)>": RIGHT,
+        "gina": HANGS, "fred": "import os\nos._exit(0)\n", "=HYPERLINK(1)": RIGHT,
+        "<img src=x onerror=alert(1)>": RIGHT,
     }.items():  # fmt: skip
         written(folder / f"{name}.py", source)
     (folder / "latin.py").write_bytes(b"x = '\xff'\n")

@@ -129,3 +129,12 @@ def test_a_guess_of_few_values_earns_nothing():
 def test_a_signature_that_cannot_be_read_is_refused():
     with pytest.raises(ValueError, match="a signature reads"):
         Exercise("dgm -> x, y", dgm)
+
+
+def test_a_mistake_in_one_leg_is_named():
+    wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
+    found = verdict([[x, y] for (x, _), (_, y) in zip(RIGHT, wrong)])
+    assert (found.share, found.diagnosis, found.text) == (0, OTHER, "wrong value of y")
+    spoilt = [[x, y + 1e-6 * (k == 3)] for k, ((x, _), (_, y)) in enumerate(zip(RIGHT, wrong))]
+    assert verdict(spoilt).diagnosis is None
+    assert verdict([[x + 1e-3, y] for (x, _), (_, y) in zip(RIGHT, wrong)]).diagnosis is None

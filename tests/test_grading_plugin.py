@@ -29,6 +29,8 @@ def pytest_run(*arguments, cwd):
 def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", SOLUTION, cwd=tmp_path)
     assert code == 0 and "20 of 20 points" in text
+    code, text = pytest_run(LABS / "lab1_geometry", LABS / "lab2_kinematics", "--submission", SOLUTION, cwd=tmp_path)
+    assert code == 1 and "20 of 40 points" in text and "no function dkm" in text
     code, text = pytest_run(LABS / "lab1_geometry", cwd=tmp_path)
     assert code == 4 and "Give --submission FILE" in text and "Traceback" not in text
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", "none.py", cwd=tmp_path)
@@ -151,7 +153,7 @@ def test_the_seed_decides_the_inputs(elbow):
 
 
 def test_a_robot_is_set_where_the_file_names_it(elbow):
-    program = Program(None, fb.FiveBar(), settable=frozenset({"l11", "m"}))
+    program = Program(None, fb.FiveBar(), words=frozenset({"l11", "m", "q"}))
     asked = inputs(elbow, program, "a")
     assert asked[0][2] is None and asked[1][2] == {"l11": 0.1, "m": 0.5}
 
@@ -185,3 +187,27 @@ def test_every_lab_shipped_is_found_by_both_names():
     assert np.isfinite(
         exercises["dgm"].outcome(exercises["dgm"].answer, fb.FiveBar(), [np.zeros(1)] * 2 + [-np.ones(1)])
     ).all()
+
+
+def test_a_lab_on_the_biglide(tmp_path):
+    folder = tmp_path / "mylabs" / "slide"
+    written(
+        folder / "exercises.py",
+        "import fivebar as fb\nfrom fivebar.grading import Exercise\nROBOT = fb.Biglide()\n"
+        "EXERCISES = [Exercise('base(side) -> x', lambda robot, side: side * robot.d / 2)]\n",
+    )
+    written(
+        folder / "test_lab.py",
+        "import fivebar as fb\n\ndef test_own(ask, robot):\n    ask('base', [1.0, -1.0])\n    assert robot.d == 0.5\n\n"
+        "def test_other(ask):\n    ask('base', [1.0, -1.0], robot=fb.Biglide(d=0.3))\n",
+    )
+    lab = find_lab("slide", folder.parent)
+    source = "d = 0.5\nm = 3.0\ndef base(side):\n    return side * d / 2\n"
+    home = graded(lab, tmp_path, source)
+    assert home.points == 2 and home.notes == ("Graded for the robot of this file: d = 0.5.",)
+    away = graded(lab, tmp_path, source, robot=fb.Biglide())
+    assert away.points == 1 and away.notes == (
+        "The constants of your file are another robot's: d = 0.5 (graded for 0.4).",
+    )
+    own = graded(lab, tmp_path, source.replace("0.5", "0.4"), robot=fb.Biglide(d=0.5)).checks[0]
+    assert own.misconception == "not your robot"

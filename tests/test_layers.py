@@ -36,7 +36,7 @@ LAYERS = [
     {"plot", "view", "amoro", "study", "linkages", "pages", "grading"},
     {"__init__"},
     {"robot_options"},
-    {"track_cli", "map_cli", "linkage_cli", "chart_cli", "grade_cli", "run_cli"},
+    {"track_cli", "map_cli", "linkage_cli", "chart_cli", "run_cli", "grade_cli"},
     {"cli"},
     {"__main__"},
 ]

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,8 +17,9 @@ from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCrank, study
 from fivebar.pages import document, runs
 
+from .browsing import settle, until
 from .conftest import UNEQUAL
-from .pages import bars, browser, chain, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
+from .pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
 
 HOSTILE = (
     '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
@@ -207,6 +209,18 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
         letter = page.evaluate("[...scene.letters.children].find(e => e.textContent === 'B').getAttribute('x')")
         assert float(letter) == pytest.approx(x + 11) and 0 < y < page.locator("svg.scene").bounding_box()["height"]
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
+    page = opened(written(run, tmp_path, show="tau"))
+    for width, height in ((1280, 900), (700, 200), (1280, 60), (240, 240)):
+        page.set_viewport_size({"width": width, "height": height})
+        settle(page)
+        page.wait_for_timeout(150)
+        drawn = re.fullmatch(r"M12 \S+v6h(\S+)v-6", page.evaluate("scene.rule.getAttribute('d')"))
+        number, unit = page.evaluate("scene.length.textContent").split()
+        metres = float(number) * {"mm": 1e-3, "m": 1.0}[unit]
+        assert float(drawn[1]) == pytest.approx(page.evaluate("scene.scale") * metres) and float(drawn[1]) > 0
 
 
 def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
@@ -445,8 +459,12 @@ def _changed(run, **changes):
     ("subject", "options", "message"),
     [
         (lambda run: {}, {}, "at least one run"),
-        (lambda run: _changed(run, t=run.t[:0]), {}, "at least 2 samples, but the run has 0"),
-        (lambda run: {"a": run, "b": _changed(run, t=run.t[:1])}, {}, "at least 2 samples, but the run 'b' has 1"),
+        (lambda run: _changed(run, t=run.t[:0]), {}, "the run has 0 samples: a motion needs at least 2"),
+        (
+            lambda run: {"a": run, "b": _changed(run, t=run.t[:1])},
+            {},
+            "the run 'b' has 1 samples",
+        ),
         (lambda run: _changed(run, t=np.where(run.t == 1, np.nan, run.t)), {}, r"t\[1000\] is nan, not finite"),
         (lambda run: _changed(run, t=run.t[::-1]), {}, r"t\[1\] = 1.999 is not after t\[0\] = 2"),
         (lambda run: _changed(run, q=run.q[:9]), {}, "2001 samples of t, but 9 of q"),

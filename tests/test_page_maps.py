@@ -10,8 +10,9 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.pages import maps
 
+from .browsing import settle, until
 from .conftest import UNEQUAL
-from .pages import bars, browser, chain, contrast, download, hover, opened, seen, settle, until  # noqa: F401  fixtures
+from .pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
 
 ROBOTS = {
     "amoro": fb.FiveBar(),

@@ -185,3 +185,17 @@ def test_one_step_and_a_start_at_type_1():
 def test_bad_gains(gain):
     with pytest.raises(ValueError, match="kp must be one number or one per joint"):
         fb.PD(ROBOT, gain, 1)
+
+
+def test_the_start_is_in_the_controllers_working_modes(robot):
+    working = (1, -1)
+    reference = fb.line((0.0, 0.1), (0.02, 0.12), 1.0)
+    run = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20, working=working), reference)
+    assert fb.igm(robot, reference(0.0)[0], working).q == pytest.approx(run.q[0], abs=1e-14)
+    assert np.abs(run.error).max() < 1e-3 and not run.events
+
+
+def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
+    plan = fb.plan(robot, (0.0, 0.1), (0.02, 0.12), 1.0, working=(1, -1))
+    with pytest.raises(ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"):
+        fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), plan)

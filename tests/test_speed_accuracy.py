@@ -9,9 +9,19 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.study.sampled import exact_noise_gain, noise_gain
-from fivebar.study.work_precision import contours, derivatives, geometry, integrators, machine, motions, study, table
+from fivebar.study.work_precision import (
+    contours,
+    derivatives,
+    geometry,
+    integrators,
+    machine,
+    motions,
+    simulators,
+    study,
+    table,
+)
 from fivebar.study.work_precision.exact import DIGITS, cos_sin, distance, exact_motion
-from fivebar.study.work_precision.findings import caption, failures, observed_order, orders
+from fivebar.study.work_precision.findings import caption, failures, observed_order, orders, words_of
 from fivebar.study.work_precision.picture import figure
 from fivebar.study.work_precision.runner import Worker, measure, row_of, run
 from fivebar.study.work_precision.store import BASE, Partial, Result, from_csv
@@ -57,8 +67,8 @@ def test_decimal_sine_and_cosine():
     assert distance((1.0, 2.0), (Decimal(1), Decimal(2) + Decimal("1e-30"))) == pytest.approx(1e-30)
 
 
-def redundant_slope(robot):
-    """state (x, y, q1, q2, rates) -> slope by Lagrange multipliers, in mpmath: regular at Type 2, none of our code."""
+def redundant_slope(robot, torque=None):
+    """state (x, y, q1, q2, rates, t) -> slope by Lagrange multipliers, in mpmath; regular at Type 2."""
     legs = [(side * mpmath.mpf(robot.d) / 2, mpmath.mpf(length)) for side, length in ((-1, robot.l11), (1, robot.l21))]
     z1, z2, m = mpmath.mpf(robot.zz1), mpmath.mpf(robot.zz2), mpmath.mpf(robot.m)
 
@@ -69,16 +79,18 @@ def redundant_slope(robot):
         return rx, ry, ry * ex - rx * ey, -(rx * ex + ry * ey) * rate * rate - vx * vx - vy * vy
 
     def slope(state):
-        x, y, q1, q2, xd, yd, w1, w2 = state
+        x, y, q1, q2, xd, yd, w1, w2, t = state
+        tau1, tau2 = torque(t) if torque else (0, 0)
         (r1x, r1y, b1, g1), (r2x, r2y, b2, g2) = (
             leg(*own, x, y, xd, yd, q, w) for own, q, w in zip(legs, (q1, q2), (w1, w2))
         )
         a11, a22 = (r1x * r1x + r1y * r1y) / m + b1 * b1 / z1, (r2x * r2x + r2y * r2y) / m + b2 * b2 / z2
         a12 = (r1x * r2x + r1y * r2y) / m
         det = a11 * a22 - a12 * a12
+        g1, g2 = g1 + b1 * tau1 / z1, g2 + b2 * tau2 / z2
         mu1, mu2 = (a22 * g1 - a12 * g2) / det, (a11 * g2 - a12 * g1) / det
         force = (mu1 * r1x + mu2 * r2x) / m, (mu1 * r1y + mu2 * r2y) / m
-        return [xd, yd, w1, w2, *force, -b1 * mu1 / z1, -b2 * mu2 / z2]
+        return [xd, yd, w1, w2, *force, (tau1 - b1 * mu1) / z1, (tau2 - b2 * mu2) / z2, 1]
 
     return slope
 
@@ -99,15 +111,26 @@ def extrapolated(slope, y, step, levels):
     return rows[-1][-1]
 
 
-@pytest.mark.parametrize("name, steps, levels", [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11)])
+@pytest.mark.parametrize(
+    "name, steps, levels", [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11), ("forced", 25, 11)]
+)
 def test_ends_of_the_motions(name, steps, levels):
-    motion, robot = motions.MOTIONS[name], motions.ROBOT
+    known = [table[name] for table in (motions.MOTIONS, motions.DRIVEN) if name in table]
+    robot = motions.ROBOT
+
+    def torque(t):
+        wave = mpmath.cos(2 * mpmath.pi * t)
+        return mpmath.mpf(0.02) * wave, -mpmath.mpf(0.016) * wave
+
     with mpmath.workdps(26):
-        state, slope = start_of(name, motion, robot), redundant_slope(robot)
+        state = start_of(name, known[0], robot)
+        slope = redundant_slope(robot, torque if name == "forced" else None)
         for _ in range(steps):
             state = extrapolated(slope, state, mpmath.mpf(motions.DURATION) / steps, levels)
-        off = [float(abs(a - b)) for a, b in zip(state, motion.end)]
-        assert max(off) < 1e-16, off
+        for motion in known:
+            free = isinstance(motion, motions.FreeMotion)
+            off = [float(a - b) for a, b in zip(state[:2] if free else state[2:4], motion.end)]
+            assert max(abs(x) for x in off) < (1e-16 if free else 4e-16), off
 
 
 def start_of(name, motion, robot):
@@ -123,11 +146,11 @@ def start_of(name, motion, robot):
             r = span - length * u
             q.append(mpmath.arg(u))
             w.append((r.real * xd + r.imag * yd) / (length * (r.imag * u.real - r.real * u.imag)))
-        return [x, y, *q, xd, yd, *w]
+        return [x, y, *q, xd, yd, *w, mpmath.mpf(0)]
     q, w = ([mpmath.mpf(float(v)) for v in vector] for vector in (rates.pose.q, rates.q_dot))
     with mpmath.workdps(60):
         z, v = (mpmath.diff(lambda t: position(robot, [a + b * t for a, b in zip(q, w)], -1), 0, k) for k in (0, 1))
-    return [z.real, z.imag, *q, v.real, v.imag, *w]
+    return [z.real, z.imag, *q, v.real, v.imag, *w, mpmath.mpf(0)]
 
 
 # Orders of convergence.
@@ -248,6 +271,22 @@ def test_gain_of_noise(p, q, delay):
     assert exact_noise_gain(5.0, 1.0, delay) == np.inf
 
 
+@pytest.mark.parametrize("problem", list(motions.DRIVEN))
+def test_peers_are_the_same_robot(problem):
+    """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
+    chart = simulators.chart()
+    for name, knob, bound in (
+        ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback", 400, 1e-3),
+        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, without the Python calls", 400, 1e-3),
+    ):  # fmt: skip
+        row = measure(chart, problem, name, knob, 0.0)
+        assert row["error"] < bound and row["gap"] < 1e-6, name
+
+
+def test_simulators_only_when_asked_for():
+    assert set(study.chart_names(peers=True)) - set(study.chart_names()) == {"simulators"}
+
+
 # The runner.
 
 
@@ -283,7 +322,11 @@ def test_failures_are_on_the_chart(toy_result):
     strip = made.axes[1]
     said = [text.get_text() for text in strip.texts]
     assert len(said) == len(failures(toy_result, panel)) == 7
-    for words in ("astray: error above 1 (2 times)", "hangs: timeout, 1.5 s", "needs more: no C compiler (cc"):
+    for words in (
+        "astray: error above 1 (2 times)",
+        "hangs: timeout, 1.5 s",
+        "needs more: left out: no C compiler (cc",
+    ):
         assert any(words in text for text in said)
     assert sum(len(line.get_xdata()) for line in strip.lines) == 10
 
@@ -300,6 +343,9 @@ def test_caption_is_made_of_the_measurements(toy_result):
     assert "only fivebar gets to 1e-4" in ahead and "loses" not in ahead
     behind = timed({"<ours> & mine": 1e-3, "cruder": 1.0, "after the crash": 5e-4})
     assert "fivebar loses: after the crash is 2 × (to 1e-2) as fast" in behind
+    assert (
+        words_of([(None, f"wrong in {n}%") for n in (7, 30, 12)] + [(None, "nan")]) == "wrong in 7-30% (3 times), nan"
+    )
     assert "of the others: astray 2 of 2, nan 2 of 2" in behind and "needs more" not in behind
 
 
@@ -342,12 +388,12 @@ def test_an_interrupted_command_keeps_the_charts_that_were_done(toy, tmp_path, m
         return original(name, *rest)
 
     monkeypatch.setattr(study.runner, "run", run_one)
-    monkeypatch.setattr("fivebar.study.work_precision.chart_names", lambda: ("toy", "other"))
+    monkeypatch.setattr("fivebar.study.work_precision.chart_names", lambda peers: ("toy", "other"))
     assert main(["chart", "all", "--quick", "--out", str(tmp_path)]) == 1
     assert "the same command goes on there" in capsys.readouterr().err
     assert (tmp_path / "toy.csv").exists() and (tmp_path / "toy.partial.jsonl").exists()
     monkeypatch.setattr(Worker, "measure", lambda *_: pytest.fail("measured again"))
-    monkeypatch.setattr("fivebar.study.work_precision.chart_names", lambda: ("toy",))
+    monkeypatch.setattr("fivebar.study.work_precision.chart_names", lambda peers: ("toy",))
     assert main(["chart", "all", "--quick", "--out", str(tmp_path)]) == 0
     assert not (tmp_path / "toy.partial.jsonl").exists()
 

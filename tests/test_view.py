@@ -2,8 +2,7 @@
 
 import html
 import io
-import shutil
-import time
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +16,8 @@ from fivebar.study import crossing
 from fivebar.view.frames import choose
 from fivebar.view.machine import Machine
 
+from .browsing import chromium, offline, settle, until
+
 ROBOT = fb.FiveBar()
 HOSTILE = (
     '</title></script><script>window.hacked = 1</script><img src="http://example.com/x.png" onerror="hacked = 1"> $half'
@@ -27,49 +28,28 @@ SIZE = {"width": 640, "height": 480}
 
 @pytest.fixture(scope="module")
 def browser():
-    from playwright.sync_api import sync_playwright
-
-    names = ("chromium", "chromium-browser", "google-chrome")
-    program = next(filter(None, map(shutil.which, names)), None)
-    if program is None:
-        pytest.fail(f"no browser: none of {', '.join(names)} is installed")
-    with sync_playwright() as playwright:
-        # Root, as in a container, has no sandbox; SwiftShader is WebGL without a graphics card.
-        browser = playwright.chromium.launch(
-            executable_path=program, args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        )
+    # SwiftShader is WebGL without a graphics card
+    with chromium("--use-angle=swiftshader", "--enable-unsafe-swiftshader") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture
 def opened(browser, tmp_path):
-    """Opens a scene without a network; at the end nothing but its file was asked for and nothing went wrong."""
-    contexts, requests, errors, files = [], [], [], []
+    """Opens a scene, or the text of a page."""
+    count = itertools.count()
+    with offline(browser, faults=("error",)) as open_file:  # WebGL in software warns of being slow
 
-    def open_page(scene, paused=True, **options):
-        path = tmp_path / f"page{len(files)}.html"
-        path.write_text(scene if isinstance(scene, str) else scene.html, encoding="utf-8")
-        files.append(path.as_uri())
-        context = browser.new_context(**{"viewport": SIZE, **options})
-        context.set_offline(True)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("request", lambda request: requests.append(request.url))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        page.goto(path.as_uri())
-        if not isinstance(scene, str):
-            until(page, "!!window.viewer && player.time > 0")
-            if paused:
-                page.evaluate("player.pause()")
-        return page
+        def open_page(scene, paused=True, **options):
+            path = tmp_path / f"page{next(count)}.html"
+            path.write_text(scene if isinstance(scene, str) else scene.html, encoding="utf-8")
+            page = open_file(path, **{"viewport": SIZE, **options})
+            if not isinstance(scene, str):
+                until(page, "!!window.viewer && player.time > 0")
+                if paused:
+                    page.evaluate("player.pause()")
+            return page
 
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert [url for url in requests if not url.startswith(("data:", "blob:", "about:"))] == files
-    assert errors == []
+        yield open_page
 
 
 @pytest.fixture(scope="module")
@@ -78,17 +58,9 @@ def run():
     return fb.simulate(ROBOT, crossing.FeedForward(ROBOT, 0.002), reference, control_period=0.002)
 
 
-def until(page, condition):
-    # Playwright's own wait_for_function calls eval, which the page's policy forbids.
-    end = time.monotonic() + 20
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, f"never {condition}"
-        page.wait_for_timeout(20)
-
-
 def picture(page):
     """(height, width, 3) of the page's pane, 0 to 1, after what is asked for has been drawn."""
-    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    settle(page)
     png = page.locator("main").screenshot()
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=float) / 255
 

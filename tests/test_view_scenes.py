@@ -264,8 +264,8 @@ def test_names_are_known_and_fit_the_motion(run):
 @pytest.mark.parametrize(
     ("t", "numbers", "message"),
     [
-        ([], np.zeros((0, 2)), "at least 2 samples, not 0"),
-        ([0.0], np.zeros((1, 2)), "at least 2 samples, not 1"),
+        ([], np.zeros((0, 2)), "has 0 samples: a motion needs at least 2"),
+        ([0.0], np.zeros((1, 2)), "has 1 samples: a motion needs at least 2"),
         ([0, 1, np.nan], np.zeros((3, 2)), r"t\[2\] is nan, not finite"),
         ([0, 1, 1], np.zeros((3, 2)), r"t\[2\] = 1.0 is not after t\[1\] = 1.0"),
         ([[0, 1]], np.zeros((1, 2)), r"t has shape \(1, 2\), not \(n,\)"),
@@ -402,6 +402,15 @@ def test_linkages_slide_where_they_do(held):
         (g, h), middle = machine.rails[0], (machine.points[:, i] + machine.points[:, j]) / 2
         span, to = machine.points[:, h] - machine.points[:, g], middle - machine.points[:, g]
         np.testing.assert_allclose(span[:, 0] * to[:, 1] - span[:, 1] * to[:, 0], 0, atol=1e-12)
+
+
+def test_lines_without_ends_are_drawn_where_the_biglide_is():
+    reference = fb.line((0.0, 5.2), (0.06, 5.25), 2.0)
+    scene = view.scene(fb.Biglide(), reference, "loci")
+    for line in layers(scene, Line):
+        assert [sorted(path[:, 1]) for path in line.paths] == [pytest.approx([4.86, 5.39], abs=0.01)] * len(line.paths)
+        assert all(abs(path[0, 0]) == pytest.approx(0.0828427) and np.ptp(path[:, 0]) == 0 for path in line.paths)
+    assert scene.window[1][1] - scene.window[0][1] < 0.7
 
 
 def test_biglide_has_driven_feet_on_rails():

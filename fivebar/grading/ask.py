@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..robots import Biglide, FiveBar
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
 from .replies import Reply
+from .variants import parameters
 
 LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
 
@@ -27,15 +27,15 @@ class Asked:
     verdict: Verdict
     function: str = ""
     exercise: Exercise | None = None
-    robot: FiveBar | Biglide | None = None
+    robot: object = None
 
 
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, program, exercises, robot, handout, hopeless):
-        self._program, self._exercises, self._hopeless = program, exercises, hopeless
-        self._robot, self._handout = robot, handout
+    def __init__(self, program, lab, hopeless):
+        self._program, self._hopeless = program, hopeless
+        self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
         self.record = []
 
     def __call__(
@@ -53,10 +53,10 @@ class Ask:
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
-        wanted = {} if own else {key: getattr(robot, key) for key in self._program.settable if hasattr(robot, key)}
+        wanted = {} if own else {k: v for k, v in parameters(robot).items() if k in self._program.words}
         replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
-        if own and robot != self._handout:
-            exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._handout)))
+        if own and robot != self._standard:
+            exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
         self._keep(Asked(judge(exercise, robot, columns, replies, tolerance, refuse), name, exercise, robot))
 
     def call(self, name, *row, limit=None):
@@ -100,9 +100,9 @@ class Ask:
             raise Wrong(asked.verdict)
 
 
-def _not_your_robot(exercise, handout):
+def _not_your_robot(exercise, standard):
     return Misconception(
         "not your robot",
         "These are the answers for the robot of the handout. Which lengths stand at the top of your own student.py?",
-        lambda robot, *columns: exercise.answer(handout, *columns),
+        lambda robot, *columns: exercise.answer(standard, *columns),
     )

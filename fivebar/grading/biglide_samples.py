@@ -43,7 +43,7 @@ def beside_type_1(robot, draw, sines, leg, margin=0.2):
 
 
 def beside_type_2(robot, draw, sines):
-    """Poses with det A = `sines` (n,), signed, both bars well off across; by bisection over x, in unlike working modes."""
+    """Poses with det A = `sines` (n,), signed, far from Type 1; by bisection over x, in unlike working modes."""
     sines = np.asarray(sines)
     modes = draw.choice([(1, -1), (-1, 1)], len(sines))
     low, high = (np.full(len(sines), x) for x in _limits(robot, 0.3))

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import textwrap
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
@@ -15,7 +16,7 @@ from .labs import PACKAGE, Lab
 from .outputs import file_name, write_whole
 from .report import printable
 from .results import Report
-from .variants import robot_of
+from .variants import robot_for
 
 STATE = "grading.json"
 SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
@@ -37,7 +38,7 @@ class Cohort:
     limit: float | None
 
     def robot(self, entry):
-        return robot_of(self.secret, entry.student, self.lab.robot) if self.secret else self.lab.robot
+        return robot_for(entry.student, self.secret, self.lab.robot())
 
     def request(self, entry):
         return {
@@ -84,22 +85,24 @@ def run_cohort(cohort, entries, jobs):
 
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
-    if reports:
-        print(f"{len(reports)} of {len(entries)} are graded already", file=sys.stderr)
-    pool, workers, troubles = ThreadPoolExecutor(jobs), _Workers(), 0
+    if kept := len(reports):
+        print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
+    pool, workers, troubles, full = ThreadPoolExecutor(jobs), _Workers(), 0, 0
     with tqdm(total=len(left), unit="student", disable=None, dynamic_ncols=True) as bar:
         futures = {pool.submit(_one, cohort, entry, workers): entry for entry in left}
         try:
             for future in as_completed(futures):
                 entry, report = futures[future], future.result()
-                if bar.n == 0:  # the machine is the same for all
+                if len(reports) == kept + 1:  # the machine is the same for all
                     for warning in report.warnings:
                         bar.write(warning, file=sys.stderr)
                 reports[entry] = report
                 if trouble := trouble_of(report):
                     troubles += 1
-                    bar.write(f"{printable(entry.student)}: {printable(trouble)}"[:200], file=sys.stderr)
-                bar.set_postfix_str(f"in trouble {troubles}")
+                    text = f"{printable(entry.student)}: {printable(trouble)}"
+                    bar.write(textwrap.shorten(text, 160, placeholder=" ..."), file=sys.stderr)
+                full += report.points == report.max_points
+                bar.set_postfix_str(f"all points {full}, in trouble {troubles}")
                 bar.update()
         except KeyboardInterrupt:
             raise RuntimeError(

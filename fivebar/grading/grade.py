@@ -10,11 +10,10 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
-from ..robots import Biglide, FiveBar
 from .labs import find_lab
 from .replies import Reply
 from .results import Report
-from .variants import CONSTANTS, PUBLIC_SEED, constants_in, lengths, robot_from
+from .variants import PUBLIC_SEED, constants_in, is_number, parameters, robot_from
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
@@ -41,21 +40,24 @@ class NoProgram:
 
 @dataclass(frozen=True)
 class Program:
-    """A student's running program and the robot that it is judged for, `own` or (None) as its constants say.
+    """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
 
-    settable: constants that its source names, so that a check may set them; constants: those it gives plain values;
+    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
+    words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
     where: a line's number in its author's words.
     """
 
     student: object
-    own: FiveBar | Biglide | None
-    settable: frozenset = frozenset()
+    robot: object = None
+    words: frozenset = frozenset()
     constants: dict = field(default_factory=dict)
     where: object = "line {}".format
+    robot_from_standard: object = None
 
-    def robot(self, handout):
-        """The robot that it is judged for in a lab whose handout has this one."""
-        return self.own or robot_from(self.constants, handout)
+    def robot_in(self, lab):
+        if self.robot_from_standard:
+            return self.robot_from_standard(lab.robot())
+        return self.robot or robot_from(lab.robot(), self.constants)
 
 
 def run_checks(lab, program, seed):
@@ -100,7 +102,7 @@ def _forget(lab):
 
 @dataclass(frozen=True)
 class Task:
-    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file's constants say).
+    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
 
     trouble: why there is no file to grade; all its checks then earn nothing.
     """
@@ -108,7 +110,7 @@ class Task:
     path: Path
     student: str = ""
     seed: str = PUBLIC_SEED
-    robot: FiveBar | Biglide | None = None
+    robot: object = None
     isolate: str = "process"
     limit: float | None = None
     trouble: str = ""
@@ -126,9 +128,8 @@ class Task:
             return Program(NoProgram(str(error)), self.robot)
         source, limits = submission.source, {} if self.limit is None else {"limit": self.limit}
         student = Student(submission, isolate=self.isolate, **limits)
-        found = constants_in(source)
-        settable = frozenset(name for name in CONSTANTS if re.search(rf"\b{name}\b", source))
-        return Program(student, self.robot, settable, found, submission.where)
+        words = frozenset(re.findall(r"\w+", source))
+        return Program(student, self.robot, words, constants_in(source), submission.where)
 
 
 def grade(lab, task, home=False):
@@ -157,18 +158,17 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
         return grade(lab, Task(Path(submission), seed=seed), home=True)
     from .live import from_functions
 
-    before, found = time.perf_counter(), {}
+    before, scope = time.perf_counter(), {}
     for function in functions.values():
-        names = getattr(function, "__globals__", {})
-        found |= {name: names[name] for name in CONSTANTS if type(names.get(name)) in (int, float)}
-    program = Program(from_functions(**functions), None, frozenset(found), found)
+        scope |= getattr(function, "__globals__", {})
+    constants = {name: value for name, value in scope.items() if is_number(value)}
+    program = Program(from_functions(**functions), None, frozenset(constants), constants)
     return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
 
 
 def _report(lab, checks, before, home, **rest):
-    program = checks.program
+    program, robot = checks.program, checks.program.robot_in(lab)
     student, where, trouble = program.student, program.where, program.student.trouble
-    robot = program.robot(lab.robot)
     if isinstance(student, NoProgram):
         trouble = f"The file cannot be read: {trouble.text}."
     elif trouble is not None:
@@ -177,22 +177,20 @@ def _report(lab, checks, before, home, **rest):
     return Report(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=_notes(robot, program.constants, lab.robot), faults=tuple(checks.trouble), output=student.output,
+        notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip
 
 
-def _notes(robot, constants, handout):
+def _notes(lab, robot, constants):
     """A file that holds another robot than the one it is graded for explains wrong answers everywhere."""
-    other = [f"{name} = {value:g}" for name, value in constants.items() if value != getattr(robot, name, value)]
+    numbers = parameters(robot).items()
+    other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
     if other:
-        yours = ", ".join(f"{text} (graded for {getattr(robot, text.split()[0]):g})" for text in other)
-        return (f"The constants of your file are another robot's: {yours}.",)
-    if robot != handout:
-        own = ", ".join(f"{name} = {value:g}" for name, value in lengths(robot).items())
-        return (f"Graded for the robot of this file: {own}.",)
-    return ()
+        return (f"The constants of your file are another robot's: {', '.join(other)}.",)
+    own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
+    return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
 def file_hash(path):

@@ -61,8 +61,8 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
             reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error or return nan"
-        elif not np.all(errors[i] <= np.broadcast_to(limits, errors.shape)[i]):
-            reasons[i], texts[i] = "value", "wrong value"
+        elif np.any(off := ~(errors[i] <= np.broadcast_to(limits, errors.shape)[i])):
+            reasons[i], texts[i] = "value", f"wrong value{_where(exercise, off)}"
     refused = np.array([reason == "refused" for reason in reasons])
     good = refused | np.array([not reason for reason in reasons])
     if np.any(refuse) and not np.any(good & ~refuse):
@@ -127,23 +127,38 @@ def _first_wrong(good, reasons, refuse):
     return wrong[0]
 
 
+def _where(exercise, off):
+    """ " of q12" where only some of the returned names are wrong; off: which of the numbers, (numbers,)."""
+    owners = np.concatenate([np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns])
+    wrong = [name for name in exercise.returns if np.any(off[owners == name])]
+    return "" if len(wrong) == len(exercise.returns) else f" of {', '.join(wrong)}"
+
+
 def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles):
     """The first misconception whose outcomes are the student's in all rows, in a wrong one unlike the right answer.
 
     A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
+    Failing that, the first one that the student has for some of the returned numbers, the others being right: a mistake
+    in one leg.
     """
     none = np.isnan(expected[:, 0])
     known = np.all(np.isfinite(came), axis=1)
+    right = np.all((_difference(came, expected, angles) <= limits) | refused[:, None], axis=0)
+    in_part = None
     for misconception in exercise.wrong:
         outcome = exercise.outcome(misconception.model, robot, columns)
         outcome[~np.all(np.isfinite(outcome), axis=1)] = np.nan
         nothing = np.isnan(outcome[:, 0])
         close = np.maximum(limits, TOLERANCE * _scale(outcome[~none]))
-        same = np.all(_difference(came, outcome, angles) <= close, axis=1)
+        alike = _difference(came, outcome, angles) <= close
+        same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | refused
         if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
             return misconception
-    return None
+        taken = ~right & np.all(alike | refused[:, None], axis=0)
+        if in_part is None and np.any(taken) and np.all(right | taken):
+            in_part = misconception
+    return in_part
 
 
 def call_text(exercise, columns, row):

@@ -1,7 +1,6 @@
 """Finds a lab's folder by its short name: in a folder of one's own, in a clone, in the installed package."""
 
 import hashlib
-import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from ..errors import UsageError
 from ..robots import FiveBar
 
 PACKAGE = Path(__file__).parents[1]
-SHIPPED = PACKAGE.parent / "labs", PACKAGE / "_labs"  # a clone's, an installed wheel's
+SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself
 
 
 @dataclass(frozen=True)
@@ -27,13 +26,23 @@ class Lab:
         return self.folder / "test_lab.py"
 
     def exercises(self):
-        """Name -> Exercise, from exercises.py; none where there is no such file."""
-        return exercises_beside(self.tests)
+        """Name -> Exercise, from EXERCISES of exercises.py; none where there is no such file."""
+        return {exercise.name: exercise for exercise in self._content().get("EXERCISES", ())}
 
-    @property
     def robot(self):
-        """The handout's robot, ROBOT in exercises.py; the default five-bar where there is none."""
-        return robot_beside(self.tests)
+        """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
+        return self._content().get("ROBOT", FiveBar())
+
+    def _content(self):
+        path = self.folder / "exercises.py"
+        if not path.exists():
+            return {}
+        stamp = path.stat().st_mtime_ns
+        if _LOADED.get(path, (None,))[0] != stamp:
+            content = {"__name__": f"exercises of {self.name}", "__file__": str(path)}
+            exec(compile(path.read_bytes(), path, "exec"), content)  # leaves no bytecode file beside it
+            _LOADED[path] = stamp, content
+        return _LOADED[path][1]
 
     def hash(self):
         """SHA-256 over the lab's programs: results of another one are not comparable."""
@@ -44,30 +53,6 @@ class Lab:
         return digest.hexdigest()
 
 
-def exercises_beside(tests):
-    """Name -> Exercise of the exercises.py beside a test file."""
-    return _beside(tests)[0]
-
-
-def robot_beside(tests):
-    """The handout's robot of the lab that a test file belongs to."""
-    return _beside(tests)[1]
-
-
-def _beside(tests):
-    path = Path(tests).with_name("exercises.py")
-    if not path.exists():
-        return {}, FiveBar()
-    stamp = path.stat().st_mtime_ns
-    if _LOADED.get(path, (None,))[0] != stamp:
-        spec = importlib.util.spec_from_file_location(f"exercises of {path.parent.name}", path)
-        module = importlib.util.module_from_spec(spec)
-        exec(compile(path.read_bytes(), path, "exec"), module.__dict__)  # no bytecode file is left beside it
-        exercises = {exercise.name: exercise for exercise in module.EXERCISES}
-        _LOADED[path] = stamp, exercises, getattr(module, "ROBOT", FiveBar())
-    return _LOADED[path][1:]
-
-
 _LOADED = {}
 
 
@@ -75,12 +60,9 @@ def known_labs(folder=None):
     """All labs: of `folder`, which may be a lab itself, else the shipped ones."""
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
-    places = SHIPPED if folder is None else (Path(folder),)
-    for place in places:
-        found = [path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))]
-        if found:
-            return [Lab(path.resolve()) for path in sorted(found)]
-    return []
+    place = SHIPPED if folder is None else Path(folder)
+    found = sorted(path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py")))
+    return [Lab(path.resolve()) for path in found]
 
 
 def find_lab(name, folder=None):

@@ -18,27 +18,28 @@ ENVIRONMENT |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
 def launch(isolate, settings, folder):
     """(process, descriptor of the first process in bubblewrap's PID namespace or None).
 
-    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s); folder: empty, to start in.
+    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s); folder: empty, to start in,
+    None under bubblewrap.
     """
     outside = isolate == "process"
     uid = _spare_user() if os.getuid() == 0 else None
-    files, folders = readable(PACKAGES) if outside else (None, ())
+    files, folders = readable(PACKAGES) if outside else (None, None)
     settings = settings | {
         "packages": PACKAGES, "paths": [str(place) for place in import_folders(PACKAGES)], "uid": uid,
         "moved": uid is not None and outside and unreachable(PACKAGES), "readable": files,
-        "listable": [*folders, folder], "parent": os.getpid() if outside else None,
+        "listable": [*folders, folder] if outside else None, "parent": os.getpid() if outside else None,
     }  # fmt: skip
-    os.chmod(folder, 0o755)  # the worker's user is another
     cell = str(CELL) if outside else "/cell"
     command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
     passed = (settings["read"], settings["write"])
     if outside:
+        os.chmod(folder, 0o755)  # the worker's user is another
         return _popen(command, passed, folder), None
     told, tell = os.pipe()
     with open(told) as information:
         try:
             command = [*bwrap_command(PACKAGES), "--info-fd", str(tell), *command]
-            process = _popen(command, (*passed, tell), folder)
+            process = _popen(command, (*passed, tell), None)
         finally:
             os.close(tell)
         text = ""

@@ -5,11 +5,11 @@ import io
 import json
 import os
 import re
-import tempfile
+import secrets
 from hashlib import sha256
 from pathlib import Path
 
-from .report import check_lines, headlines, printable, word
+from .report import check_lines, closing, headlines, printable, word
 
 CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
@@ -20,9 +20,9 @@ CHECK_COLUMNS = (
 def write_whole(path, text):
     """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
     path = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
+    name = path.with_name(f".{path.name[:40]}.{secrets.token_hex(6)}")
+    handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)  # less what the user's umask forbids
     try:
-        os.fchmod(handle, 0o644)
         with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
             file.write(text)
             file.flush()
@@ -88,7 +88,7 @@ def gradescope_text(report):
     result = {
         "score": report.points,
         "execution_time": report.seconds,
-        "output": "\n".join(map(printable, headlines(report))),
+        "output": "\n".join(map(printable, (*headlines(report), *closing(report)))),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",

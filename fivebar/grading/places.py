@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 _ROOT_FOLDERS = ("/lib", "/lib64")  # links to those in /usr, where they are not folders of their own
+_SETTINGS = ("/etc/ld.so.cache", "/etc/alternatives")  # where the loader finds libraries
 CELL = Path(__file__).parent / "cell"
 
 
@@ -37,6 +38,7 @@ def unreachable(packages):
     return any(not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents))
 
 
+@cache
 def system_folders():
     """Real folders of the libraries that an interpreter needs, none within another."""
     prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
@@ -64,9 +66,9 @@ def _hidden():
 @cache
 def readable(packages):
     """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
-    more = ("/etc/ld.so.cache", "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
+    more = (*_SETTINGS, "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
     readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
-    listable, waiting, hidden = [*import_folders(packages)], system_folders(), _hidden()
+    listable, waiting, hidden = [*import_folders(packages)], [*system_folders()], _hidden()
     while waiting:
         folder = waiting.pop()
         if not any(folder in place.parents for place in hidden):
@@ -90,14 +92,15 @@ def _parts(packages):
 @cache
 def bwrap_command(packages):
     """The words before the worker's command: it sees the interpreter, the packages, and nothing else."""
-    binds = [("--ro-bind", str(place), str(place)) for place in system_folders()]
+    system = system_folders()
+    binds = [("--ro-bind", str(place), str(place)) for place in system]
     binds += [("--tmpfs", str(place)) for place in _hidden()]
-    shown = [*_parts(packages), interpreter()]
+    shown = [*_parts(packages), interpreter(), *(Path(p) for p in _SETTINGS if os.path.exists(p))]
     binds += [("--ro-bind", str(place), str(place)) for place in shown]
     binds += [("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)]
     binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
-    above = {folder for place in [*system_folders(), *shown] for folder in place.parents}
-    above = sorted(folder for folder in above if not any(top in (folder, *folder.parents) for top in system_folders()))
+    above = {folder for place in [*system, *shown] for folder in place.parents}
+    above = sorted(folder for folder in above if not any(top in (folder, *folder.parents) for top in system))
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
     spaces = ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--die-with-parent", "--new-session"]
     if os.getuid():

@@ -5,6 +5,7 @@ What it asks through `ask` is recorded even where the check crashes; such a cras
 """
 
 import hashlib
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from .ask import Ask, Wrong
-from .labs import exercises_beside, robot_beside
+from .labs import Lab
 from .report import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
@@ -31,13 +32,15 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    config.option.importmode = "importlib"  # all labs have files of the same names
     config.pluginmanager.register(_from_options(config), "fivebar checks")
 
 
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
     from .grade import Task
-    from .variants import robot_of
+    from .sandbox import IsolationError
+    from .variants import robot_for
 
     option = config.option
     if not option.submission:
@@ -45,20 +48,23 @@ def _from_options(config):
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    secret = option.secret_file.read_bytes().strip() if option.secret_file else None
-    program = Task(path, option.student, option.seed, None, option.isolate, option.time_limit).open()
+    task = Task(path, option.student, option.seed, None, option.isolate, option.time_limit)
+    try:
+        program = task.open()
+    except IsolationError as error:
+        raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
-    return Checks(program, option.seed, partial(robot_of, secret, option.student) if secret else None)
+    if option.secret_file:
+        secret = option.secret_file.read_bytes().strip()
+        program = replace(program, robot_from_standard=partial(robot_for, option.student, secret))
+    return Checks(program, option.seed)
 
 
 class Checks:
-    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults.
+    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
 
-    variant: the student's robot from the handout's; None: the one that the Program says.
-    """
-
-    def __init__(self, program, seed, variant=None):
-        self.program, self.seed, self._variant = program, seed, variant
+    def __init__(self, program, seed):
+        self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}
 
@@ -71,19 +77,13 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request):
-        handout = robot_beside(request.path)
-        ask = Ask(self.program, exercises_beside(request.path), self._robot(handout), handout, self._hopeless)
+        ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
     def robot(self, request):
-        return self._robot(robot_beside(request.path))
-
-    def _robot(self, handout):
-        if self._variant:
-            return self._variant(handout)
-        return self.program.robot(handout) if self.program else handout
+        return self.program.robot_in(Lab(request.path.parent))
 
     @pytest.fixture
     def draw(self, request):

@@ -26,11 +26,11 @@ def pose_figure(robot, exercise, sample):
         drawn = [lines + arrow for lines, arrow in zip(drawn, _arrows(sample, drawn[0]))]
     elif not set(names) & {"x", "q11", "q12"}:
         return ""
-    return _svg(robot, drawn)
+    return _svg(drawn)
 
 
 def _lines(robot, at):
-    """Polylines (m) of base, bars and end-effector; () where a number is missing or not finite."""
+    """Polylines (m) of base or foot, bars and end-effector; () where a number is missing or not finite."""
     known = ("q11", "q21", *(("x", "y") if "x" in at else ("q12", "q22")))
     if not all(name in at and isfinite(at[name]) for name in known):
         return ()
@@ -40,7 +40,7 @@ def _lines(robot, at):
         elbow = drive.pivot(drive.direction(q))
         phi = None if "x" in at else drive.absolute(at[f"q{leg}2"], q)
         end = (at["x"], at["y"]) if phi is None else (elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi))
-        legs.append(((drive.x, drive.y), elbow, end))
+        legs.append(((drive.x, drive.y), elbow, end) if robot.turns else (elbow, end))
     reach = sum(lengths(robot).values())
     return tuple(legs) if all(hypot(*point) < 3 * reach for leg in legs for point in leg) else ()
 
@@ -57,7 +57,7 @@ def _arrows(sample, drawn=None):
     return [(((x, y), (x + 0.06 * vx / longest, y + 0.06 * vy / longest)),) for vx, vy in pairs]
 
 
-def _svg(robot, drawn):
+def _svg(drawn):
     points = [point for lines in drawn for line in lines for point in line]
     low = [min(point[i] for point in points) for i in (0, 1)]
     high = [max(point[i] for point in points) for i in (0, 1)]
@@ -74,8 +74,8 @@ def _svg(robot, drawn):
             parts.append(f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="{style}/>')
             for x, y in (place(point).split(",") for point in line[-2:]):
                 parts.append(f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}" stroke-width="2"/>')
-    for drive in robot.drives:
-        x, y = place((drive.x, drive.y)).split(",")
+    for start, *_ in drawn[0][:2]:  # base joints, or where the feet should be
+        x, y = place(start).split(",")
         parts.append(f'<rect x="{int(x) - 5}" y="{int(y) - 5}" width="10" height="10" fill="#444"/>')
     label = "the robot as it should be (solid, green) and as your answer has it (dashed, red)"
     return (

@@ -49,7 +49,7 @@ def beside_type_2(robot, draw, sines, margin=0.2):
     """Poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses on both sides."""
     n = len(sines)
     ends = []
-    modes = draw.choice([-1, 1], (40, 1, 2))
+    modes = draw.choice([-1, 1], (16, 1, 2))
     for sign in (-1, 1):
         parts = [poses(robot, draw, 2 * n, assembly=-sign, working=mode[0]).xi for mode in modes]
         ends.append(np.array(parts))
@@ -70,23 +70,28 @@ def beside_type_2(robot, draw, sines, margin=0.2):
     return igm(robot, above.reshape(-1, n, 2)[rows, np.arange(n)], modes.reshape(-1, n, 2)[rows, np.arange(n)])
 
 
-def straight_paths(robot, draw, n, crossings, working=None):
+def straight_paths(robot, draw, n, crossings, working=None, margin=0.05, longest=np.inf):
     """Columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings of Type 2, far from Type 1.
 
-    working: one pair of modes; None: all four, in turn.
+    working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle; longest: m.
     """
     modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     s = np.linspace(0, 1, 161)[:, None, None]
     found = []
     for mode in modes:
-        a, b = (poses(robot, draw, 120, working=mode).xi for _ in range(2))
-        pose = igm(robot, a + (b - a) * s, mode, unreachable="nan")
-        p, serial = pose._parallel, np.min(np.abs(pose._serial), axis=(0, 1))
-        with np.errstate(invalid="ignore"):
-            clear = (serial > 0.05) & (np.sum(p[1:] * p[:-1] < 0, axis=0) == crossings)
-            clear &= (p * np.sign(p[0])).min(axis=0) < -0.1 if crossings else np.abs(p).min(axis=0) > 0.1
-        rows = np.flatnonzero(clear)[: -(-n // len(modes))]
-        found.append((*a[rows].T, *b[rows].T, *np.tile(mode, (len(rows), 1)).T))
+        lacking = -(-n // len(modes))
+        for _ in range(20):
+            a, b = (poses(robot, draw, 40, working=mode).xi for _ in range(2))
+            pose = igm(robot, a + (b - a) * s, mode, unreachable="nan")
+            p, serial = pose._parallel, np.min(np.abs(pose._serial), axis=(0, 1))
+            with np.errstate(invalid="ignore"):
+                clear = (serial > margin) & (np.sum(p[1:] * p[:-1] < 0, axis=0) == crossings)
+                clear &= (p * np.sign(p[0])).min(axis=0) < -0.1 if crossings else np.abs(p).min(axis=0) > 0.1
+            rows = np.flatnonzero(clear & (np.hypot(*(b - a).T) < longest))[:lacking]
+            found.append((*a[rows].T, *b[rows].T, *np.tile(mode, (len(rows), 1)).T))
+            lacking -= len(rows)
+            if not lacking:
+                break
     return tuple(np.concatenate(columns) for columns in zip(*found))
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import secrets
 import selectors
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -35,18 +36,18 @@ class Worker:
     def __init__(self, isolate, memory, cpu):
         self.nonce = secrets.token_hex(8)
         self.output = ""
-        self._folder = tempfile.TemporaryDirectory(prefix="fivebar-")
+        self.folder = tempfile.mkdtemp(prefix="fivebar-") if isolate == "process" else None  # bwrap makes its own
         self._buffer = bytearray()
         self._room = MOST_OUTPUT
         request, self._out = os.pipe()
         self._in, reply = os.pipe()
         settings = {"read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu}
         try:
-            self._process, self._first = launch(isolate, settings, self._folder.name)
+            self._process, self._first = launch(isolate, settings, self.folder)
         except OSError as error:
             os.close(self._out)
             os.close(self._in)
-            self._folder.cleanup()
+            self._remove_folder()
             raise IsolationError(f"a worker process cannot be started: {error}") from None
         finally:
             os.close(request)
@@ -169,4 +170,8 @@ class Worker:
         os.close(self._in)
         self._process.stdout.close()
         self._open = False
-        self._folder.cleanup()
+        self._remove_folder()
+
+    def _remove_folder(self):
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)  # it is empty where the filter of system calls works

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .places import bwrap_trouble
-from .replies import Reply
+from .replies import KINDS, Reply
 from .sandbox import IsolationError, Lost, Worker
 from .wire import Garbled, clean, place, reply
 
@@ -40,7 +40,7 @@ class Student:
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
         self._skip, self._losses = [], {}
-        self._worker = None
+        self._worker, self._hopeless = None, False
         self._output = ""
         self.names, self.trouble, self.notes = (), None, ()
         self._load()
@@ -73,7 +73,7 @@ class Student:
         limit = limit or self._limit
         replies, left = [], self._total
         while len(replies) < len(rows):
-            if self._worker is None:
+            if self._worker is None and not self._hopeless:
                 self._load()
             if self._worker is None:
                 return replies + [self.trouble] * (len(rows) - len(replies))
@@ -113,7 +113,8 @@ class Student:
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
-            return Reply("missing", text=clean(f"the file has no constant {', '.join(map(str, absent))}"))
+            names = ", ".join(name for name in absent if isinstance(name, str))
+            return Reply("missing", text=clean(f"the file has no constant {names}"))
         if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
             return replace(self.trouble, kind="import")
         return Reply("missing", text=f"no function {function}")
@@ -137,12 +138,14 @@ class Student:
                 return
             except (Lost, Garbled) as lost:
                 kind, text = (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
+                text = f"{KINDS[kind]}: {text or f'not done within {LOAD_LIMIT:g} s'}"
                 line, source = place(at and at.get("l"), self._lines)
-                self.trouble = self.trouble or Reply("import", None, f"{kind}: {text}", line, source)
+                self.trouble = self.trouble or Reply("import", None, text, line, source)
                 self.close()
                 if at is None or type(at.get("i")) is not int:
                     break
                 self._skip.append(at["i"])
+        self._hopeless = True
 
     def _loaded(self, data):
         names = data.get("names")
@@ -157,7 +160,7 @@ class Student:
         notes = []
         if report["uid"] != os.getuid():
             notes.append(f"running as root: the student's program runs as user {report['uid']}")
-        if not report["filter"]:
+        if self._isolate == "process" and not report["filter"]:
             notes.append("the kernel cannot filter system calls (seccomp): files and signals are not protected")
         if self._isolate == "process" and not report["landlock"]:
             notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")

@@ -10,6 +10,8 @@ from .replies import KINDS, Reply
 MOST_LINE = 1_000_000
 MOST_TEXT = 500
 MOST_BITS = 1000
+MOST_NUMBERS = 10_000
+DEEPEST = 16
 
 
 class Garbled(ValueError):
@@ -30,16 +32,13 @@ def message(line, nonce):
 def reply(data, lines):
     """Reply in a worker's message; `lines` are the student's own, to quote from. Raises Garbled."""
     kind = data.get("k")
-    if kind not in KINDS or not isinstance(data.get("t", ""), str):
+    if not isinstance(kind, str) or kind not in KINDS or not isinstance(data.get("t", ""), str):
         raise Garbled("a message of no known kind")
     seconds = data.get("s", 0.0)
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e6:
         raise Garbled("a message with no duration")
     line, source = place(data.get("l"), lines)
-    try:
-        found = value(data.get("v")) if kind == "value" else None
-    except RecursionError:
-        raise Garbled("lists too deep in each other") from None
+    found = value(data.get("v")) if kind == "value" else None
     return Reply(kind, found, clean(data.get("t", "")), line, source, float(seconds))
 
 
@@ -55,10 +54,12 @@ def clean(text, most=MOST_TEXT):
     return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most])
 
 
-def value(data):
+def value(data, depth=0):
     """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by "~"."""
+    if depth > DEEPEST:
+        raise Garbled("lists too deep in each other")
     if isinstance(data, list):
-        return [value(part) for part in data]
+        return [value(part, depth + 1) for part in data]
     if isinstance(data, str):
         return clean(data)
     if type(data) is int and data.bit_length() > MOST_BITS:
@@ -69,9 +70,9 @@ def value(data):
     if kind == "complex" and _is_number(data.get("re")) and _is_number(data.get("im")):
         return complex(data["re"], data["im"])
     if kind == "array":
-        return _array(data.get("shape"), data.get("data"))
-    if kind == "other":
-        return {"~": "other", "type": clean(str(data.get("type"))), "text": clean(str(data.get("text")))}
+        return _array(data.get("shape"), data.get("data"), depth + 1)
+    if kind == "other" and isinstance(data.get("type"), str) and isinstance(data.get("text"), str):
+        return {"~": "other", "type": clean(data["type"]), "text": clean(data["text"])}
     raise Garbled("a value of no known kind")
 
 
@@ -79,15 +80,16 @@ def _is_number(data):
     return isinstance(data, float) or (type(data) is int and data.bit_length() <= MOST_BITS)
 
 
-def _array(shape, data):
+def _array(shape, data, depth):
     """An array as the worker described it; of objects where its parts are not all numbers."""
     ok = isinstance(shape, list) and isinstance(data, list) and all(type(n) is int and n >= 0 for n in shape)
-    if not ok or len(shape) > 32 or math.prod(shape) != len(data):
+    if not ok or len(shape) > 32 or math.prod(max(n, 1) for n in shape) > MOST_NUMBERS or math.prod(shape) != len(data):
         raise Garbled("an array whose parts do not fit its shape")
-    parts = [value(part) for part in data]
+    parts = [value(part, depth) for part in data]
     if all(isinstance(part, bool | int | float | complex) for part in parts):
         found = np.array(parts, dtype=None if parts else float)
     else:
         found = np.empty(len(parts), dtype=object)
-        found[:] = [part if not isinstance(part, list) else None for part in parts]
+        for i, part in enumerate(parts):
+            found[i] = part
     return found.reshape(shape)

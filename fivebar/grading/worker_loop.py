@@ -3,9 +3,9 @@
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
-from ..robots import robot_of
 from .grade import Task, grade
 from .labs import Lab
 from .page import report_page
@@ -21,8 +21,9 @@ def main():
 
 
 def _graded(request):
-    lab, robot = Lab(Path(request.pop("lab"))), robot_of(request.pop("robot"))
+    lab = Lab(Path(request.pop("lab")))
     try:
+        robot = replace(lab.robot(), **request.pop("robot"))
         report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
         return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
     except Exception as error:  # the parent decides what that means

@@ -103,9 +103,10 @@ class Picture {
   // Zoomed in, `centre` is in the middle of the picture; at zoom 1 all is seen.
   fit(centre = this.centre) {
     const {width, height} = this.svg.getBoundingClientRect(), [x0, y0, x1, y1] = this.bounds;
-    if (!width) return;
+    if (!width || !height) return;
     Object.assign(this, {width, height, centre});
-    const margin = 34, whole = Math.min((width - 2 * margin) / (x1 - x0), (height - 2 * margin) / (y1 - y0));
+    const margin = Math.min(34, width / 4, height / 4);
+    const whole = Math.min((width - 2 * margin) / (x1 - x0), (height - 2 * margin) / (y1 - y0));
     this.scale = whole * this.zoom;
     const [x, y] = this.zoom > 1 && centre ? centre : [(x0 + x1) / 2, (y0 + y1) / 2];
     this.origin = [width / 2 - this.scale * x, height / 2 + this.scale * y];
@@ -114,7 +115,7 @@ class Picture {
     for (const curve of this.curves) this.trace(curve);
     for (const mechanism of this.mechanisms) this.write(mechanism);
     const most = 0.3 * width / this.scale, step = 10 ** Math.floor(Math.log10(most));
-    const length = step * [5, 2, 1].find(factor => factor * step <= most);
+    const length = step * ([5, 2].find(factor => factor * step <= most) ?? 1);
     const power = Math.floor(Math.log10(length) + 1e-9);
     this.rule.setAttribute("d", `M12 ${height - 18}v6h${this.scale * length}v-6`);
     this.length.setAttribute("x", 16);

@@ -8,8 +8,9 @@ import numpy as np
 from ..geometry import four_joint_pose
 from ..run import Run
 from ..singularity import singularity_margins
+from ..trajectory import must_increase
 from .document import packed
-from .samples import gaps, increasing, joints, kept, panel
+from .samples import gaps, joints, kept, panel
 
 LEGS, AXES = ("left", "right"), ("x", "y")
 
@@ -100,7 +101,7 @@ def _checked(runs, show):
     for name, run in runs.items():
         if not isinstance(run, Run):
             raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
-        increasing(run.t, f"the run {name!r}" if name else "the run")
+        must_increase(run.t, f"the run {name!r}" if name else "the run")
     if len({run.robot.turns for run in runs.values()}) > 1:
         raise ValueError("runs of robots with cranks and with sliders cannot be compared: they have no units in common")
     referenced = all(run.xi_ref is not None for run in runs.values())

@@ -8,18 +8,6 @@ from .document import packed
 NUMBERS = 400_000  # in one page at most: 4.3 MB of it
 
 
-def increasing(t, whose):
-    """Refuse times from which no motion can be shown."""
-    if len(t) < 2:
-        raise ValueError(f"a page needs at least 2 samples, but {whose} has {len(t)}")
-    bad = np.flatnonzero(~np.isfinite(t))
-    if len(bad):
-        raise ValueError(f"{whose}: t[{bad[0]}] is {t[bad[0]]}, not finite")
-    late = np.flatnonzero(np.diff(t) <= 0) + 1
-    if len(late):
-        raise ValueError(f"{whose}: t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}")
-
-
 def kept(samples, columns, everywhere):
     """Indices of the samples that fit in, evenly spaced, and a note where they are not all: (k,), list of str.
 

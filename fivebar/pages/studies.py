@@ -3,15 +3,16 @@
 import numpy as np
 
 from ..linkages.quantities import unit, usual_panels
+from ..trajectory import must_increase
 from .document import packed
-from .samples import gaps, increasing, joints, kept, panel
+from .samples import gaps, joints, kept, panel
 
 GUIDES, BLOCK = "GHKL", ("K", "L")  # ends of guides and blocks, which have no letter in a picture
 
 
 def study_content(study, show=None):
     """What the page of a Study holds."""
-    increasing(study.t, "the study")
+    must_increase(study.t, "the study")
     panels = usual_panels(study) if show is None else [show] if isinstance(show, str) else show
     panels = [[names] if isinstance(names, str) else names for names in panels]
     names = list(dict.fromkeys(name for own in panels for name in own))

@@ -11,6 +11,8 @@ GUIDE = "0.85"
 
 def tracking(run):
     """Figure of a run: where it went, how far off it was (RMS and largest), and with what torques."""
+    if not len(run.t):
+        raise ValueError("a run without samples cannot be drawn")
     figure = Figure(figsize=(12, 6), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     _path(figure.add_subplot(grid[:, 0]), run)

@@ -11,6 +11,7 @@
     sampled           sampled computed torque at its limit of stability
     integrators       the fixed-step and SciPy integrators that the above share
     pictures          figures of their results
+    work_precision    charts of speed against accuracy, these methods among them: `fivebar chart`
 
 Nothing here is loaded by `import fivebar`, and nothing of the package outside `study` depends on it.
 """

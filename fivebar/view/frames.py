@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trajectory import must_increase
+
 PER_SECOND = 60
 MOST = 3600  # frames: beyond, a page would outgrow what a notebook or a mail takes
 
@@ -49,14 +51,7 @@ def choose(t, *numbers, lack="are not numbers"):
     for values in numbers:
         if len(values) != len(t):
             raise ValueError(f"t has {len(t)} samples and the motion {len(values)}")
-    if len(t) < 2:
-        raise ValueError(f"a motion needs at least 2 samples, not {len(t)}")
-    bad = np.flatnonzero(~np.isfinite(t))
-    if len(bad):
-        raise ValueError(f"t[{bad[0]}] is {t[bad[0]]}, not finite")
-    late = np.flatnonzero(np.diff(t) <= 0) + 1
-    if len(late):
-        raise ValueError(f"t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}")
+    must_increase(t, "the motion")
     good = np.ones(len(t), dtype=bool)
     for values in numbers:
         good &= np.isfinite(values).reshape(len(t), -1).all(axis=1)

@@ -75,13 +75,17 @@ def _loci(source):
     from ..loci import singularity_loci
 
     pieces, modes = singularity_loci(source.robot).task, source.working
-    width = sum(source.robot.distal) / 2 * 0.085
+    width, room = sum(source.robot.distal) / 2 * 0.085, max(source.robot.distal) / 2
+    heights = np.concatenate([source.elbows[..., 1].ravel(), source.xi[:, 1]])
+    ends = heights.min() - room, heights.max() + room  # of lines without ends
     layers = []
     for mode in np.unique(modes, axis=0):
         now = (modes == mode).all(axis=1)
         own = [piece for piece in pieces if tuple(mode.tolist()) in piece.working]
         for kind in dict.fromkeys(_style(piece) for piece in own):
-            paths = [_dot(p.points[0], width) if len(p.points) == 1 else p.points for p in own if _style(p) == kind]
+            paths = [
+                _dot(p.points[0], width) if len(p.points) == 1 else p.drawn(*ends) for p in own if _style(p) == kind
+            ]
             dash = DASHES.get(kind)
             layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=dash, good=None if now.all() else now))
     return layers

@@ -3,15 +3,15 @@
 Check your work with: fivebar check lab1 student.py
 """
 
-# The robot, in metres. The checks also set these names to other values: use them, not numbers, inside the functions.
-l11 = 0.09  # left leg, proximal bar
-l12 = 0.09  # left leg, distal bar
-l21 = 0.09  # right leg, proximal bar
-l22 = 0.09  # right leg, distal bar
-d = 0.118  # distance of the two base joints
-zz1 = 0.002  # kg m^2, from lab 5 on
-zz2 = 0.002
-m = 0.5  # kg, from lab 5 on
+# The robot. The checks also set these names to other values: use them, not numbers, inside the functions.
+l11 = 0.09  # m, left leg, proximal bar
+l12 = 0.09  # m, left leg, distal bar
+l21 = 0.09  # m, right leg, proximal bar
+l22 = 0.09  # m, right leg, distal bar
+d = 0.118  # m, distance of the two base joints
+zz1 = 0.002  # kg m^2, grouped inertia of the left proximal bar (from lab 5 on)
+zz2 = 0.002  # kg m^2, of the right one
+m = 0.5  # kg, grouped mass of the end-effector
 
 
 def dgm(q11, q21, assembly_mode):

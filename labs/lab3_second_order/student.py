@@ -1,29 +1,29 @@
-"""Lab 1, geometry: fill in the three functions. README.md says what they shall do.
+"""Lab 3, second-order kinematics: fill in the three functions. README.md says what they shall do.
 
-Check your work with: fivebar check lab1 student.py
+Check your work with: fivebar check lab3 student.py
 """
 
-# The robot, in metres. The checks also set these names to other values: use them, not numbers, inside the functions.
-l11 = 0.09  # left leg, proximal bar
-l12 = 0.09  # left leg, distal bar
-l21 = 0.09  # right leg, proximal bar
-l22 = 0.09  # right leg, distal bar
-d = 0.118  # distance of the two base joints
-zz1 = 0.002  # kg m^2, from lab 5 on
-zz2 = 0.002
-m = 0.5  # kg, from lab 5 on
+# The robot. The checks also set these names to other values: use them, not numbers, inside the functions.
+l11 = 0.09  # m, left leg, proximal bar
+l12 = 0.09  # m, left leg, distal bar
+l21 = 0.09  # m, right leg, proximal bar
+l22 = 0.09  # m, right leg, distal bar
+d = 0.118  # m, distance of the two base joints
+zz1 = 0.002  # kg m^2, grouped inertia of the left proximal bar (from lab 5 on)
+zz2 = 0.002  # kg m^2, of the right one
+m = 0.5  # kg, grouped mass of the end-effector
 
 
-def dgm(q11, q21, assembly_mode):
-    """End-effector x, y (m) from the active angles (rad) and the assembly mode (+1 or -1)."""
-    raise NotImplementedError("lab1 task 1: the direct geometric model")
+def dkm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD):
+    """Acceleration xDD, yDD (m/s^2) of the end-effector from the active accelerations (rad/s^2)."""
+    raise NotImplementedError("lab3 task 1: the direct model of second order")
 
 
-def igm(x, y, gamma1, gamma2):
-    """Active angles q11, q21 (rad) from the end-effector (m) and the working modes of both legs (+1 or -1)."""
-    raise NotImplementedError("lab1 task 2: the inverse geometric model")
+def ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD):
+    """Active accelerations q11DD, q21DD (rad/s^2) from that of the end-effector (m/s^2)."""
+    raise NotImplementedError("lab3 task 2: the inverse model of second order")
 
 
-def dgm_passive(q11, q21, assembly_mode):
-    """Passive angles q12, q22 (rad) from the active angles (rad) and the assembly mode (+1 or -1)."""
-    raise NotImplementedError("lab1 task 3: the passive joints")
+def dkm2_passive(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD, xDD, yDD):
+    """Passive accelerations q12DD, q22DD (rad/s^2)."""
+    raise NotImplementedError("lab3 task 3: the passive accelerations")

@@ -26,7 +26,17 @@ def accelerated(pose, draw):
     return *columns(rates), *acc.q_ddot.T, *acc.xi_ddot.T
 
 
-@pytest.mark.points(3)
+def resting(pose):
+    return *joints(pose), *np.zeros((4, len(pose.q)))
+
+
+@pytest.mark.points(1)
+def test_dkm2_at_rest(ask, robot, draw):
+    """dkm2: at rest"""
+    ask("dkm2", *resting(poses(robot, draw, 12)), *draw.uniform(-20, 20, (2, 12)))
+
+
+@pytest.mark.points(2)
 def test_dkm2_regular(ask, robot, draw):
     """dkm2: regular poses, assembly mode -1"""
     ask("dkm2", *columns(moving(poses(robot, draw, 16, assembly=-1), draw)), *draw.uniform(-20, 20, (2, 16)))
@@ -53,7 +63,13 @@ def test_dkm2_near_singularity(ask, robot, draw):
     ask("dkm2", *columns(rates), *draw.uniform(-20, 20, (2, 12)), tolerance=LOOSE)
 
 
-@pytest.mark.points(3)
+@pytest.mark.points(1)
+def test_ikm2_at_rest(ask, robot, draw):
+    """ikm2: at rest"""
+    ask("ikm2", *resting(poses(robot, draw, 12)), *draw.uniform(-2, 2, (2, 12)))
+
+
+@pytest.mark.points(2)
 def test_ikm2_regular(ask, robot, draw):
     """ikm2: regular poses of all modes"""
     ask("ikm2", *columns(moving(poses(robot, draw, 16), draw)), *draw.uniform(-2, 2, (2, 16)))

@@ -1,29 +1,34 @@
-"""Lab 1, geometry: fill in the three functions. README.md says what they shall do.
+"""Lab 4, singularities: fill in the four functions. README.md says what they shall do.
 
-Check your work with: fivebar check lab1 student.py
+Check your work with: fivebar check lab4 student.py
 """
 
-# The robot, in metres. The checks also set these names to other values: use them, not numbers, inside the functions.
-l11 = 0.09  # left leg, proximal bar
-l12 = 0.09  # left leg, distal bar
-l21 = 0.09  # right leg, proximal bar
-l22 = 0.09  # right leg, distal bar
-d = 0.118  # distance of the two base joints
-zz1 = 0.002  # kg m^2, from lab 5 on
-zz2 = 0.002
-m = 0.5  # kg, from lab 5 on
+# The robot. The checks also set these names to other values: use them, not numbers, inside the functions.
+l11 = 0.09  # m, left leg, proximal bar
+l12 = 0.09  # m, left leg, distal bar
+l21 = 0.09  # m, right leg, proximal bar
+l22 = 0.09  # m, right leg, distal bar
+d = 0.118  # m, distance of the two base joints
+zz1 = 0.002  # kg m^2, grouped inertia of the left proximal bar (from lab 5 on)
+zz2 = 0.002  # kg m^2, of the right one
+m = 0.5  # kg, grouped mass of the end-effector
 
 
-def dgm(q11, q21, assembly_mode):
-    """End-effector x, y (m) from the active angles (rad) and the assembly mode (+1 or -1)."""
-    raise NotImplementedError("lab1 task 1: the direct geometric model")
+def singularity_type(q11, q12, q21, q22):
+    """0 regular, 1 serial, 2 parallel, 3 both; a sine of at most 1e-6 counts as 0."""
+    raise NotImplementedError("lab4 task 1: the type of a singularity")
 
 
-def igm(x, y, gamma1, gamma2):
-    """Active angles q11, q21 (rad) from the end-effector (m) and the working modes of both legs (+1 or -1)."""
-    raise NotImplementedError("lab1 task 2: the inverse geometric model")
+def margins(q11, q12, q21, q22):
+    """Serial margins s1, s2 of both legs and parallel margin p: three signed sines."""
+    raise NotImplementedError("lab4 task 2: the margins")
 
 
-def dgm_passive(q11, q21, assembly_mode):
-    """Passive angles q12, q22 (rad) from the active angles (rad) and the assembly mode (+1 or -1)."""
-    raise NotImplementedError("lab1 task 3: the passive joints")
+def type2_point(q11, branch):
+    """End-effector x, y (m) with the distal bars stretched in one line; no answer where they cannot be."""
+    raise NotImplementedError("lab4 task 3: a point of the Type-2 locus")
+
+
+def first_crossing(x0, y0, x1, y1, gamma1, gamma2):
+    """Part s of the straight path at which it first crosses Type 2, None where it does not."""
+    raise NotImplementedError("lab4 task 4: the first crossing on a path")

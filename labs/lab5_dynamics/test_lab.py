@@ -16,7 +16,17 @@ def moving(pose, draw):
     return *joints(pose), *joint_rates(rates)
 
 
-@pytest.mark.points(4)
+def resting(pose):
+    return *joints(pose), *np.zeros((4, len(pose.q)))
+
+
+@pytest.mark.points(1)
+def test_dynamic_model_at_rest(ask, robot, draw):
+    """dynamic_model: at rest"""
+    ask("dynamic_model", *resting(poses(robot, draw, 12)))
+
+
+@pytest.mark.points(3)
 def test_dynamic_model_regular(ask, robot, draw):
     """dynamic_model: regular poses, assembly mode -1"""
     ask("dynamic_model", *moving(poses(robot, draw, 16, assembly=-1), draw))
@@ -41,7 +51,13 @@ def test_dynamic_model_near_singularity(ask, robot, draw):
     ask("dynamic_model", *moving(beside_type_2(robot, draw, NEAR), draw), tolerance=1e-9 + 1e-13 / NEAR**2)
 
 
-@pytest.mark.points(3)
+@pytest.mark.points(1)
+def test_inverse_dynamics_at_rest(ask, robot, draw):
+    """inverse_dynamics: at rest"""
+    ask("inverse_dynamics", *resting(poses(robot, draw, 12)), *draw.uniform(-20, 20, (2, 12)))
+
+
+@pytest.mark.points(2)
 def test_inverse_dynamics_regular(ask, robot, draw):
     """inverse_dynamics: regular poses of all modes"""
     ask("inverse_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-20, 20, (2, 16)))
@@ -55,7 +71,13 @@ def test_inverse_dynamics_unequal(ask, draw):
     ask("inverse_dynamics", *rows, *draw.uniform(-20, 20, (2, 16)), robot=other)
 
 
-@pytest.mark.points(3)
+@pytest.mark.points(1)
+def test_forward_dynamics_at_rest(ask, robot, draw):
+    """forward_dynamics: at rest"""
+    ask("forward_dynamics", *resting(poses(robot, draw, 12)), *draw.uniform(-0.2, 0.2, (2, 12)))
+
+
+@pytest.mark.points(2)
 def test_forward_dynamics_regular(ask, robot, draw):
     """forward_dynamics: regular poses of all modes"""
     ask("forward_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-0.2, 0.2, (2, 16)))

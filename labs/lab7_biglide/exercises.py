@@ -8,7 +8,7 @@ import numpy as np
 import fivebar as fb
 from fivebar.dyads import RRR
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import QUARTER, inverse, motion, pose, times
+from fivebar.grading.four_joints import inverse, motion, pose, times
 from fivebar.kinematics import Accelerations, Rates
 
 ROBOT = fb.Biglide()  # the handout's
@@ -227,6 +227,12 @@ def dgm_passive(robot, *row, read=np.angle):
     return tuple(read(bar) for bar in bars(robot, *row))
 
 
+def in_the_middle(robot, q11, q21, assembly_mode):
+    left, right = feet(robot, q11, q21)
+    x, y = over_h(robot, q11, q21, assembly_mode, in_middle=True)
+    return np.angle(x + 1j * y - left), np.angle(x + 1j * y - right)
+
+
 def from_origin(robot, q11, q21, assembly_mode):
     left, right = bars(robot, q11, q21, assembly_mode)
     return np.angle(left - robot.d / 2), np.angle(right + robot.d / 2)
@@ -281,6 +287,11 @@ DGM_PASSIVE = Exercise(
             "Where does a bar begin? The x of a foot is not 0.",
             from_origin,
         ),
+        Misconception(
+            "H in the middle although the bars differ",
+            "Your angles follow from your end-effector: first see to dgm with two different bars.",
+            in_the_middle,
+        ),
         legs_exchanged(dgm_passive, "what you return"),
         Misconception(
             "angles returned in degrees",
@@ -293,7 +304,7 @@ DGM_PASSIVE = Exercise(
 
 
 def relative_angles(model):
-    """The misconception of who adds the feet's coordinates to the angles, as if the passive joints were a five-bar's."""
+    """The misconception of who adds the feet's coordinates to the angles, as in the five-bar."""
     return Misconception(
         "passive angles taken as relative",
         "q11 is in metres here, q12 in radians. Which angle does the bar make with the x axis?",
@@ -715,6 +726,11 @@ DYNAMIC_MODEL = Exercise(
             "c of the wrong sign",
             lambda *all_: (M_of(*all_), -c_of(*all_)),
             "Insert xi'' = A^-1 (B q'' + d) once more, sign by sign.",
+        ),
+        Misconception(
+            "sum of both rates as in the five-bar",
+            "q11' is in m/s, q12' in rad/s. How fast does the bar turn against the fixed frame?",
+            lambda robot, *row: dynamic_model(robot, *row[:5], row[4] + row[5], row[6], row[6] + row[7]),
         ),
         with_model(
             "c without J^T A^-1",

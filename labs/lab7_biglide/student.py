@@ -64,14 +64,14 @@ def dynamic_model(q11, q12, q21, q22, q11D, q12D, q21D, q22D):
 
 def efforts(x, y, xD, yD, xDD, yDD, gamma1, gamma2):
     """Efforts tau1, tau2 of the drives (N) for this motion of the end-effector (m, m/s, m/s^2)."""
-    raise NotImplementedError("lab7 bonus: the efforts of a motion")
+    raise NotImplementedError("lab7 task 5: the efforts of a motion (bonus)")
 
 
 def compliant_crossing(x0, y0, x1, y1, T):
-    """Coefficients a, b of x(t) = a[0] + a[1] t + a[2] t^2 + ..., likewise y(t), for 0 <= t <= T: with finite efforts."""
-    raise NotImplementedError("lab7 bonus: a crossing of Type 2 with finite efforts")
+    """Coefficients a, b of x(t) = a[0] + a[1] t + a[2] t^2 + ..., likewise y(t), 0 <= t <= T: with finite efforts."""
+    raise NotImplementedError("lab7 task 5: a crossing of Type 2 with finite efforts (bonus)")
 
 
 def non_compliant_crossing(x0, y0, x1, y1, T):
     """Coefficients a, b likewise: a crossing at which the efforts grow without bound."""
-    raise NotImplementedError("lab7 bonus: a crossing of Type 2 with efforts that grow without bound")
+    raise NotImplementedError("lab7 task 5: a crossing of Type 2 with efforts that grow without bound (bonus)")

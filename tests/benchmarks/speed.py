@@ -12,7 +12,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.machine_code import library
-from fivebar.study.work_precision.geometry import C_LOOP
+from fivebar.study.work_precision.dgm_routes import C_LOOP
 
 
 def seconds(call, repeats):

@@ -75,6 +75,9 @@ class Session:
     def _script(self):
         try:
             exec(self._code(), self._main_module().__dict__)
+            for thread in threading.enumerate():  # Python too waits for the script's own
+                if not thread.daemon and thread is not threading.main_thread():
+                    thread.join()
         except SystemExit as error:
             if error.code is None or isinstance(error.code, int):
                 return error.code or 0

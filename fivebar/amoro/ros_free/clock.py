@@ -1,6 +1,11 @@
 """The script's clock: simulated time in place of the computer's, so that a run is the same whenever it is made."""
 
+import sys
 import time
+from functools import cache
+from pathlib import Path
+
+from .tracebacks import STANDARD
 
 EPOCH = 1_600_000_000  # s; any fixed one
 STEP = 0.01  # s of simulated time in each call of apply_efforts
@@ -29,9 +34,22 @@ class SimulatedClock:
         """Put it behind the functions of `time`, before the script can import them."""
         time.time = lambda: EPOCH + self.elapsed() / 1e9
         time.time_ns = lambda: EPOCH * 1_000_000_000 + self.elapsed()
-        time.monotonic = time.perf_counter = lambda: self.elapsed() / 1e9
-        time.monotonic_ns = time.perf_counter_ns = self.elapsed
-        time.sleep = self.sleep
+        time.perf_counter, time.perf_counter_ns = lambda: self.elapsed() / 1e9, self.elapsed
+        time.monotonic_ns = self.elapsed
+        # In Python's own modules these two wait for other threads and processes, which take real time.
+        time.monotonic = lambda: real_monotonic() if _waits(sys._getframe(1)) else self.elapsed() / 1e9
+        time.sleep = lambda seconds: (real_sleep if _waits(sys._getframe(1)) else self.sleep)(seconds)
+
+
+def _waits(frame):
+    """Whether this frame is of Python's own library."""
+    return _is_pythons(frame.f_code.co_filename)
+
+
+@cache
+def _is_pythons(file):
+    path = Path(file).resolve()
+    return STANDARD in path.parents and "site-packages" not in path.parts
 
 
 class RealClock:

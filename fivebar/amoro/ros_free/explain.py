@@ -17,6 +17,8 @@ def explanation(error, frame, line):
     if isinstance(error, AttributeError):
         name = re.match(r"module 'numpy' has no attribute '(\w+)'|`np\.(\w+)` was removed", str(error))
         return _dropped(name[1] or name[2]) if name and (name[1] or name[2]) in DROPPED else []
+    if not isinstance(error, (TypeError, ValueError)):
+        return []
     conversion = CONVERSION in str(error) or CONVERSION in str(error.__cause__)
     if conversion or (isinstance(error, ValueError) and "inhomogeneous" in str(error)):
         return _conversion(frame, line)

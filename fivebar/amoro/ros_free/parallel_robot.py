@@ -57,8 +57,9 @@ class Robot:
     def apply_efforts(self, left_joint, right_joint):
         """Hold the two efforts for 10 ms of simulated time."""
         efforts = self._world.step((left_joint, right_joint))
-        self.active_left_joint.effort, self.active_right_joint.effort = efforts
-        self._read()
+        if efforts is not None:
+            self.active_left_joint.effort, self.active_right_joint.effort = efforts
+            self._read()
 
     def data_updated(self):
         """Whether the state is new since the last call."""

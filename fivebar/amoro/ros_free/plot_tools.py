@@ -18,7 +18,7 @@ class Scope:
     def update(self, time, y1, y2):
         """Add a point to both curves."""
         try:
-            self.points.append((float(time), *(float(np.reshape(y, ())) for y in (y1, y2))))
+            self.points.append((float(time), *(float(np.asarray(y).reshape(())) for y in (y1, y2))))
         except (TypeError, ValueError):
             raise TypeError(f"Scope {self.title!r}: update needs three numbers, not {time!r}, {y1!r}, {y2!r}") from None
 

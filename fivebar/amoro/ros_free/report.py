@@ -68,12 +68,14 @@ def draw_scopes(figure_of):
     figure = figure_of(figsize=(width, height))
     for scope, axes in zip(drawn(), figure.subplots(rows, columns, squeeze=False).flat):
         t, *curves = np.transpose(scope.points)
-        known = [*scope.limits, *np.ravel(curves)[np.isfinite(np.ravel(curves))]]
+        values = np.array([*scope.limits, *np.ravel(curves)])
+        known = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
         for curve, name, colour, style in zip(curves, ("y1", "y2"), PEN, ("-", "--")):
             axes.plot(t, curve, style, color=colour, lw=1.4, label=name)
         space = MARGIN * (max(known) - min(known)) or 1.0
         axes.set_ylim(min(known) - space, max(known) + space)
-        axes.set_title(f"{scope.title} (at most {_difference(scope)['largest_difference']:.3g} apart)", fontsize=10)
+        apart = _difference(scope)["largest_difference"]
+        axes.set_title(f"{scope.title} (at most {apart:.3g} apart)", fontsize=10, parse_math=False)
         axes.grid(alpha=0.25)
         axes.margins(x=0)
     for axes in figure.axes[count:]:
@@ -117,7 +119,8 @@ def print_words(about):
 
 def print_json(about, stream):
     """The same as data; null for what is no number."""
-    known = [{key: value if value == value else None for key, value in each.items()} for each in about["scopes"]]
+    known = [{key: value if key == "title" or np.isfinite(value) else None for key, value in each.items()}
+             for each in about["scopes"]]  # fmt: skip
     print(json.dumps(about | {"scopes": known}, indent=2), file=stream)
 
 

@@ -1,6 +1,8 @@
 """The world behind a lab script: one robot, stepped by its efforts, with bounds on what cannot end by itself."""
 
 import math
+import signal
+import threading
 
 import numpy as np
 
@@ -69,8 +71,9 @@ class World:
         self._to_home()
 
     def step(self, efforts):
-        """One step of the simulation under two efforts; gives them as floats."""
-        self._interrupt_when_due()
+        """One step of the simulation under two efforts; gives them as floats, or None where the time is over."""
+        if self._over():
+            return None
         if self.failure is not None:
             raise self.failure
         tau = np.array([_number(value, side, self) for value, side in zip(efforts, ("left", "right"))])
@@ -97,7 +100,8 @@ class World:
 
     def updated(self):
         """Whether the state is new since the last call."""
-        self._interrupt_when_due()
+        if self._over():
+            return False
         if self.fresh and self.started:
             self.fresh = False
             return True
@@ -113,17 +117,25 @@ class World:
             return "the script never called apply_efforts (or start_oscillate), so nothing moves"
         return f"the last apply_efforts was at t = {self.time:g} s, and without another nothing moves"
 
-    def _interrupt_when_due(self):
+    def _over(self):
+        """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where Ctrl-C goes."""
         if self.steps < self.until:
-            return
-        if not self.interrupted:
-            self.interrupted, self.idle = True, 0
+            return False
+        main = threading.main_thread()
+        first, self.interrupted = not self.interrupted, True
+        if threading.current_thread() is not main:
+            if first:
+                signal.pthread_kill(main.ident, signal.SIGINT)
+            return True  # until the main thread ends this one, nothing moves
+        if first:
+            self.idle = 0
             raise KeyboardInterrupt
         if self.steps >= self.until + GRACE:
             self.stop(
                 f"the script got its KeyboardInterrupt at {self.until * STEP:g} s of simulated time, as from Ctrl-C, "
                 f"and was still stepping {GRACE * STEP:g} s later"
             )
+        return False
 
     def stop(self, why):
         """End the script: by an exception, or where it swallows that, by leaving it."""

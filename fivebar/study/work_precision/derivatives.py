@@ -8,8 +8,8 @@ from ...engine import Buffered, compile, compiled
 from ...geometry import dgm, joint_pose
 from ...robots import FiveBar
 from ..differentiation import analytic, differences, swing
+from .dgm_routes import printed
 from .exact import distance, exact_motion
-from .geometry import printed
 from .table import OURS, Attempt, Chart, Method, Panel
 
 ROBOT = FiveBar()

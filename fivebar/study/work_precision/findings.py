@@ -1,11 +1,12 @@
 """What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing is known before."""
 
 import math
+import re
 from collections import Counter
 
 import numpy as np
 
-from .table import LIMIT, OURS
+from .table import OURS
 
 ABOVE_ROUNDING = 10.0
 LEVEL = 1.1  # a ratio of times below it is no difference
@@ -51,7 +52,9 @@ def failures(result, panel):
     for row in result.rows:
         if row["problem"] != panel.problem:
             continue
-        if row["status"] != "ok":
+        if row["status"] == "left out":
+            found.setdefault(row["method"], []).append((row, f"left out: {row['word']}"))
+        elif row["status"] != "ok":
             found.setdefault(row["method"], []).append((row, row["word"]))
         elif panel.y in row and row[panel.y] > panel.ceiling:
             found.setdefault(row["method"], []).append((row, f"error above {panel.ceiling:g}"))
@@ -59,16 +62,23 @@ def failures(result, panel):
 
 
 def words_of(failed):
-    """The words of one method's failures, with how often each came."""
-    counts = Counter(word for _, word in failed)
-    return ", ".join(f"{word} ({count} times)" if count > 1 else word for word, count in counts.items())
+    """The words of one method's failures, with how often each came; those that differ in a share only, together."""
+    found = {}
+    for _, word in failed:
+        found.setdefault(re.sub(r"\d+%", "#%", word), []).append(word)
+    parts = []
+    for pattern, words in found.items():
+        shares = sorted({int(share) for word in words for share in re.findall(r"(\d+)%", word)})
+        ends = f"{shares[0]}-{shares[-1]}%" if len(shares) > 1 else f"{shares[0]}%" if shares else ""
+        parts.append(pattern.replace("#%", ends) + (f" ({len(words)} times)" if len(words) > 1 else ""))
+    return ", ".join(parts)
 
 
 def caption(result):
     """What the charts shows, in sentences, wins and losses of ours alike."""
     sentences = []
     for panel in (panel for row in result.chart.panels for panel in row):
-        said = [*_standing(result, panel), *_ratios(result, panel)]
+        said = [*_standing(result, panel), *_each(result, panel), *_ratios(result, panel)]
         if said:
             sentences.append(f"{panel.title[0].upper()}{panel.title[1:]}: {'; '.join(said)}.")
     return " ".join([*sentences, *_failed(result)])
@@ -76,11 +86,11 @@ def caption(result):
 
 def _standing(result, panel):
     """For each level how the fastest of ours stands to the fastest other, and which of ours are slower than that."""
-    won, level_with, lost, alone, short, slower, limit = {}, {}, {}, [], {}, {}, {}
+    won, level_with, lost, alone, short, slower, named = {}, {}, {}, [], {}, {}, {}
     for level in panel.levels:
-        mine, others, limits = _fastest(result, panel, level)
-        if mine and limits:
-            limit[limits[0]["method"]] = mine[0]["seconds"] / limits[0]["seconds"]
+        mine, others, apart = _fastest(result, panel, level)
+        if mine and apart:
+            named.setdefault(apart[0]["method"], []).append((level, mine[0]["seconds"] / apart[0]["seconds"]))
         if mine and not others:
             alone.append(level)
         elif others and not mine:
@@ -103,24 +113,36 @@ def _standing(result, panel):
     if slower:
         listed = ", ".join(f"{name} ({_number(ratio)} ×)" for name, (_, ratio) in slower.items())
         parts.append(f"slower than {next(iter(slower.values()))[0]} are {listed}")
-    parts += [f"{name} is {_number(ratio)} × as fast as fivebar" for name, ratio in limit.items()]
+    parts += [f"apart from these, {name} is {_ratios_at(found)} as fast as fivebar" for name, found in named.items()]
     return parts
 
 
 def _fastest(result, panel, level):
-    """Of each method the fastest row with an error of at most `level`, by time: ours, the others, the limits."""
+    """Of each method the fastest row with an error of at most `level`, by time: ours, the others, those apart."""
     best = {}
     for row in counted(result, panel):
         known = best.get(row["method"])
         if row[panel.y] <= level and (known is None or row["seconds"] < known["seconds"]):
             best[row["method"]] = row
-    ordered = sorted(best.values(), key=lambda row: row["seconds"])
     families = {method.name: method.family for method in result.chart.methods}
-    parts = {OURS: [], LIMIT: [], None: []}
-    for row in ordered:
+    ours, others, apart = [], [], []
+    for row in sorted(best.values(), key=lambda row: row["seconds"]):
         family = families[row["method"]]
-        parts[family if family in parts else None].append(row)
-    return parts[OURS], parts[None], parts[LIMIT]
+        (ours if family == OURS else apart if family in result.chart.apart else others).append(row)
+    return ours, others, apart
+
+
+def _each(result, panel):
+    """For a panel that asks for it, the time of every method over that of the fastest of ours, level by level."""
+    if not panel.each:
+        return []
+    columns = {}
+    for level in panel.levels:
+        mine, *others = _fastest(result, panel, level)
+        for row in (row for part in others for row in part if mine):
+            columns.setdefault(row["method"], {})[level] = _number(row["seconds"] / mine[0]["seconds"])
+    listed = [f"{name} {', '.join(found.get(level, '-') for level in panel.levels)}" for name, found in columns.items()]
+    return [f"times over the fastest of fivebar's to {_levels(panel.levels)}: {'; '.join(listed)}"] if listed else []
 
 
 def _number(ratio):

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from .picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, _wrapped
+from .picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, _wrapped, title
 from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
 LEVELS = {"growth": (0.5, 0.8, 1.0), "noise": (1.5, 2.0, 3.0, 5.0)}
@@ -19,7 +19,7 @@ def figure(result):
     head, foot = 0.5 + LINE * len(reading), LINE * len(findings) + 2 * EDGE
     height = head + foot + len(rows) * (ABOVE + HEIGHT + BELOW)
     made = Figure(figsize=(width, height))
-    made.text(EDGE / width, 1 - 0.12 / height, result.chart.title, fontsize=15, fontweight="bold", va="top", color=INK)
+    title(made, result.chart.title)
     made.text(EDGE / width, 1 - 0.48 / height, "\n".join(reading), fontsize=8.5, va="top", linespacing=1.3, color=INK)
     top = height - head
     for row in rows:
@@ -101,7 +101,7 @@ def caption(result):
         astray = sum(row["word"] != "grows" for row in lost)
         text = f"{words[0].upper()}{words[1:]}, {len(rows) + len(lost)} pairs of gains: simulated and exact differ by "
         text += f"{100 * np.median(off):.2g} % in the median, {100 * off.max():.2g} % at most; "
-        text += f"they disagree on stability {len(wrong) + astray} times"
+        text += f"they disagree on stability in {len(wrong) + astray}"
         text += f", where the exact factor is within {max(abs(r - 1) for r in wrong):.2g} of 1" if wrong else ""
         sentences.append(text + ".")
     return " ".join(sentences)

@@ -116,20 +116,23 @@ def _seen(chart, state, modes):
     return rates.pose.xi, rates.pose.q, float(energy(rates))
 
 
-def no_torque(t):
-    return 0.0, 0.0
+def fixed_steps(motion, chart, method, count, jit):
+    """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but the end; modes."""
+    c, c_dot, modes = chart.coordinates(motion.begin())
+    modes = [int(mode) for mode in modes]
+    function = propagate(ROBOT, chart, modes, method, DURATION / count, count, motion.torque)
+    call, begin = Buffered(compiled(function, jit)), np.array([*c, *c_dot])
+    return lambda: call(begin)[0], modes
 
 
 def ours(name, method, jit):
-    """prepare of our fixed steps in one chart, nothing checked and nothing kept but the end."""
+    """prepare of our fixed steps in a chart."""
     (chart,) = CHARTS[name]
 
     def prepare(problem, count):
-        c, c_dot, modes = chart.coordinates(MOTIONS[problem].begin())
-        modes, judge = [int(mode) for mode in modes], judged(problem)
-        function = propagate(ROBOT, chart, modes, method, DURATION / count, count, no_torque)
-        call, begin = Buffered(compiled(function, jit)), np.array([*c, *c_dot])
-        return Attempt(lambda: call(begin)[0], lambda end: judge(_seen(chart, end, modes)))
+        call, modes = fixed_steps(MOTIONS[problem], chart, method, count, jit)
+        judge = judged(problem)
+        return Attempt(call, lambda end: judge(_seen(chart, end, modes)))
 
     return prepare
 

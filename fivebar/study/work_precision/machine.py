@@ -13,7 +13,7 @@ import numpy as np
 
 from ...machine_code import c_compiler
 
-LIBRARIES = ("fivebar", "numpy", "scipy", "casadi", "matplotlib")
+LIBRARIES = ("fivebar", "numpy", "scipy", "casadi", "matplotlib", "mujoco", "pin")
 SAMPLE = 1e-4  # s; shorter calls are timed together
 MOST = 101  # samples
 LONG = 5.0  # budgets; a call as long is not timed again
@@ -45,13 +45,15 @@ def times_of(call, first, budget):
     return samples
 
 
-def _installed(package):
-    return None if find_spec(package) else f"{package} is not installed (pip install {package})"
+def _installed(module):
+    return None if find_spec(module) else f"{module} is not installed: pip install 'fivebar[peers]'"
 
 
 # What a method may need -> () -> None, or what is missing.
 NEEDED = {
     "C compiler": lambda: None if c_compiler() else "no C compiler (cc, gcc, clang)",
+    "mujoco": lambda: _installed("mujoco"),
+    "pinocchio": lambda: _installed("pinocchio"),
 }
 
 

@@ -15,6 +15,7 @@ COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"  # Ok
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
 WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
+LONGEST = 96  # letters in a strip
 LINE, LETTER = 0.158, 0.0655  # of small text: height of a line, mean width of a letter
 
 
@@ -31,7 +32,7 @@ def figure(result):
     head, foot = 0.5 + LINE * len(reading), key + LINE * len(findings) + 3 * EDGE
     height = head + foot + sum(strip + ABOVE + HEIGHT + BELOW for strip in strips)
     made = Figure(figsize=(width, height))
-    made.text(EDGE / width, 1 - 0.12 / height, chart.title, fontsize=15, fontweight="bold", va="top", color=INK)
+    title(made, chart.title)
     made.text(EDGE / width, 1 - 0.48 / height, "\n".join(reading), fontsize=8.5, va="top", linespacing=1.3, color=INK)
     top = height - head
     for panels, failed, strip in zip(chart.panels, lanes, strips):
@@ -54,6 +55,13 @@ def figure(result):
     y = (foot - key - 1.6 * EDGE) / height
     made.text(EDGE / width, y, "\n".join(findings), fontsize=8.5, va="top", linespacing=1.3, color=INK)
     return made
+
+
+def title(made, text):
+    """Above all else, as large as fits."""
+    width, height = made.get_size_inches()
+    size = min(15, (width - 2 * EDGE) * 108 / len(text))
+    made.text(EDGE / width, 1 - 0.12 / height, text, fontsize=size, fontweight="bold", va="top", color=INK)
 
 
 def _wrapped(text, width):
@@ -136,7 +144,7 @@ def _strip(axes, panel, lanes, styles):
     for k, (name, failed) in enumerate(lanes.items()):
         times = [row[panel.x] for row, _ in failed if panel.x in row]
         axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
-        text = f"{name}: {words_of(failed)}"
+        text = textwrap.shorten(f"{name}: {words_of(failed)}", LONGEST, placeholder=" …")
         axes.text(0.008, k + 0.3, text, transform=axes.get_yaxis_transform(), fontsize=6.6, va="center", color=INK)
 
 

@@ -18,6 +18,7 @@ WORDS = (
     (SingularityError, "refused: singular"), (UnreachableError, "refused: unreachable"),
     (ArithmeticError, "refused: not finite, or too fast"), (ValueError, "breaks down"), (RuntimeError, "gives up"),
 )  # fmt: skip
+THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"  # each process has one of them
 QUARTILES = (25, 50, 75)
 
 
@@ -25,7 +26,7 @@ def run(name, folder, quick=False, progress=None):
     """Measure a chart, going on where an interrupted run ended; Result. progress: called after each attempt."""
     module = module_of(name)
     chart = load(module)
-    about = {**describe(), "quick": quick}
+    about = {**describe(), "threads": 1, "quick": quick}
     partial = Partial(folder / f"{name}.partial.jsonl", about)
     with Worker(module, chart.limit, BUDGET[quick]) as worker:
         for problem, method, knob in chart.jobs(quick):
@@ -113,7 +114,11 @@ class Worker:
         spawn = multiprocessing.get_context("spawn")
         self.pipe, theirs = spawn.Pipe()
         self.process = spawn.Process(target=_serve, args=(theirs, *self.arguments), daemon=True)
+        before = {name: os.environ.get(name) for name in THREADS}
+        os.environ.update(dict.fromkeys(THREADS, "1"))  # read when NumPy is loaded, there
         self.process.start()
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
         theirs.close()
         if not self.pipe.poll(60) or self.pipe.recv() != "ready":
             raise RuntimeError("the process that measures does not start")

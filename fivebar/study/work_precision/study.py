@@ -8,13 +8,14 @@ from PIL import Image
 from . import findings, picture, runner
 from .page import write_page
 from .store import from_csv
-from .table import CHARTS, load, module_of
+from .table import CHARTS, PEERS, load, module_of
 
-DPI, COLOURS = 100, 256  # a palette makes a third of the file
+DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
 
 
-def chart_names():
-    return tuple(CHARTS)
+def chart_names(peers=False):
+    """All charts, those of other simulators only if asked for."""
+    return tuple(name for name in CHARTS if peers or name not in PEERS)
 
 
 def make(names, folder, quick=False):
@@ -56,7 +57,7 @@ def draw(result, folder):
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
     small = io.BytesIO()
-    Image.open(buffer).convert("RGB").quantize(COLOURS).save(small, "png", optimize=True)
+    Image.open(buffer).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, "png", optimize=True)
     (folder / f"{result.chart.name}.png").write_bytes(small.getvalue())
     figure.savefig(folder / f"{result.chart.name}.svg")
     return small.getvalue()

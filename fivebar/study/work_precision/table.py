@@ -15,8 +15,10 @@ CHARTS = {
         "trackers": "trackers",
         "singularity-map": "contours",
         "stability": "stability",
+        "simulators": "simulators",
     }.items()
 }
+PEERS = ("simulators",)  # need packages that fivebar does not: only when asked for
 
 
 class Failed(Exception):
@@ -74,11 +76,12 @@ class Panel:
     rounding: float = 1e-15
     floor: float = 1e-17  # an error of 0 is drawn here
     ceiling: float = float("inf")  # a larger error counts as a failure
+    each: bool = False  # whether the caption lists every method's time over ours
     guide: tuple | None = None  # (factor, words): the line y = factor x
 
 
 OURS = "fivebar"  # the family that the captions compare with all others
-LIMIT = "the limit"  # the family of what nobody would write by hand for every model: named apart
+LIMIT = "the limit"  # the family of what nobody would write by hand for every model
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,7 @@ class Chart:
     methods: tuple
     panels: tuple  # of rows, tuples of Panel
     step: object = None  # knob -> step, in which the methods that have an order converge
+    apart: tuple = (LIMIT,)  # families that the caption compares apart from the others
     picture: str | None = None  # module with figure(result) and caption(result) where the usual ones do not fit
     limit: float = 60.0  # s, for one attempt with all its repeats
 

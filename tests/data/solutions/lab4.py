@@ -55,7 +55,7 @@ def first_crossing(x0, y0, x1, y1, gamma1, gamma2):
     def f(s):
         return det_a(x0 + s * (x1 - x0), y0 + s * (y1 - y0), gamma1, gamma2)
 
-    n = 500
+    n = 200
     for k in range(n):
         low, high = k / n, (k + 1) / n
         if f(low) * f(high) < 0:

@@ -1,5 +1,6 @@
 """Lab 6: quintic lines, computed torque, and a crossing on the line with no acceleration at the singularity."""
 
+from functools import lru_cache
 from math import atan2, cos, hypot, sin, sqrt
 
 l11 = 0.09
@@ -73,6 +74,7 @@ def bisect(ahead, low, high):
     return high
 
 
+@lru_cache
 def singular(x0, y0, x1, y1):
     """Part of the line up to the first singularity, and its type."""
 

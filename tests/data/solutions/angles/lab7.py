@@ -74,7 +74,10 @@ def efforts(x, y, xD, yD, xDD, yDD, gamma1, gamma2):
     phi1, phi2 = -gamma1 * math.acos((x + d / 2) / l1), -gamma2 * math.acos((x - d / 2) / l2)
     total = []
     s = math.sin(phi2 - phi1)
-    forces = m * (xDD * math.sin(phi2) - yDD * math.cos(phi2)) / s, m * (yDD * math.cos(phi1) - xDD * math.sin(phi1)) / s
+    forces = (
+        m * (xDD * math.sin(phi2) - yDD * math.cos(phi2)) / s,
+        m * (yDD * math.cos(phi1) - xDD * math.sin(phi1)) / s,
+    )
     for phi, bar, foot, force in zip((phi1, phi2), (l1, l2), (mf1, mf2), forces):
         rate = -xD / (bar * math.sin(phi))
         acceleration = yDD + xDD / math.tan(phi) + bar * rate**2 / math.sin(phi)

@@ -103,7 +103,9 @@ def efforts(x, y, xD, yD, xDD, yDD, gamma1, gamma2):
 def fit(rows):
     """Rows (t, order, (x, y)) of the polynomial's conditions -> coefficients of x and of y."""
     n = len(rows)
-    P = np.array([np.polynomial.polynomial.polyder(np.eye(n), order).T @ t ** np.arange(n - order) for t, order, _ in rows])
+    P = np.array(
+        [np.polynomial.polynomial.polyder(np.eye(n), order).T @ t ** np.arange(n - order) for t, order, _ in rows]
+    )
     c = np.linalg.solve(P, np.array([value for *_, value in rows]))
     return c[:, 0], c[:, 1]
 

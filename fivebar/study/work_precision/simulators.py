@@ -1,0 +1,210 @@
+"""The forced motion, and one through Type 2, in MuJoCo, Pinocchio, SciPy and here: error in the joints against time."""
+
+import time
+
+import numpy as np
+
+from ..._backend import wrap
+from ...charts import Joint
+from ...engine import Buffered, compiled
+from ...geometry import dgm
+from ...simulation import simulate
+from ...steps import model_functions, runge_kutta
+from ..integrators import adaptive
+from ..redundant import closure, redundant_state
+from .integrators import counts, fixed_steps
+from .motions import DRIVEN, DURATION, ROBOT
+from .peers import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
+from .table import OURS, Attempt, Chart, Failed, Method, Panel
+
+SAME = "constrained equations, fivebar's compiler"
+REPEATS = 5  # of what is timed alone
+LOST = 0.3  # rad
+ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
+
+
+def judged(problem):
+    """(active joints (2,), gap m) -> largest error of a joint, rad, and the gap."""
+    end = DRIVEN[problem].end
+
+    def judge(found):
+        q, gap = found
+        if not np.isfinite(q).all():
+            raise Failed("nan")
+        return {"error": max(abs(wrap(float(a - b))) for a, b in zip(q, end)), "gap": gap}
+
+    return judge
+
+
+def _gap(q, xi):
+    return closure(ROBOT, np.reshape(q, (1, 2)), np.reshape(xi, (1, 2)))[0]
+
+
+def ours(method, jit):
+    """prepare of our fixed steps in the joint chart, the torque read at every stage."""
+
+    def prepare(problem, count):
+        judge = judged(problem)
+        call, modes = fixed_steps(DRIVEN[problem], Joint(), method, count, jit)
+
+        def judge_end(end):
+            return judge((end[:2], _gap(end[:2], dgm(ROBOT, np.nan_to_num(end[:2]), modes[0], unreachable="nan").xi)))
+
+        return Attempt(call, judge_end)
+
+    return prepare
+
+
+def ours_auto(problem, count):
+    """fivebar.simulate in changing charts; for a motion without torque, which it would hold over a step."""
+    motion, judge = DRIVEN[problem], judged(problem)
+
+    def call():
+        return simulate(ROBOT, duration=DURATION, start=motion.begin(), step=DURATION / count, method="dop8")
+
+    return Attempt(call, lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
+
+
+def redundant_compiled(jit):
+    """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler as ours."""
+
+    def prepare(problem, count):
+        import casadi as ca
+
+        motion, judge, step = DRIVEN[problem], judged(problem), DURATION / count
+        state, t = ca.SX.sym("state", 8), ca.SX.sym("t")
+
+        def slope(stage, fraction):
+            return _multipliers(ca, stage, motion.torque(t + fraction * step))
+
+        one = ca.Function("step", [state, t], ca.cse([runge_kutta("dop8", step, state, slope)]))
+        start = ca.MX.sym("start", 8)
+        whole = ca.Function("redundant", [start], [one.fold(count)(start, step * ca.DM(range(count)).T)])
+        call, begin = Buffered(compiled(whole, jit)), redundant_state(motion.begin())
+        return Attempt(lambda: call(begin)[0], lambda end: judge((end[2:4].copy(), _gap(end[2:4], end[:2]))))
+
+    return prepare
+
+
+def _multipliers(ca, state, torque):
+    """Slope of (x, y, q1, q2, rates): the KKT system of `redundant_slope`, its accelerations eliminated."""
+    rows, gamma, driven = [], [], []
+    for k, (drive, z) in enumerate(zip(ROBOT.drives, ROBOT.inertias)):
+        cos, sin = ca.cos(state[2 + k]), ca.sin(state[2 + k])
+        rx, ry = state[0] - drive.x - drive.length * cos, state[1] - drive.y - drive.length * sin
+        vx, vy = state[4] + drive.length * sin * state[6 + k], state[5] - drive.length * cos * state[6 + k]
+        along = drive.length * (ry * cos - rx * sin)
+        rows.append((rx, ry, along))
+        gamma.append(vx * vx + vy * vy + drive.length * (rx * cos + ry * sin) * state[6 + k] ** 2)
+        driven.append(along * torque[k] / z - gamma[k])
+    (x1, y1, b1), (x2, y2, b2) = rows
+    a = (x1 * x1 + y1 * y1) / ROBOT.m + b1 * b1 / ROBOT.zz1, (x2 * x2 + y2 * y2) / ROBOT.m + b2 * b2 / ROBOT.zz2
+    c = (x1 * x2 + y1 * y2) / ROBOT.m
+    det = a[0] * a[1] - c * c
+    mu1, mu2 = (a[1] * driven[0] - c * driven[1]) / det, (a[0] * driven[1] - c * driven[0]) / det
+    return ca.vertcat(
+        state[4:], (mu1 * x1 + mu2 * x2) / ROBOT.m, (mu1 * y1 + mu2 * y2) / ROBOT.m,
+        (torque[0] - b1 * mu1) / ROBOT.zz1, (torque[1] - b2 * mu2) / ROBOT.zz2,
+    )  # fmt: skip
+
+
+def lsoda(problem, rtol):
+    """SciPy's LSODA, called with our closed form, which is compiled: what SciPy itself costs."""
+    motion, judge = DRIVEN[problem], judged(problem)
+    c, c_dot, modes = Joint().coordinates(motion.begin())
+    model = Buffered(model_functions(ROBOT, Joint())[0])
+    modes, times = np.array(modes, dtype=float), np.array([0.0, DURATION])
+
+    def slope(t, state):
+        return model(state, motion.torque(t), modes)[0].copy()
+
+    def judge_end(found):
+        if not found.success:
+            raise Failed("gives up")
+        end = found.states[-1][:2]
+        return judge((end, _gap(end, dgm(ROBOT, np.nan_to_num(end), int(modes[0]), unreachable="nan").xi)))
+
+    return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
+
+
+def simulator(make, alone=False):
+    """prepare of a run of `peers`: make (motion, count) -> (run, step only); alone: timed is only the latter."""
+
+    def prepare(problem, count):
+        run, step_only = make(DRIVEN[problem], count)
+        judge = judged(problem)
+        if not alone:
+            return Attempt(run, lambda q: judge(read(q)))
+        spent = []
+
+        def call():
+            found = run()
+            for _ in range(REPEATS):
+                before = time.perf_counter()
+                step_only()
+                spent.append(time.perf_counter() - before)
+            return found
+
+        return Attempt(call, lambda q: judge(read(q)), times=lambda: np.array(spent))
+
+    return prepare
+
+
+def mujoco_as_it_comes(motion, count):
+    return mujoco_run(motion, count)
+
+
+def mujoco_tuned(motion, count):
+    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count])
+
+
+def pinocchio_by(method):
+    return lambda motion, count: pinocchio_run(motion, count, method)
+
+
+def chart():
+    few, tuned, tolerances = counts(12, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
+    compiler, pin, mj = ("C compiler",), ("pinocchio",), ("mujoco",)
+    methods = (
+        Method("fivebar: order 8, compiled", OURS, ours("dop8", True), few, compiler, 8),
+        Method("fivebar: order 8, VM", OURS, ours("dop8", False), few, (), 8),
+        Method("fivebar.simulate: order 8, auto chart", OURS, ours_auto, {"through": counts(32, 512)}, (), 8),
+        Method("redundant KKT, order 8, compiled", SAME, redundant_compiled(True), few, compiler, 8),
+        Method("redundant KKT, order 8, VM", SAME, redundant_compiled(False), few, (), 8),
+        Method("SciPy LSODA on the closed form", "SciPy", lsoda, tolerances),
+        Method("Pinocchio, semi-implicit Euler, Python", "Pinocchio",
+               simulator(pinocchio_by("semi-implicit Euler")), counts(200, 6400), pin, 1),
+        Method("Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), counts(16, 128), pin, 8),
+        Method("Pinocchio, order 8, without the Python loop", "Pinocchio", simulator(pinocchio_by("dop8"), alone=True),
+               counts(16, 128), pin, 8),
+        Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
+        Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
+        Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
+    )  # fmt: skip
+    rows = (
+        dict(y="error", ylabel="largest error of an active joint after 2 s (rad)", ceiling=LOST),
+        dict(y="gap", ylabel="gap of the loop (m)", ceiling=1e-2, floor=1e-18),
+    )
+    levels = {"error": (1e-3, 1e-5, 1e-7, 1e-9)}
+    return Chart(
+        name="simulators",
+        title="Two seconds of the five-bar in MuJoCo, Pinocchio, SciPy and fivebar",
+        reading="Each point is a number of steps or a tolerance. Of the peers, one way as their Python users run them, "
+        "one tuned: an integrator of high order, torques at every stage, constraint stiffness searched for each step; "
+        "and that without the Python loop or callback around it, as well as it can be timed from Python. The "
+        "constrained equations through fivebar's compiler tell what compiling gains from what the closed form gains.",
+        problems={name: motion.words for name, motion in DRIVEN.items()},
+        methods=methods,
+        step=lambda count: DURATION / count,
+        apart=(SAME,),
+        panels=tuple(
+            tuple(
+                Panel(
+                    p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()), each=True,
+                    rounding=ROUNDING[p], **row,
+                )
+                for p, motion in DRIVEN.items()
+            )
+            for row in rows
+        ),
+    )  # fmt: skip
