@@ -1,0 +1,55 @@
+"""Pictures of poses: bars where the model has them, one scale, refusals."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+
+ROBOT = fb.FiveBar()
+MODES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+
+
+def drawn(axes):
+    """The legs, each base, elbow, end-effector in mm, as they were drawn."""
+    legs = [np.stack(line.get_data(), axis=-1) for line in axes.lines if line.get_linewidth() == 3]
+    return legs[0], legs[1][::-1]
+
+
+def test_bars_are_where_they_should_be(tmp_path):
+    pose = fb.igm(ROBOT, np.tile((0.05, 0.09), (4, 1)), MODES)
+    figure = fb.plot.pose(pose)
+    assert len(figure.axes) == 4
+    for axes, mode in zip(figure.axes, MODES):
+        for points, base, bars in zip(drawn(axes), (-59.0, 59.0), ((90.0, 90.0), (90.0, 90.0))):
+            assert points[0] == pytest.approx((base, 0.0)) and points[2] == pytest.approx((50.0, 90.0))
+            assert np.linalg.norm(np.diff(points, axis=0), axis=1) == pytest.approx(bars)
+        assert f"({mode[0]:+d}, {mode[1]:+d})".replace("-", "−") in axes.get_title()
+    assert len({axes.get_xlim() + axes.get_ylim() for axes in figure.axes}) == 1
+    figure.savefig(tmp_path / "poses.png")
+
+
+def test_a_list_of_poses_with_titles():
+    figure = fb.plot.pose(
+        [fb.dgm(ROBOT, (0.0, 0.0)), fb.dgm(ROBOT, (0.0, 0.0), 1), fb.dgm(ROBOT, [(0.1, 0.2)] * 3)], "abcde"
+    )
+    assert [axes.get_title() for axes in figure.axes] == list("abcde")
+
+
+def test_a_biglide_stands_on_its_guides():
+    figure = fb.plot.pose(fb.dgm(fb.Biglide(), (0.1, -0.05)))
+    left, right = drawn(figure.axes[0])
+    assert left[0] == pytest.approx((-200.0, 100.0)) and right[0] == pytest.approx((200.0, -50.0))
+    assert {line.get_xdata()[0] for line in figure.axes[0].lines if line.get_linewidth() == 6} == {-200.0, 200.0}
+
+
+@pytest.mark.parametrize(
+    "poses, titles, message",
+    [
+        (fb.dgm(ROBOT, (2.8, 0.3), unreachable="nan"), None, "does not close"),
+        (fb.dgm(ROBOT, (0.0, 0.0)), ["a", "b"], "2 titles for 1 poses"),
+        ([], None, "no pose"),
+    ],
+)
+def test_what_cannot_be_drawn(poses, titles, message):
+    with pytest.raises(ValueError, match=message):
+        fb.plot.pose(poses, titles)
