@@ -13,7 +13,7 @@ WIDTH, ROOM = 3.2, 0.12  # in, of a panel; share of the picture around what is d
 def pose(poses, titles=None):
     """Figure of one Pose, a batch (n,) of them or a list of poses of one robot, side by side to one scale.
 
-    titles: a text for each; None: their modes. ValueError for poses that do not close, no pose, and titles that do not fit.
+    titles: a text for each; None: their modes. ValueError for no pose, poses that do not close, titles that do not fit.
     """
     drawn = [one for given in ([poses] if isinstance(poses, Pose) else poses) for one in _single(given)]
     titles = [_modes(one) for one in drawn] if titles is None else list(titles)
