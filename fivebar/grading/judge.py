@@ -60,12 +60,13 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     errors = _difference(came, expected, angles)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
-            reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error or return nan"
+            reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error, or return nan or None"
         elif np.any(off := ~(errors[i] <= np.broadcast_to(limits, errors.shape)[i])):
             reasons[i], texts[i] = "value", f"wrong value{_where(exercise, off)}"
     refused = np.array([reason == "refused" for reason in reasons])
     good = refused | np.array([not reason for reason in reasons])
-    if np.any(refuse) and not np.any(good & ~refuse):
+    forfeited = np.any(refuse) and not np.any(good & ~refuse)
+    if forfeited:
         good[:] = False  # refusing everything is no answer
     share = float(good.mean())
     if exercise.guessable and share < 1:
@@ -73,11 +74,13 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks)
     first = _first_wrong(good, reasons, refuse)
-    reply = replies[first]
+    reply, text = replies[first], texts[first]
+    if forfeited and np.any(refused):
+        text += "; a refusal counts only if an answer of the same check is right"
     with np.errstate(all="ignore"):
         diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles)
     return Verdict(
-        share, reasons[first], texts[first], int(n - good.sum()), n, call_text(exercise, columns, first),
+        share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
         _sample(exercise, columns, first, expected[first], came[first]),
     )  # fmt: skip
@@ -89,10 +92,10 @@ def _scale(expected):
     return np.where(largest > 0, largest, 1.0)
 
 
-def _difference(a, b, angles):
+def _difference(a, b, angles, turn=2 * np.pi):
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
-        return np.where(angles, np.abs((raw + np.pi) % (2 * np.pi) - np.pi), raw)
+        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
 
 
 def _outcomes(exercise, replies, refuse):
@@ -110,6 +113,8 @@ def _outcomes(exercise, replies, refuse):
                     reason, text = "nan", "returned nan" if np.any(np.isnan(came[i])) else "returned infinity"
             except Unfit as unfit:
                 reason, text = unfit.reason, str(unfit)
+                if reply.value is None and np.any(refuse):
+                    text = "returned None, as if there were no answer: is a return missing?"
         if refuse[i] and (
             reason == "nan"
             or (reply.kind == "value" and reply.value is None)
@@ -139,7 +144,7 @@ def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, a
 
     A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
     Failing that, the first one that the student has for some of the returned numbers, the others being right: a mistake
-    in one leg.
+    in one leg. Zeros alone are no sign of it.
     """
     none = np.isnan(expected[:, 0])
     known = np.all(np.isfinite(came), axis=1)
@@ -150,13 +155,13 @@ def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, a
         outcome[~np.all(np.isfinite(outcome), axis=1)] = np.nan
         nothing = np.isnan(outcome[:, 0])
         close = np.maximum(limits, TOLERANCE * _scale(outcome[~none]))
-        alike = _difference(came, outcome, angles) <= close
+        alike = _difference(came, outcome, angles, misconception.turn) <= close
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | refused
         if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
             return misconception
         taken = ~right & np.all(alike | refused[:, None], axis=0)
-        if in_part is None and np.any(taken) and np.all(right | taken):
+        if in_part is None and np.any(np.abs(came[:, taken]) > 0) and np.all(right | taken):
             in_part = misconception
     return in_part
 
