@@ -110,7 +110,7 @@ def test_where_refusals_are_asked_for_the_report_says_what_became_of_them():
     refusals = [Reply("exception", text="ValueError: math domain error")] * 3
     found = verdict([*[[x + 1, y] for x, y in RIGHT[:9]], *refusals], refuse=refuse)
     assert (found.share, found.wrong) == (0, 12)
-    assert found.text == "wrong value of x; a refusal counts only if an answer of the same check is right"
+    assert found.text == "wrong value of x (refusing counts only beside a right answer in the same check)"
     found = verdict([Reply("value"), *[list(row) for row in RIGHT[1:9]], *refusals], refuse=refuse)
     assert (found.wrong, found.text) == (1, "returned None, as if there were no answer: is a return missing?")
 

@@ -76,7 +76,7 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     first = _first_wrong(good, reasons, refuse)
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
-        text += "; a refusal counts only if an answer of the same check is right"
+        text += " (refusing counts only beside a right answer in the same check)"
     with np.errstate(all="ignore"):
         diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles)
     return Verdict(
