@@ -158,11 +158,12 @@ def test_a_mistake_in_one_leg_is_named():
     assert verdict([[x + 1e-3, y] for (x, _), (_, y) in zip(RIGHT, wrong)]).diagnosis is None
 
 
-def test_zeros_alone_are_no_sign_of_a_mistake_in_one_leg():
+def test_of_a_matrix_a_leg_has_a_whole_row():
     lost = Misconception(
         "nothing but 0.1", "Where is the rest?", lambda robot, a: 0.1 * np.eye(2) + 0 * a[:, None, None]
     )
     model = Exercise("f(a) -> M", lambda robot, a: a[:, None, None] * np.ones((2, 2)), (lost,), shapes={"M": (2, 2)})
     a = np.array([1.0, 2.0])
     assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
+    assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis is lost
     assert judge(model, None, (a,), [Reply("value", 0.1 * np.eye(2)) for v in a]).diagnosis is lost

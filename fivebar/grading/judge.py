@@ -143,12 +143,13 @@ def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, a
     """The first misconception whose outcomes are the student's in all rows, in a wrong one unlike the right answer.
 
     A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
-    Failing that, the first one that the student has for some of the returned numbers, the others being right: a mistake
-    in one leg. Zeros alone are no sign of it.
+    Failing that, the first one that the student has for some parts of the answer, the others being right: a mistake in
+    one leg.
     """
     none = np.isnan(expected[:, 0])
     known = np.all(np.isfinite(came), axis=1)
-    right = np.all((_difference(came, expected, angles) <= limits) | refused[:, None], axis=0)
+    starts = _starts(exercise)
+    right = _by_parts((_difference(came, expected, angles) <= limits) | refused[:, None], starts)
     in_part = None
     for misconception in exercise.wrong:
         outcome = exercise.outcome(misconception.model, robot, columns)
@@ -160,10 +161,22 @@ def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, a
         fits = same | (~known & nothing) | refused
         if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
             return misconception
-        taken = ~right & np.all(alike | refused[:, None], axis=0)
-        if in_part is None and np.any(np.abs(came[:, taken]) > 0) and np.all(right | taken):
+        taken = ~right & _by_parts(alike | refused[:, None], starts)
+        if in_part is None and np.any(taken) and np.all(right | taken):
             in_part = misconception
     return in_part
+
+
+def _starts(exercise):
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
+    shapes = [exercise.shape(name) for name in exercise.returns]
+    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
+    return np.cumsum([0, *widths[:-1]])
+
+
+def _by_parts(true, starts):
+    """Per part whether all its numbers (n, numbers) are true in all rows."""
+    return np.logical_and.reduceat(np.all(true, axis=0), starts)
 
 
 def call_text(exercise, columns, row):

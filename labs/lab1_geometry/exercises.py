@@ -210,7 +210,7 @@ IGM = Exercise(
         ),
         Misconception(
             "legs exchanged",
-            "In which order does the signature ask for the two angles?",
+            "Each leg has the other one's angle. Look at the order of the two, and at the signs of d / 2.",
             lambda robot, *row: igm(robot, *row)[::-1],
         ),
         Misconception(
