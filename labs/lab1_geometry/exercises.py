@@ -1,6 +1,7 @@
 """Lab 1: the right models and the wrong ones that students fall for. Points of the plane are complex numbers."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -144,6 +145,14 @@ DGM = Exercise(
             "H in the middle although the distal bars differ",
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
             lambda robot, *row: over_h(robot, *row, foot=half),
+        ),
+        *(
+            Misconception(
+                f"quarter turn with the wrong sign of {name}",
+                "Is your height perpendicular to the line of the elbows? Multiply the two directions as vectors.",
+                partial(over_h, normal=lambda along, to_h, sign=sign: sign * 1j * along.conj()),
+            )
+            for name, sign in (("x", 1), ("y", -1))
         ),
         Misconception(
             "H in the middle, at the height over the left distal bar",
