@@ -54,8 +54,8 @@ def test_who_handed_in_what(tmp_path):
         "Twin_2_assignsubmission_file_": "a.py", "dora": "a.ipynb", "=1+1\n": "=1+1\n.py", "eve.py": "eve.py",
         "eve": "x.py",
     }  # fmt: skip
-    assert found["two"].trouble == "holds 2 programs (a.py, b.ipynb): leave one"
-    assert found["none"].trouble == "holds no .py, no .ipynb"
+    assert found["two"].trouble == "the folder holds 2 programs (a.py, b.ipynb): leave one"
+    assert found["none"].trouble == "the folder holds no .py, no .ipynb"
     assert {name for name, entry in found.items() if "symbolic link" in entry.trouble} == {"linked", "linked.py"}
 
 
@@ -73,7 +73,7 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     printed = capsys.readouterr()
     assert "elbow: 11 students" in printed.out and "elbow: origin in the base joint" in printed.out
     for words in (
-        "emil: The file did not run",
+        "emil: The file has a line that fails",
         "gina: timeout in 3 checks",
         "latin.py is not UTF-8",
         "empty: The file",

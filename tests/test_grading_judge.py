@@ -105,11 +105,29 @@ def test_refusals_count_only_beside_right_answers():
     assert (accepted.share, accepted.reason) == (0.75, "accepted")
 
 
+def test_where_refusals_are_asked_for_the_report_says_what_became_of_them():
+    refuse = np.arange(12) >= 9
+    refusals = [Reply("exception", text="ValueError: math domain error")] * 3
+    found = verdict([*[[x + 1, y] for x, y in RIGHT[:9]], *refusals], refuse=refuse)
+    assert (found.share, found.wrong) == (0, 12)
+    assert found.text == "wrong value of x (refusing counts only beside a right answer in the same check)"
+    found = verdict([Reply("value"), *[list(row) for row in RIGHT[1:9]], *refusals], refuse=refuse)
+    assert (found.wrong, found.text) == (1, "returned None, as if there were no answer: is a return missing?")
+
+
 def test_angles_are_compared_modulo_a_turn():
     igm = Exercise("igm(x) -> q11", lambda robot, x: x, angles=("q11",))
     x = np.array([0.1, -3.0])
     assert judge(igm, None, (x,), [Reply("value", value + 2 * np.pi) for value in x]).share == 1
     assert judge(igm, None, (x,), [Reply("value", value + np.pi) for value in x]).share == 0
+
+
+def test_angles_in_degrees_are_recognised_whatever_turn_they_come_with():
+    degrees = Misconception("degrees", "Which unit?", lambda robot, x: np.degrees(x), turn=360.0)
+    igm = Exercise("igm(x) -> q11", lambda robot, x: x, (degrees,), angles=("q11",))
+    x = np.array([0.1, -3.0])
+    assert judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 360]]).diagnosis is degrees
+    assert judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 180]]).diagnosis is None
 
 
 def test_matrices_and_vectors_are_read():
@@ -138,3 +156,14 @@ def test_a_mistake_in_one_leg_is_named():
     spoilt = [[x, y + 1e-6 * (k == 3)] for k, ((x, _), (_, y)) in enumerate(zip(RIGHT, wrong))]
     assert verdict(spoilt).diagnosis is None
     assert verdict([[x + 1e-3, y] for (x, _), (_, y) in zip(RIGHT, wrong)]).diagnosis is None
+
+
+def test_of_a_matrix_a_leg_has_a_whole_row():
+    lost = Misconception(
+        "nothing but 0.1", "Where is the rest?", lambda robot, a: 0.1 * np.eye(2) + 0 * a[:, None, None]
+    )
+    model = Exercise("f(a) -> M", lambda robot, a: a[:, None, None] * np.ones((2, 2)), (lost,), shapes={"M": (2, 2)})
+    a = np.array([1.0, 2.0])
+    assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
+    assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis is lost
+    assert judge(model, None, (a,), [Reply("value", 0.1 * np.eye(2)) for v in a]).diagnosis is lost

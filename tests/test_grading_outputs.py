@@ -95,6 +95,12 @@ def test_an_untouched_file_meets_friendly_words(report):
     assert "task 1: the elbow" in page and '"word wrong"' not in page
 
 
+def test_of_what_a_program_prints_the_first_lines_are_shown(report):
+    printed = [report_text(replace(report(RIGHT), output="x\n" * n), 80).split("printed:\n")[1] for n in (20, 21)]
+    assert [text.count("  x\n") for text in printed] == [20, 20]
+    assert ["and more" in text for text in printed] == [False, True]
+
+
 @pytest.mark.parametrize("width", [30, 45, 59, 80, 200])
 def test_the_text_keeps_to_the_terminals_width(report, width):
     for source in (SHIFTED, HALF, UNTOUCHED, CRASHES):

@@ -10,11 +10,15 @@ _SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
 
 @dataclass(frozen=True)
 class Misconception:
-    """A wrong model with a name and a hint that leads without telling; `model` has the form of Exercise.answer."""
+    """A wrong model with a name and a hint that leads without telling; `model` has the form of Exercise.answer.
+
+    turn: one turn in the unit of the model's angles.
+    """
 
     name: str
     hint: str
     model: object = field(repr=False)
+    turn: float = 2 * np.pi
 
 
 @dataclass(frozen=True)

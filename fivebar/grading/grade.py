@@ -173,7 +173,7 @@ def _report(lab, checks, before, home, **rest):
         trouble = f"The file cannot be read: {trouble.text}."
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
-        trouble = f"The file did not run to its end: {place}{trouble.text}. What works without that line is graded."
+        trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
     return Report(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",

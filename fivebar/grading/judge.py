@@ -60,12 +60,13 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     errors = _difference(came, expected, angles)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
-            reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error or return nan"
+            reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error, or return nan or None"
         elif np.any(off := ~(errors[i] <= np.broadcast_to(limits, errors.shape)[i])):
             reasons[i], texts[i] = "value", f"wrong value{_where(exercise, off)}"
     refused = np.array([reason == "refused" for reason in reasons])
     good = refused | np.array([not reason for reason in reasons])
-    if np.any(refuse) and not np.any(good & ~refuse):
+    forfeited = np.any(refuse) and not np.any(good & ~refuse)
+    if forfeited:
         good[:] = False  # refusing everything is no answer
     share = float(good.mean())
     if exercise.guessable and share < 1:
@@ -73,11 +74,13 @@ def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks)
     first = _first_wrong(good, reasons, refuse)
-    reply = replies[first]
+    reply, text = replies[first], texts[first]
+    if forfeited and np.any(refused):
+        text += " (refusing counts only beside a right answer in the same check)"
     with np.errstate(all="ignore"):
         diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles)
     return Verdict(
-        share, reasons[first], texts[first], int(n - good.sum()), n, call_text(exercise, columns, first),
+        share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
         _sample(exercise, columns, first, expected[first], came[first]),
     )  # fmt: skip
@@ -89,10 +92,10 @@ def _scale(expected):
     return np.where(largest > 0, largest, 1.0)
 
 
-def _difference(a, b, angles):
+def _difference(a, b, angles, turn=2 * np.pi):
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
-        return np.where(angles, np.abs((raw + np.pi) % (2 * np.pi) - np.pi), raw)
+        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
 
 
 def _outcomes(exercise, replies, refuse):
@@ -110,6 +113,8 @@ def _outcomes(exercise, replies, refuse):
                     reason, text = "nan", "returned nan" if np.any(np.isnan(came[i])) else "returned infinity"
             except Unfit as unfit:
                 reason, text = unfit.reason, str(unfit)
+                if reply.value is None and np.any(refuse):
+                    text = "returned None, as if there were no answer: is a return missing?"
         if refuse[i] and (
             reason == "nan"
             or (reply.kind == "value" and reply.value is None)
@@ -138,27 +143,40 @@ def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, a
     """The first misconception whose outcomes are the student's in all rows, in a wrong one unlike the right answer.
 
     A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
-    Failing that, the first one that the student has for some of the returned numbers, the others being right: a mistake
-    in one leg.
+    Failing that, the first one that the student has for some parts of the answer, the others being right: a mistake in
+    one leg.
     """
     none = np.isnan(expected[:, 0])
     known = np.all(np.isfinite(came), axis=1)
-    right = np.all((_difference(came, expected, angles) <= limits) | refused[:, None], axis=0)
+    starts = _starts(exercise)
+    right = _by_parts((_difference(came, expected, angles) <= limits) | refused[:, None], starts)
     in_part = None
     for misconception in exercise.wrong:
         outcome = exercise.outcome(misconception.model, robot, columns)
         outcome[~np.all(np.isfinite(outcome), axis=1)] = np.nan
         nothing = np.isnan(outcome[:, 0])
         close = np.maximum(limits, TOLERANCE * _scale(outcome[~none]))
-        alike = _difference(came, outcome, angles) <= close
+        alike = _difference(came, outcome, angles, misconception.turn) <= close
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | refused
         if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
             return misconception
-        taken = ~right & np.all(alike | refused[:, None], axis=0)
+        taken = ~right & _by_parts(alike | refused[:, None], starts)
         if in_part is None and np.any(taken) and np.all(right | taken):
             in_part = misconception
     return in_part
+
+
+def _starts(exercise):
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
+    shapes = [exercise.shape(name) for name in exercise.returns]
+    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
+    return np.cumsum([0, *widths[:-1]])
+
+
+def _by_parts(true, starts):
+    """Per part whether all its numbers (n, numbers) are true in all rows."""
+    return np.logical_and.reduceat(np.all(true, axis=0), starts)
 
 
 def call_text(exercise, columns, row):

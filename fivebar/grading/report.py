@@ -4,6 +4,7 @@ import shutil
 import textwrap
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
+PRINTED = 20  # lines of the program's own
 HOME = (
     "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
 )
@@ -113,11 +114,9 @@ def report_text(report, width=None, colour=False):
     for text in closing(report):
         lines += ["", *textwrap.wrap(printable(text), width)]
     if report.output.strip():
-        lines += [
-            "",
-            "Your program printed:",
-            *(f"  {printable(row)}" for row in report.output.rstrip().splitlines()[:20]),
-        ]
+        rows = report.output.rstrip().splitlines()
+        lines += ["", "Your program printed:", *(f"  {printable(row)}" for row in rows[:PRINTED])]
+        lines += ["  and more"] * (len(rows) > PRINTED)
     lines += ["", f"total {total}"]
     return "\n".join(lines)
 
@@ -143,6 +142,6 @@ def closing(report):
         for remark in check.remarks:
             remarks.setdefault(remark, []).append(check.function or check.title)
     for remark, where in remarks.items():
-        yield f"let pass: {remark} ({', '.join(dict.fromkeys(where))})"
+        yield f"Let pass in {', '.join(dict.fromkeys(where))}: {remark}."
     if report.home:
         yield HOME

@@ -42,16 +42,15 @@ def _student(path):
 
 def _entry(path, student):
     if path.is_symlink():
-        return Entry(student, path, "is a symbolic link: hand in the file itself")
+        return Entry(student, path, "it is a symbolic link: hand in the file itself")
     if not path.is_dir():
         return Entry(student, path)
     files = [p for p in sorted(path.rglob("*")) if p.suffix in SUFFIXES and not _within_hidden(p, path)]
     if len(files) == 1:
         return Entry(student, files[0])
     names = ", ".join(file.name for file in files[:5])
-    return Entry(
-        student, path, f"holds {len(files)} programs ({names}): leave one" if files else "holds no .py, no .ipynb"
-    )
+    held = f"{len(files)} programs ({names}): leave one" if files else "no .py, no .ipynb"
+    return Entry(student, path, f"the folder holds {held}")
 
 
 def _within_hidden(path, folder):

@@ -28,7 +28,7 @@ def read(exercise, value):
         raise Unfit("shape", f"returned one {_kind(value)} where {_listed(names)} are asked")
     remarks = []
     if isinstance(value, np.ndarray) and len(names) > 1:
-        remarks.append(f"returned an array of shape {value.shape} where {_listed(names)} are asked")
+        remarks.append(f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}")
     numbers = [_numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)]
     return np.concatenate(numbers), remarks
 

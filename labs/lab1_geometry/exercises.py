@@ -1,6 +1,7 @@
 """Lab 1: the right models and the wrong ones that students fall for. Points of the plane are complex numbers."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -64,12 +65,13 @@ def foot(robot, span):
     return (span**2 + robot.l22**2 - robot.l12**2) / (2 * span)
 
 
-def over_h(robot, q11, q21, assembly_mode, foot=foot, root=np.sqrt, normal=lambda to_h: 1j * to_h / np.abs(to_h)):
+def over_h(robot, q11, q21, assembly_mode, foot=foot, root=np.sqrt, normal=lambda along, to_h: 1j * along):
     """AMORO eq. 1-3, by way of H."""
     left, right = elbows(robot, q11, q21)
     span = np.abs(left - right)
-    to_h = foot(robot, span) * (left - right) / span
-    return xy(right + to_h + assembly_mode * root(robot.l22**2 - np.abs(to_h) ** 2) * normal(to_h))
+    along = (left - right) / span
+    to_h = foot(robot, span) * along
+    return xy(right + to_h + assembly_mode * root(robot.l22**2 - np.abs(to_h) ** 2) * normal(along, to_h))
 
 
 def half(robot, span):
@@ -127,7 +129,7 @@ DGM = Exercise(
         Misconception(
             "direction not of unit length",
             "A direction times h has length h only if the direction has length 1.",
-            lambda robot, *row: over_h(robot, *row, normal=lambda to_h: 1j * to_h),
+            lambda robot, *row: over_h(robot, *row, normal=lambda along, to_h: 1j * to_h),
         ),
         Misconception(
             "root of an absolute value",
@@ -143,6 +145,29 @@ DGM = Exercise(
             "H in the middle although the distal bars differ",
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
             lambda robot, *row: over_h(robot, *row, foot=half),
+        ),
+        *(
+            Misconception(
+                f"quarter turn with the wrong sign of {name}",
+                "Is your height perpendicular to the line of the elbows? Multiply the two directions as vectors.",
+                partial(over_h, normal=lambda along, to_h, sign=sign: sign * 1j * along.conj()),
+            )
+            for name, sign in (("x", 1), ("y", -1))
+        ),
+        Misconception(
+            "H in the middle, at the height over the left distal bar",
+            "Is your end-effector as far from A22 as l22 says? Only an isosceles triangle has H in the middle.",
+            lambda robot, *row: over_h(replace(robot, l22=robot.l12), *row, foot=half),
+        ),
+        Misconception(
+            "distal bars exchanged",
+            "Which distal bar hangs on A12, and which one on A22? Measure both in the pose that you return.",
+            lambda robot, *row: dgm(replace(robot, l12=robot.l22, l22=robot.l12), *row),
+        ),
+        Misconception(
+            "distance of H from the other elbow",
+            "Make l22 shorter in a drawing: does H come nearer to A22 or go away from it? And yours?",
+            lambda robot, *row: over_h(robot, *row, foot=lambda robot, span: span - foot(robot, span)),
         ),
         Misconception(
             "one length for all bars",
@@ -194,13 +219,14 @@ IGM = Exercise(
         ),
         Misconception(
             "legs exchanged",
-            "In which order does the signature ask for the two angles?",
+            "Each leg has the other one's angle. Look at the order of the two, and at the signs of d / 2.",
             lambda robot, *row: igm(robot, *row)[::-1],
         ),
         Misconception(
             "angles returned in degrees",
             "Which unit do motors and sin use here?",
             lambda robot, *row: tuple(np.degrees(q) for q in igm(robot, *row)),
+            turn=360.0,
         ),
         Misconception(
             "base offset forgotten",
@@ -221,6 +247,14 @@ IGM = Exercise(
             "atan for atan2",
             "Some of your angles are off by half a turn. What does y / x forget?",
             lambda robot, *row: tuple(np.arctan(np.tan(q)) for q in igm(robot, *row)),
+        ),
+        Misconception(
+            "atan for atan2 on the line to the end-effector",
+            "Put the end-effector to the left of a base joint: what does y / x forget?",
+            lambda robot, x, y, *modes: tuple(
+                q - to_end + np.arctan(np.tan(to_end))
+                for q, to_end in zip(igm(robot, x, y, *modes), span_angle(robot, x, y))
+            ),
         ),
         Misconception(
             "atan2 with x before y",
@@ -337,6 +371,7 @@ PASSIVE = Exercise(
             "angles returned in degrees",
             "Which unit do the other functions of this lab use?",
             lambda robot, *row: tuple(np.degrees(q) for q in dgm_passive(robot, *row)),
+            turn=360.0,
         ),
         Misconception(
             "one length for all bars",

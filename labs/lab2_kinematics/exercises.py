@@ -34,6 +34,12 @@ def dkm_passive(robot, q11, q12, q21, q22, q11D, q21D, xD, yD):
     return tuple(Rates(pose(robot, q11, q12, q21, q22), (q11D, q21D), (xD, yD)).q_passive_dot.T)
 
 
+def across(robot, *row):
+    """v12 . xi' / l12 and v22 . xi' / l22, each (n,)."""
+    parts = times(A(robot, *row[:4]) @ QUARTER.T, *row[6:])
+    return tuple(part / bar for part, bar in zip(parts, robot.distal))
+
+
 def with_matrices(name, change, text):
     """A wrong model of dkm or ikm: change(A, B, robot) in place of its matrix."""
 
@@ -74,6 +80,11 @@ A_EXERCISE = Exercise(
             lambda robot, *q: A(robot, *q) * np.array([[1.0], [-1.0]]),
         ),
         Misconception(
+            "rows as long as the distal bars",
+            "A row of A and of B may be multiplied by any length and stays true. Which length of A's rows is asked?",
+            lambda robot, *q: np.diag(robot.distal) @ A(robot, *q),
+        ),
+        Misconception(
             "sine and cosine exchanged",
             "A bar at angle 0 points along x: what does your row say?",
             lambda robot, *q: A(robot, *q)[:, :, ::-1],
@@ -109,6 +120,11 @@ B_EXERCISE = Exercise(
         ),
         Misconception(
             "legs exchanged", "The first row belongs to the left leg.", lambda robot, *q: B(robot, *q)[:, ::-1, ::-1]
+        ),
+        Misconception(
+            "multiplied by the distal bars",
+            "B is in metres. Which length did the vectors have that you multiplied with?",
+            lambda robot, *q: np.diag(robot.distal) @ B(robot, *q),
         ),
         Misconception(
             "length of the distal bar",
@@ -148,6 +164,11 @@ DKM = Exercise(
             lambda A, B, robot: -inverse(A) @ B,
             "Everything moves the other way. Which way does v11 point?",
         ),
+        with_matrices(
+            "sign of the right leg's row",
+            lambda A, B, robot: inverse(np.diag([1.0, -1.0]) @ A) @ B,
+            "In the right leg's equation, which sign does u22 get on either side?",
+        ),
         Misconception(
             "passive joints taken as locked",
             "You move the left leg as one rigid piece. Do the passive joints stand still?",
@@ -186,7 +207,12 @@ IKM = Exercise(
         with_matrices(
             "+90 degrees turned the other way",
             lambda A, B, robot: -inverse(B) @ A,
-            "Both motors turn the other way. Which way does v11 point?",
+            "Which way does an elbow move when its motor turns counter-clockwise, and which way does v11 point?",
+        ),
+        with_matrices(
+            "sign of the right leg's row",
+            lambda A, B, robot: inverse(B) @ np.diag([1.0, -1.0]) @ A,
+            "In the right leg's equation, which sign does u22 get on either side?",
         ),
     ),
 )
@@ -209,9 +235,16 @@ DKM_PASSIVE = Exercise(
         Misconception(
             "elbow taken as standing still",
             "xi' is the elbow's velocity and the bar's rotation together. Did you take the elbow's part away?",
+            lambda robot, *row: tuple(part - q for part, q in zip(across(robot, *row), row[4:6])),
+        ),
+        Misconception(
+            "u instead of v for the distal bar",
+            "u12 makes the rate of the distal bar disappear. Which vector keeps it best?",
             lambda robot, *row: tuple(
-                part / bar - q
-                for part, bar, q in zip(times(A(robot, *row[:4]) @ QUARTER.T, *row[6:]), robot.distal, row[4:6])
+                (along - share) / bar - q
+                for along, share, bar, q in zip(
+                    times(A(robot, *row[:4]), *row[6:]), times(B(robot, *row[:4]), *row[4:6]), robot.distal, row[4:6]
+                )
             ),
         ),
         Misconception(
@@ -225,6 +258,13 @@ DKM_PASSIVE = Exercise(
             "+90 degrees turned the other way",
             "Turn (1, 0) by +90 degrees, counter-clockwise. Is it (0, 1) or (0, -1)?",
             lambda robot, *row: tuple(-own - 2 * q for own, q in zip(dkm_passive(robot, *row), row[4:6])),
+        ),
+        Misconception(
+            "+90 degrees turned the other way for both bars",
+            "Print your v at the angle 0. Is it (0, 1) or (0, -1)?",
+            lambda robot, *row: tuple(
+                own - 2 * part for own, part in zip(dkm_passive(robot, *row), across(robot, *row))
+            ),
         ),
         Misconception(
             "legs exchanged",

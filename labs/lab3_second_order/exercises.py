@@ -81,6 +81,16 @@ BIAS = [
         "Differentiate l12 (q11' + q12') v12 once more: what does u12 . u12 give?",
     ),
     with_d(
+        "centripetal term of the proximal bar of the wrong sign",
+        lambda robot, *row: distal(robot, *row) - proximal(robot, *row),
+        "The derivative of v11 is -q11' u11. Both bars pull to their centres: which signs do the two terms get?",
+    ),
+    with_d(
+        "centripetal term of the distal bar of the wrong sign",
+        lambda robot, *row: proximal(robot, *row) - distal(robot, *row),
+        "The derivative of v12 is minus its rate times u12. Which signs do the two terms get?",
+    ),
+    with_d(
         "proximal centripetal term not projected",
         lambda robot, *row: distal(robot, *row) + proximal(robot, row[0], 0 * row[1], row[2], 0 * row[3], *row[4:]),
         "The elbow's centripetal acceleration points along u11. Which part of it lies along u12?",

@@ -39,6 +39,13 @@ TYPE = Exercise(
             lambda robot, *q: np.array([0, 2, 1, 3])[singularity_type(robot, *q)],
         ),
         Misconception(
+            "angle compared with 0 instead of its sine",
+            "Two bars are in line at more than one angle. At which ones is the sine 0?",
+            lambda robot, q11, q12, q21, q22: kind(
+                (np.abs(q12) <= IN_LINE) | (np.abs(q22) <= IN_LINE), np.abs(q21 + q22 - q11 - q12) <= IN_LINE
+            ),
+        ),
+        Misconception(
             "only straight legs, not folded ones",
             "A leg is in line in two ways. Which q12 is the other one?",
             lambda robot, q11, q12, q21, q22: kind(same_way(q12) | same_way(q22), in_line(q21 + q22 - q11 - q12)),

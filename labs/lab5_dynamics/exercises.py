@@ -58,6 +58,11 @@ DYNAMIC_MODEL = Exercise(
             "Take the bars' inertia away: is there nothing left to accelerate?",
         ),
         with_model(
+            "only the diagonal of M",
+            lambda *all_: (M_of(*all_) * np.eye(2), c_of(*all_)),
+            "Does the left motor feel nothing of the right one's acceleration?",
+        ),
+        with_model(
             "c forgotten",
             lambda *all_: (M_of(*all_), 0 * all_[-1]),
             "At constant motor speed the end-effector still accelerates. Which torque does that need?",
@@ -81,6 +86,23 @@ DYNAMIC_MODEL = Exercise(
             "c without J^T",
             lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), m * inverse(A) @ d),
             "m A^-1 d is a force on the end-effector. Which torques is it worth?",
+        ),
+        with_model(
+            "c with J instead of its transpose",
+            lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), m * inverse(A) @ B @ inverse(A) @ d),
+            "J brings motor rates to the end-effector. What brings a force there back to the motors?",
+        ),
+        with_model(
+            "mass forgotten in c",
+            lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), c_of(Z, 1.0, A, B, d)),
+            "c is in N m, J^T A^-1 d is in m^2/s^2. What is missing?",
+        ),
+        Misconception(
+            "q12' where q11' + q12' belongs",
+            "How fast does the distal bar turn against the fixed frame? Check your d with lab 3.",
+            lambda robot, *row: dynamic_model(
+                robot, *row[:4], row[4], row[5] - row[4], row[6], row[7] - row[6]
+            ),
         ),
         with_model(
             "c with J^T M J d",

@@ -99,6 +99,13 @@ COMPUTED_TORQUE = Exercise(
         other_law(
             "target acceleration missing", "Without any error, which acceleration do you ask for?", acceleration=0
         ),
+        Misconception(
+            "mass matrix missing",
+            "kp e, kd e' and the target's acceleration are in rad/s^2. What makes a torque of them?",
+            lambda robot, *row: tuple(
+                tau + q for tau, q in zip(computed_torque(robot, *row, acceleration=0, outside=True), row[4:6])
+            ),
+        ),
         other_law("c missing", "tau = M q'' + c.", bias=0),
         other_law("c subtracted", "tau = M q'' + c.", bias=-1),
         other_law(
