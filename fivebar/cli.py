@@ -24,7 +24,9 @@ def main(argv=None):
 
 
 def _complain(error, code):
-    print("fivebar: " + " ".join(str(error).split()), file=sys.stderr)
+    from .grading.report import printable  # the error may quote a file's hostile name
+
+    print("fivebar: " + printable(" ".join(str(error).split())), file=sys.stderr)
     return code
 
 

@@ -219,6 +219,22 @@ def evil(x):
             assert student.trouble is None or (where == "import" and len(student.trouble.text) <= 600)
 
 
+def test_a_function_cannot_go_missing_between_two_answers():
+    code = """
+import json, os, sys
+def evil(x):
+    frame = sys._getframe()
+    while "sink" not in frame.f_locals:
+        frame = frame.f_back
+    if x == 2:
+        os.write(frame.f_locals["sink"], b'{"n": "%s", "k": "missing"}\\n' % frame.f_locals["nonce"].encode())
+    return x
+"""
+    with Student(Submission("evil.py", HONEST + code)) as student:
+        replies = student.ask("evil", [(1.0,), (2.0,), (3.0,)])
+    assert [reply.kind for reply in replies] == ["value", "missing", "value"]
+
+
 def test_two_asks_are_never_mixed_up(isolate):
     """Lines left over by one ask carry its nonce: the next ask does not take them for answers."""
     code = HONEST + ATTACKS["left-over lines"][0]

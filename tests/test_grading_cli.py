@@ -230,3 +230,13 @@ def test_the_default_robot_is_the_handouts():
     assert {name: value for name, value in (line.split(" = ") for line in CONSTANTS.splitlines())} == {
         name: repr(value) for name, value in asdict(fb.FiveBar()).items()
     }
+
+
+def test_no_message_moves_the_cursor(labs, tmp_path, capsys):
+    for name in ("\x1b[31mred\u202e.py", "b.py"):
+        written(tmp_path / "folder" / name, UNTOUCHED)
+    out = ["--labs", str(labs), "--isolate", "process", "--out", str(tmp_path / "out"), "--fail-under", "50"]
+    assert main(["grade", "elbow", str(tmp_path / "folder"), *out]) == 1
+    assert main(["grade", "elbow", str(tmp_path / "folder"), "--labs", str(labs), "--gradescope", "x.json"]) == 2
+    text = "".join(capsys.readouterr())
+    assert text.count("\\x1b[31mred\\u202e") >= 3 and "\x1b[31m" not in text and "\u202e" not in text

@@ -6,12 +6,17 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from fivebar.cli import main
-from fivebar.grading.cohort import STATE, begin, run_cohort, trouble_of
+from fivebar.grading import grade as graded
+from fivebar.grading import worker_loop
+from fivebar.grading.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
+from fivebar.grading.grade import Task, grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.sandbox import IsolationError
 from fivebar.grading.submissions import Entry, find_submissions
 
 from .grading_lab import CRASHES, HALF, HANGS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
@@ -45,6 +50,10 @@ def test_who_handed_in_what(tmp_path):
         "none/readme.txt", "readme.txt", ".hidden.py", "results/old.py", "=1+1\n.py", "eve.py", "eve/x.py",
     ):  # fmt: skip
         written(tmp_path / name, "")
+    ids = [entry.student for entry in find_submissions(tmp_path, tmp_path / "results")]
+    written(tmp_path / "eve.py_1_2_x.py", "")  # as Canvas packs the file of one who calls himself like another's file
+    assert {entry.student for entry in find_submissions(tmp_path, tmp_path / "results")} == {*ids, "eve.py_1_2_x.py"}
+    (tmp_path / "eve.py_1_2_x.py").unlink()
     (tmp_path / "linked.py").symlink_to(tmp_path / "anna.py")
     (tmp_path / "linked").symlink_to(tmp_path / "ben")
     found = {entry.student: entry for entry in find_submissions(tmp_path, tmp_path / "results")}
@@ -168,6 +177,54 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     assert run.returncode == 0 and f"{len(kept)} of 12 are graded already" in run.stderr
     assert points(out) == {f"s{k:02d}": (4 if k % 2 else 1) for k in range(12)}
     assert {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")} == seeds
+
+
+def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
+    """Constants that no float holds, and a line that takes Python's parser minutes, in the grader's own process."""
+    written(folder / "a.py", RIGHT.replace("l11 = 0.09", f"l11 = 1{'0' * 400}"))
+    written(folder / "b.py", RIGHT + "x=1;" * 200_000)
+    written(folder / "c.py", RIGHT)
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    assert [report.points for report in run_cohort(cohort, find_submissions(folder), 1)][::2] == [1, 4]
+
+
+@pytest.mark.parametrize("error, key", [(ValueError("strange"), "failed"), (IsolationError("no room"), "error")])
+def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_it(
+    labs, folder, tmp_path, monkeypatch, error, key
+):
+    def fails_unless_told(lab, task):
+        if task.trouble:
+            return grade(lab, task)
+        raise error
+
+    monkeypatch.setattr(worker_loop, "grade", fails_unless_told)
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    entry = Entry("a", written(folder / "a.py", RIGHT))
+    direct = SimpleNamespace(ask=lambda request: worker_loop._graded(dict(request)))
+    assert key in direct.ask(cohort.request(entry))
+    if key == "error":
+        with pytest.raises(GraderError, match="no room"):
+            _one(cohort, entry, direct)
+    else:
+        assert "ValueError: strange" in _one(cohort, entry, direct).trouble
+
+
+def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_path, monkeypatch):
+    entry = Entry("a", written(folder / "a.py", SHIFTED))
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    run = graded.run_checks
+    monkeypatch.setattr(graded, "run_checks", lambda *a: entry.path.write_text(RIGHT) and run(*a))
+    report = grade(cohort.lab, Task(entry.path, "a", "s", cohort.robot(entry)))
+    written(cohort.file(entry, ".json"), json.dumps(report.as_json()))
+    assert report.points < report.max_points and cohort.done(entry) is None
+    entry.path.write_text(SHIFTED)
+    assert cohort.done(entry).points == report.points
+
+
+def test_an_enormous_file_is_refused_without_reading_it(tmp_path):
+    with open(tmp_path / "a.py", "wb") as file:
+        file.truncate(1 << 40)
+    assert graded.file_hash(tmp_path / "a.py") == ""
 
 
 def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path):

@@ -180,7 +180,11 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
         assert not any(cell.startswith(("=", "+", "-", "@", "\t", "\r")) for row in rows for cell in row)
 
 
-@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@a", "\tx", "\rx", "\nx", "  =1"])
+def test_no_part_of_a_cell_is_a_formula_where_a_semicolon_parts_cells():
+    assert outputs.cell("a;=1; -2|@b\t+c") == "a;'=1;' -2|'@b\\t'+c" and outputs.cell("a; b, -c") == "a; b, -c"
+
+
+@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@a", "\tx", "\rx", "\nx", "  =1", "\uff1d1", "\u3000+1"])
 def test_no_cell_is_a_formula(text):
     assert outputs.cell(text).startswith("'")
     assert outputs.cell("plain = text") == "plain = text" and outputs.cell(-1.5) == -1.5 and outputs.cell(None) == ""
@@ -203,6 +207,7 @@ def test_file_names_are_plain_and_differ():
         "x" * 300,
         "\udcff",
     ]
+    ids += [outputs.file_name("a b"), outputs.file_name("a/b")]  # who calls himself so gets no one else's file
     names = [outputs.file_name(student) for student in ids]
     assert len({name.casefold() for name in names}) == len(ids) and names[0] == "anna"
     assert all(re.fullmatch(r"[A-Za-z0-9_-]{1,80}", name) for name in names)

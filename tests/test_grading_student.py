@@ -193,6 +193,15 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
         assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith("0.5 s together")
 
 
+def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
+    """Calls just within their own limit, in many asks, hold a grader no longer than that."""
+    monkeypatch.setattr("fivebar.grading.student.LOAD_LIMIT", 0.6)
+    monkeypatch.setattr("fivebar.grading.student.MOST_CALLS", 0)
+    with student("import time\ndef f(x):\n    time.sleep(0.3)\n    return x", limit=5) as worker:
+        replies = [worker.ask("f", [(k,)])[0] for k in range(10)]
+    assert replies[0].kind == "value" and replies[-1].kind == "timeout" and "all its calls" in replies[-1].text
+
+
 @pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_time_on_the_processor_is_limited_too(isolate):
     with student("def f():\n    while True: pass", isolate=isolate, cpu=1, limit=60) as worker:

@@ -25,6 +25,13 @@ def test_a_python_file_is_read_as_python_reads_it(tmp_path):
     assert found.where(12) == "line 12"
 
 
+def test_a_notebooks_lines_are_pythons_lines(tmp_path):
+    file = tmp_path / "lab.ipynb"
+    file.write_text(notebook(("code", 'a = "\u2028\x0c"\r\nb = 1'), ("code", ["c = 2\n", "d = 3\n"])))
+    assert read_submission(file).source == 'a = "\u2028\x0c"\nb = 1\nc = 2\nd = 3\n'
+    assert read_submission(file).where(4) == "code cell 2, line 2"
+
+
 def test_a_notebooks_code_is_read_without_its_magics(tmp_path):
     file = tmp_path / "lab.ipynb"
     file.write_text(

@@ -133,7 +133,10 @@ def test_the_program_grades_a_solution_with_full_marks(lab):
         ("crossing_trajectory", "    half = s", "    return 1, 2\n    half = s", "2 values where 6"),
         ("crossing_trajectory", "    half = s", "    return [float('nan')] * 6\n    half = s", "nan"),
         ("crossing_trajectory", "    half = s", "    return [1j] * 6\n    half = s", "complex"),
+        ("crossing_trajectory", "    half = s", "    return [1e300] * 6\n    half = s", "beyond 1e+09"),
         ("gains", "return omega**2, 2 * omega", "return 'fast'", "string"),
+        ("gains", "return omega**2, 2 * omega", "return 9e8, 9e8", "grows"),
+        ("computed_torque", "return M[0][0]", "return 1e308, -1e308\n    return M[0][0]", "beyond 1e+09"),
         ("computed_torque", "return M[0][0]", "return 1j, 0\n    return M[0][0]", "complex"),
         ("computed_torque", "return M[0][0]", "return 0, 0\n    return M[0][0]", "value"),
     ],
@@ -143,3 +146,25 @@ def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new,
     assert source.count(old) == 1
     lost = [v for _, v in results("lab6", source.replace(old, new), only=function).values() if v.share < 1]
     assert lost and any(word in verdict.text for verdict in lost), [verdict.text for verdict in lost]
+
+
+@pytest.mark.parametrize(
+    "new, word",
+    [
+        ("return (x0, y0, 0, 0, 0, 0) if t < 0.4 * duration else (x1, y1, 0, 0, 0, 0)", "jumps"),
+        (
+            "k = int(t / duration * 200) / 200; return x0 + (x1 - x0) * k, y0 + (y1 - y0) * k, 0, 0, 0, 0",
+            "jumps",
+        ),
+        (
+            "c, out = meets(x0, y0, x1, y1, duration)[0], trajectory(t, x0, y0, x1, y1, duration)\n"
+            "    return out if abs(t - c) > 0.02 else (*out[:4], 0.0, 0.0)",
+            "acceleration is not the derivative",
+        ),
+    ],
+)  # fmt: skip
+def test_a_motion_that_only_pretends_to_move_crosses_nothing(new, word):
+    source = (SOLUTIONS / "lab6.py").read_text()
+    found = results("lab6", source.replace("    half = s", f"    {new}\n    half = s"), only="crossing_trajectory")
+    assert [verdict.share for _, verdict in found.values()] == [0.0, 0.0]
+    assert any(word in verdict.text for _, verdict in found.values()), [verdict.text for _, verdict in found.values()]

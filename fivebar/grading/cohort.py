@@ -129,10 +129,12 @@ def _one(cohort, entry, workers):
     try:
         answer = workers.ask(request)
     except EOFError:
-        request["trouble"] = "the grader's own process ended while grading it: look at it by hand"
+        answer = {"failed": "ended"}
+    if "failed" in answer:
+        request["trouble"] = f"the grader's own process {answer['failed']} while grading it: look at it by hand"
         answer = workers.ask(request)
-    if "error" in answer:
-        raise GraderError(f"{entry.path.name}: {answer['error']}")
+    if trouble := answer.get("error") or answer.get("failed"):
+        raise GraderError(f"{entry.path.name}: {trouble}")
     write_whole(cohort.file(entry, ".html"), answer["page"])
     write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
     return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))

@@ -13,6 +13,7 @@ from pathlib import Path
 from .labs import find_lab
 from .replies import Reply
 from .results import Report
+from .submission import MOST_NOTEBOOK, SubmissionError, read_submission
 from .variants import PUBLIC_SEED, constants_in, is_number, parameters, robot_from
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
@@ -118,7 +119,6 @@ class Task:
     def open(self):
         """The Program in a process of its own, or NoProgram where it cannot be read."""
         from .student import Student
-        from .submission import SubmissionError, read_submission
 
         if self.trouble:
             return Program(NoProgram(self.trouble), self.robot)
@@ -126,7 +126,9 @@ class Task:
             submission = read_submission(self.path)
         except SubmissionError as error:
             return Program(NoProgram(str(error)), self.robot)
-        source, limits = submission.source, {} if self.limit is None else {"limit": self.limit}
+        source, limits = submission.source, {}
+        if self.limit is not None:
+            limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
         student = Student(submission, isolate=self.isolate, **limits)
         words = frozenset(re.findall(r"\w+", source))
         return Program(student, self.robot, words, constants_in(source), submission.where)
@@ -134,14 +136,15 @@ class Task:
 
 def grade(lab, task, home=False):
     """Report on one file. lab: a Lab; home: the inputs are public and the report says that others exist."""
-    before, program = time.perf_counter(), task.open()
+    before, digest = time.perf_counter(), file_hash(task.path)  # a file replaced from now on is graded again
+    program = task.open()
     try:
         checks = run_checks(lab, program, task.seed)
     finally:
         program.student.close()
     return _report(
         lab, checks, before, home, submission=task.path.name, student=task.student, isolate=task.isolate,
-        submission_hash=file_hash(task.path),
+        submission_hash=digest,
     )  # fmt: skip
 
 
@@ -194,9 +197,10 @@ def _notes(lab, robot, constants):
 
 
 def file_hash(path):
-    """SHA-256 of a plain file's bytes, "" for anything else: a pipe or a link is not read."""
+    """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to be read."""
     try:
-        if not stat.S_ISREG(os.lstat(path).st_mode):
+        status = os.lstat(path)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_NOTEBOOK:
             return ""
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

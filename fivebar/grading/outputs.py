@@ -15,6 +15,9 @@ CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
     "misconception", "wrong", "rows", "off",
 )  # fmt: skip
+_HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
+# At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
+_FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
 
 
 def write_whole(path, text):
@@ -40,17 +43,16 @@ def json_text(report):
 def file_name(student):
     """A file name for a student's id: plain letters, and a hash of the id where those do not tell it from others."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
-    if plain and plain == student.lower() == student:
+    if plain and plain == student.lower() == student and not _HASHED.search(plain):
         return plain
-    return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+    return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}"
 
 
 def cell(value):
     """A CSV cell that no spreadsheet takes for a formula."""
     if not isinstance(value, str):
         return "" if value is None else value
-    guard = "'" if value.lstrip(" ").startswith(("=", "+", "-", "@", "\t", "\r", "\n")) else ""
-    return guard + printable(value)
+    return printable(_FORMULA.sub(r"\1'", value))
 
 
 def csv_text(columns, rows):

@@ -16,6 +16,7 @@ from .wire import Garbled, clean, place, reply
 
 MOST_LOSSES = 3
 MOST_NAMES = 1000
+MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 
@@ -40,6 +41,7 @@ class Student:
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
         self._skip, self._losses = [], {}
+        self._budget = MOST_LOSSES * LOAD_LIMIT + MOST_CALLS * limit
         self._worker, self._hopeless = None, False
         self._output = ""
         self.names, self.trouble, self.notes = (), None, ()
@@ -73,6 +75,9 @@ class Student:
         limit = limit or self._limit
         replies, left = [], self._total
         while len(replies) < len(rows):
+            if self._budget <= 0:
+                lost = Reply("timeout", text="the file has used up the time for all its calls together")
+                return replies + [lost] * (len(rows) - len(replies))
             if self._worker is None and not self._hopeless:
                 self._load()
             if self._worker is None:
@@ -88,6 +93,8 @@ class Student:
                 lost = Reply("garbled", text=str(garbled))
             except Lost as end:
                 lost = Reply(end.kind, text=end.text or f"no answer within {limit:g} s")
+            finally:
+                self._budget -= time.monotonic() - start
             left -= time.monotonic() - start
             if left <= 0:
                 lost = Reply("timeout", text=f"the calls took more than {self._total:g} s together")
@@ -104,9 +111,9 @@ class Student:
         """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
         self._worker.send({"n": nonce, "function": function, "rows": rows, "constants": constants}, limit)
-        for _ in rows:
+        for i in range(len(rows)):
             data = self._worker.receive(nonce, min(limit, end - time.monotonic()))
-            if data.get("k") == "missing":
+            if data.get("k") == "missing" and i == 0:
                 replies += [self._missing(function, data.get("absent"))] * len(rows)
                 return
             replies.append(reply(data, self._lines))
@@ -127,7 +134,8 @@ class Student:
             report = self._worker.confined()
             self._note(report)
             at = None
-            end = time.monotonic() + LOAD_LIMIT
+            start = time.monotonic()
+            end = start + LOAD_LIMIT
             try:
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
@@ -145,6 +153,8 @@ class Student:
                 if at is None or type(at.get("i")) is not int:
                     break
                 self._skip.append(at["i"])
+            finally:
+                self._budget -= time.monotonic() - start
         self._hopeless = True
 
     def _loaded(self, data):

@@ -115,7 +115,8 @@ def _code(text, name):
     lines, starts = [], []
     for part in parts:
         starts.append(len(lines) + 1)
-        own = part.splitlines()
+        whole = part.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n")
+        own = whole.split("\n") if whole else []  # Python's lines: splitlines has more ends
         magic = part.lstrip().startswith("%%")
         lines += ["" if magic or line.lstrip().startswith(("%", "!", "?")) else line for line in own]
     return "\n".join(lines) + "\n", tuple(starts)

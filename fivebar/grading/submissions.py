@@ -26,7 +26,7 @@ def find_submissions(folder, besides=None):
     parts = [path for path in sorted(folder.iterdir()) if not _hidden(path) and path.resolve() != besides]
     parts = [path for path in parts if path.is_symlink() or path.is_dir() or path.suffix in SUFFIXES]
     short = {path: _student(path) for path in parts}
-    count = Counter(name.casefold() for name in short.values())
+    count = Counter(name for path in parts for name in {short[path].casefold(), path.name.casefold()})
     return [_entry(path, name if count[name.casefold()] == 1 else path.name) for path, name in short.items()]
 
 

@@ -3,6 +3,7 @@
 import ast
 import hmac
 import re
+import sys
 import unicodedata
 from dataclasses import fields, replace
 
@@ -12,6 +13,7 @@ from ..errors import UsageError
 from ..robots import Biglide, FiveBar
 
 PUBLIC_SEED = "public"
+MOST_READ, LONGEST_LINE = 200_000, 2_000  # Python's parser takes minutes for long lines, and has no limit here
 
 
 def _drawn(secret, *words):
@@ -62,7 +64,9 @@ def robot_for(student, secret, standard):
 
 
 def constants_in(source):
-    """Names that a file gives plain numbers at its top level, name -> value."""
+    """Names that a file gives plain numbers at its top level, name -> value; none where it is enormous."""
+    if len(source) > MOST_READ or max(map(len, source.split("\n"))) > LONGEST_LINE:
+        return {}
     try:
         body = ast.parse(source).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -75,7 +79,8 @@ def constants_in(source):
 
 
 def is_number(value):
-    return type(value) in (int, float)
+    """Whether it is a plain number that a float can hold."""
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def parameters(robot):

@@ -9,6 +9,7 @@ from pathlib import Path
 from .grade import Task, grade
 from .labs import Lab
 from .page import report_page
+from .sandbox import IsolationError
 
 
 def main():
@@ -26,8 +27,10 @@ def _graded(request):
         robot = replace(lab.robot(), **request.pop("robot"))
         report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
         return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
-    except Exception as error:  # the parent decides what that means
-        return {"error": f"{type(error).__name__}: {error}"}
+    except IsolationError as error:  # of this machine: nobody can be graded
+        return {"error": str(error)}
+    except Exception as error:  # of this submission, as far as one can tell: the others are graded
+        return {"failed": f"had {type(error).__name__}: {error}"[:300]}
 
 
 if __name__ == "__main__":

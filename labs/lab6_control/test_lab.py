@@ -11,6 +11,7 @@ from fivebar.grading.values import Unfit, read
 
 HOME, GOAL = (0.09, 0.06796322535018479), (0.05, 0.0)  # control task 2
 MOST_TORQUE = 0.1  # N m
+MOST = 1e9  # of any number returned
 SHORTLY = 1e-5  # s
 SETTLED, PERIODS, OVERSHOOT = 0.01, 40, 0.05
 
@@ -29,6 +30,8 @@ def numbers(ask, exercise, *row):
         ask.verdict(0.0, str(unfit))
     if not np.isfinite(found).all():
         ask.verdict(0.0, "returned nan or infinity")
+    if np.abs(found).max() > MOST:
+        ask.verdict(0.0, f"returned a number beyond {MOST:g}")
     return found
 
 
@@ -101,8 +104,8 @@ def decay(kp, kd, period, delay):
 def judge_gains(ask, draw, delay):
     periods = np.round(10 ** draw.uniform(-3, -1.3, 6), 5)
     wrong, first = 0, None
-    for period in periods:
-        kp, kd = numbers(ask, GAINS, float(period))
+    for period in periods.tolist():
+        kp, kd = numbers(ask, GAINS, float(period)).tolist()
         error = decay(kp, kd, period, delay)
         late, over = np.abs(error[PERIODS:]).max(), -error.min()
         reason = ""
@@ -183,20 +186,34 @@ def wrong_motion(task, motion, beside, pose):
 
     beside: the same at some times shortly before and shortly after.
     """
-    xi, velocity, acceleration = motion
-    early, late = beside
-    slope, mean = (late - early) / (2 * SHORTLY), (late + early) / 2
+    xi, velocity, _ = motion
     ends = max(np.abs(xi[0] - task[:2]).max(), np.abs(xi[-1] - task[2:4]).max())
-    off = [np.abs(slope[k] - mean[k + 1]).max() > 1e-3 * (1e-3 + np.abs(motion[k + 1]).max()) for k in (0, 1)]
     problems = (
         (ends > 1e-9, f"it begins or ends {ends:.2g} m beside the task"),
         (np.abs([velocity[0], velocity[-1]]).max() > 1e-6, "it is not at rest at its ends"),
-        (off[0], "its velocity is not the derivative of its position"),
-        (off[1], "its acceleration is not the derivative of its velocity"),
+        (reason := wrong_derivative(*beside), reason),
         (np.isnan(pose.q).any(), "it leaves the reach of a leg"),
         (np.sum(np.diff(pose.assembly) != 0) != 1, "it does not cross the Type-2 locus exactly once"),
     )
     return next((reason for wrong, reason in problems if wrong), "")
+
+
+def wrong_derivative(early, late):
+    """Which derivative a motion, shortly before and shortly after some times, is not the derivative of, or ""."""
+    slope, mean = (late - early) / (2 * SHORTLY), (late + early) / 2
+    off = [np.abs(slope[k] - mean[k + 1]).max() > 1e-3 * (1e-3 + np.abs(mean[k + 1]).max()) for k in (0, 1)]
+    names = "position", "velocity", "acceleration"
+    return next((f"its {names[k + 1]} is not the derivative of its {names[k]}" for k in (0, 1) if off[k]), "")
+
+
+def jump(times, motion):
+    """Where the motion moves on by more than its own velocity and acceleration account for, or ""."""
+    xi, velocity, acceleration = motion
+    h, most = np.diff(times)[:, None], 2 * np.abs(acceleration).max() + 1e-3
+    beyond = np.abs(np.diff(xi, axis=0) - h * (velocity[1:] + velocity[:-1]) / 2) > h**2 * most / 4 + 1e-9
+    beyond |= np.abs(np.diff(velocity, axis=0)) > h * most + 1e-9
+    rows = np.flatnonzero(beyond.any(axis=1))
+    return f"it jumps between t = {times[rows[0]]:.6g} and {times[rows[0] + 1]:.6g} s" if len(rows) else ""
 
 
 def torques(robot, xi, velocity, acceleration):
@@ -225,7 +242,9 @@ def judge_crossing(ask, robot, draw, task):
     near = high + np.array([-1e-2, -1e-3, -1e-4, 1e-4, 1e-3, 1e-2])
     far = np.abs(t - high) > 1e-2
     times = np.concatenate([t[far], near])
-    motion = [np.concatenate([part[far], beside]) for part, beside in zip(motion, at(near))]
+    order = np.argsort(times)
+    times = times[order]
+    motion = [np.concatenate([part[far], beside])[order] for part, beside in zip(motion, at(near))]
     try:
         tau = np.abs(torques(robot, *motion)).max(axis=1)
     except (ArithmeticError, ValueError) as error:
@@ -233,6 +252,10 @@ def judge_crossing(ask, robot, draw, task):
     largest = int(np.argmax(tau))
     came = f"{tau[largest]:.3g} N m at t = {times[largest]:.6g} s, the crossing at {high:.6g} s"
     right = tau[largest] <= MOST_TORQUE
+    if right and (
+        reason := jump(times, motion) or wrong_derivative(*(at(near + shift) for shift in (-SHORTLY, SHORTLY)))
+    ):
+        ask.verdict(0.0, reason, asked)
     ask.verdict(
         float(right), "" if right else f"more than {MOST_TORQUE:g} N m", asked, came, float(tau[largest]) - MOST_TORQUE
     )

@@ -13,6 +13,7 @@ from fivebar.grading.four_joints import batch, joint_rates, joints
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.5, -3.5, 12)
 AT = np.arange(12) >= 8
 CROSSING = (1, -1)  # the working modes of the bonus
+SHORTEST = 0.01  # s from an end to the crossing
 
 
 def velocity(draw, n):
@@ -192,11 +193,13 @@ def tasks(robot, draw):
 
 def coefficients(value):
     """The polynomial (k, 2) of what came, or why it is none."""
-    if not isinstance(value, list | np.ndarray) or len(value) != 2:
+    if not (isinstance(value, list) or isinstance(value, np.ndarray) and value.ndim) or len(value) != 2:
         return None, "two lists are asked: the coefficients of x(t) and of y(t)"
     try:
-        a, b = (np.asarray(part, float).ravel() for part in value)
-    except (TypeError, ValueError, OverflowError):
+        a, b = (np.asarray(part).ravel() for part in value)
+    except ValueError:
+        a = b = np.array("lists of different lengths")
+    if not all(part.dtype.kind in "bif" for part in (a, b)):
         return None, "the coefficients must be numbers"
     if not all(1 <= len(part) <= 20 and (np.abs(part) < 1e9).all() for part in (a, b)):
         return None, "each list must hold 1 to 20 numbers below 1e9"
@@ -232,6 +235,8 @@ def crossing_of(robot, c, task):
         middle = (low + high) / 2
         beyond = fb.igm(robot, at(c, np.array(middle)), CROSSING)._parallel * start <= 0
         low, high = (low, middle) if beyond else (middle, high)
+    if not SHORTEST < high < T - SHORTEST:
+        return None, f"it meets Type 2 at its very {'start' if high <= SHORTEST else 'end'}, t = {high:.3g} s"
     if abs(at(c, np.array(high), 1)[0]) < 0.01:
         return None, "at the crossing it hardly moves: it must pass through"
     return high, ""
