@@ -1,6 +1,8 @@
-"""The forced motion, and one through Type 2, in MuJoCo, Pinocchio, SciPy and here: error in the joints against time."""
+"""The forced motion, one through Type 2, and turning cranks in other simulators and here: errors against time."""
 
 import time
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,14 +14,18 @@ from ...simulation import simulate
 from ...steps import model_functions, runge_kutta
 from ..integrators import adaptive
 from ..redundant import closure, redundant_state
+from . import branches
 from .integrators import counts, fixed_steps
 from .motions import DRIVEN, DURATION, ROBOT
 from .peers import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
+from .peers_drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
+from .peers_exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from .table import OURS, Attempt, Chart, Failed, Method, Panel
 
 SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
-LOST = 0.3  # rad
+LOST, FAR = 0.3, 100.0  # rad
+POSITIONS, TURNING = "positions", "cranks that turn, 90° apart"
 ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
 
 
@@ -31,6 +37,8 @@ def judged(problem):
         q, gap = found
         if not np.isfinite(q).all():
             raise Failed("nan")
+        if np.abs(q).max() > FAR:
+            raise Failed("diverges")
         return {"error": max(abs(wrap(float(a - b))) for a, b in zip(q, end)), "gap": gap}
 
     return judge
@@ -127,8 +135,11 @@ def lsoda(problem, rtol):
     return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
 
 
-def simulator(make, alone=False):
-    """prepare of a run of `peers`: make (motion, count) -> (run, step only); alone: timed is only the latter."""
+def simulator(make, alone=False, read=read):
+    """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only the latter.
+
+    read: what run returns -> active joints, gap.
+    """
 
     def prepare(problem, count):
         run, step_only = make(DRIVEN[problem], count)
@@ -150,22 +161,32 @@ def simulator(make, alone=False):
     return prepare
 
 
+def as_read(found):
+    return found
+
+
+def read_springs(found):
+    return found[0], _gap(*found)
+
+
 def mujoco_as_it_comes(motion, count):
     return mujoco_run(motion, count)
 
 
-def mujoco_tuned(motion, count):
-    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count])
+def mujoco_tuned(motion, count, **trap):
+    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count], **trap)
 
 
 def pinocchio_by(method):
     return lambda motion, count: pinocchio_run(motion, count, method)
 
 
-def chart():
+def simulated():
+    """Methods of the motions: ours, the same equations otherwise, the simulators."""
     few, tuned, tolerances = counts(12, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
-    compiler, pin, mj = ("C compiler",), ("pinocchio",), ("mujoco",)
-    methods = (
+    compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
+    trap = "forced", tuned[::2]
+    return (
         Method("fivebar: order 8, compiled", OURS, ours("dop8", True), few, compiler, 8),
         Method("fivebar: order 8, VM", OURS, ours("dop8", False), few, (), 8),
         Method("fivebar.simulate: order 8, auto chart", OURS, ours_auto, {"through": counts(32, 512)}, (), 8),
@@ -180,7 +201,43 @@ def chart():
         Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
         Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
         Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
+        Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", simulator(partial(mujoco_tuned, held=True)),
+               dict([trap]), mj),
+        Method("MuJoCo tuned, but tied by a body of 1 mg", "MuJoCo", simulator(partial(mujoco_tuned, light=True)),
+               dict([trap]), mj),
+        Method("Drake as it comes, ball constraint", "Drake", simulator(drake_as_it_comes), counts(100, 3200),
+               drake, 1),
+        Method("Drake tuned, bushing, loop in C++", "Drake", simulator(drake_bushing), tuple(DRAKE_BUSHINGS), drake),
+        Method("Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), counts(16, 128), drake, 8),
+        Method("Drake's matrices, without the Python loop", "Drake", simulator(drake_by_hand, alone=True),
+               counts(16, 128), drake, 8),
+        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=as_read),
+               counts(50, 6400), exu, 2),
+        Method("Exudyn tuned, stiff springs, loop in C++", "Exudyn", simulator(exudyn_springs, read=read_springs),
+               tuple(EXUDYN_SPRINGS), exu),
     )  # fmt: skip
+
+
+def positioned():
+    """Methods of the turning cranks."""
+    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
+    return (
+        Method("fivebar.dgm, arrays", OURS, branches.arrays, degrees),
+        Method("fivebar.compile, VM", OURS, branches.in_casadi(False), degrees),
+        Method("fivebar.compile, compiled", OURS, branches.in_casadi(True), degrees, ("C compiler",)),
+        Method("pylinkage step", other, branches.pylinkage(False), degrees, (other,)),
+        Method("pylinkage step_fast, numba", other, branches.pylinkage(True), degrees, (other, "numba")),
+    )
+
+
+def on(problems, methods):
+    """The methods, tried on these problems only."""
+    return tuple(
+        m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs)) for m in methods
+    )
+
+
+def chart():
     rows = (
         dict(y="error", ylabel="largest error of an active joint after 2 s (rad)", ceiling=LOST),
         dict(y="gap", ylabel="gap of the loop (m)", ceiling=1e-2, floor=1e-18),
@@ -188,16 +245,22 @@ def chart():
     levels = {"error": (1e-3, 1e-5, 1e-7, 1e-9)}
     return Chart(
         name="simulators",
-        title="Two seconds of the five-bar in MuJoCo, Pinocchio, SciPy and fivebar",
-        reading="Each point is a number of steps or a tolerance. Of the peers, one way as their Python users run them, "
-        "one tuned: an integrator of high order, torques at every stage, constraint stiffness searched for each step; "
-        "and that without the Python loop or callback around it, as well as it can be timed from Python. The "
-        "constrained equations through fivebar's compiler tell what compiling gains from what the closed form gains.",
-        problems={name: motion.words for name, motion in DRIVEN.items()},
-        methods=methods,
+        title="The five-bar in MuJoCo, Pinocchio, Drake, Exudyn, SciPy and fivebar, its positions in pylinkage",
+        reading="Each point is a number of steps, a tolerance or a stiffness. Of the peers, one way as their Python "
+        "users run them, "
+        "one tuned: an integrator of high order, torques at every stage, and what ties the loop searched for "
+        "each point; and that without the Python loop or callback around it, as well as it can be timed from Python. "
+        "Drake's continuous plants know no constraints: a stiff bushing, or multipliers by hand on its matrices. "
+        "Exudyn's explicit integrators neither: stiff springs as distal bars. Traps, set on purpose: the torque held "
+        "over a step, and a tiny body in the loop, both for MuJoCo at the settings that are best without; Baumgarte "
+        "gains of 1/step are on the chart integrators; pylinkage takes the branch nearest to the last pose, at any "
+        "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
+        "the closed form gains.",
+        problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
+        methods=on(DRIVEN, simulated()) + on((POSITIONS,), positioned()),
         step=lambda count: DURATION / count,
         apart=(SAME,),
-        panels=tuple(
+        panels=(*(
             tuple(
                 Panel(
                     p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()), each=True,
@@ -206,5 +269,10 @@ def chart():
                 for p, motion in DRIVEN.items()
             )
             for row in rows
-        ),
+        ), (
+            Panel(POSITIONS, TURNING, ylabel="largest error of a position (m)", xlabel="time of a pose (s)",
+                  levels=(1e-9,), ceiling=1e-3, each=True),
+            Panel(POSITIONS, "branches, by the turn between poses", y="wrong", ylabel="share in the wrong branch",
+                  x="knob", xlabel="turn of the cranks from pose to pose (°)", floor=1e-3),
+        )),
     )  # fmt: skip
