@@ -10,7 +10,7 @@ from .motions import DURATION, ROBOT
 
 # Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
 # damped: searched over powers of ten by `python -m tests.benchmarks.peers`.
-MUJOCO_STIFFNESS = {50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5}
+MUJOCO_STIFFNESS = {25: 1e0, 50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5, 3200: 1e5, 6400: 1e6}
 
 MUJOCO_LEG = """
 <body pos="{base} 0 0"><joint name="q{leg}" type="hinge" axis="0 0 1"/>

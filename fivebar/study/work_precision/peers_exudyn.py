@@ -24,7 +24,7 @@ def _settings(count):
     settings = exudyn.SimulationSettings()
     settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = count, DURATION
     settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
+    settings.solution.file.write = False
     return settings
 
 

@@ -114,6 +114,9 @@ def _draw(axes, result, panel, styles):
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.grid(alpha=0.25, which="major")
+    heights = {max(row[panel.y], panel.floor) for row in counted(result, panel)}
+    if len(heights) == 1:  # no range to scale to
+        axes.set_ylim(min(heights) / 10, max(heights) * 10)
     for method in result.chart.methods:
         points = counted(result, panel, method.name)
         if not points:
