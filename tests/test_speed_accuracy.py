@@ -228,7 +228,11 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path):
     result = Result(chart, {"quick": True}, rows)
     wanted = {panel.problem: {p.y for row in chart.panels for p in row if p.problem == panel.problem}
               for row in chart.panels for panel in row}  # fmt: skip
-    for row in rows:
+    made = rows
+    if name in table.PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
+        made = [row for row in rows if row["status"] != "left out"]
+        assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
+    for row in made:
         assert row["status"] in ("ok", "failed") and row["seconds"] > 0 and (row["word"] or row["status"] == "ok")
         if row["status"] == "ok":
             assert wanted[row["problem"]] <= set(row) and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]

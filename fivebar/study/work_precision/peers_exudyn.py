@@ -44,7 +44,7 @@ def exudyn_as_it_comes(motion, count):
                 item.NodeRigidBody2D(referenceCoordinates=[*place, angle], initialVelocities=[*velocity, rate])
             )
         )
-        return system.AddObject(item.ObjectRigidBody2D(physicsMass=mass, physicsInertia=inertia, nodeNumber=nodes[-1]))
+        return system.AddObject(item.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=nodes[-1]))
 
     def joint(*places):
         markers = [system.AddMarker(item.MarkerBodyPosition(bodyNumber=n, localPosition=[x, 0, 0])) for n, x in places]
@@ -70,14 +70,14 @@ def exudyn_as_it_comes(motion, count):
     settings = _settings(count)
 
     def run():
-        system.SolveDynamic(settings)
+        container.GetSystem(0).SolveDynamic(settings)
         (_, _, q1), (x1, y1, _), (_, _, q2), (x2, y2, _) = (
             np.add(system.GetNodeOutput(n, exudyn.OutputVariableType.Coordinates),
                    system.GetNode(n)["referenceCoordinates"]) for n in nodes
         )  # fmt: skip
         return np.array([q1, q2]), np.hypot(x2 - x1, y2 - y1)
 
-    return run, container
+    return run, None
 
 
 def exudyn_springs(motion, stiffness, settings=None):
@@ -95,8 +95,8 @@ def exudyn_springs(motion, stiffness, settings=None):
     tip = system.AddNode(
         item.NodePoint2D(referenceCoordinates=list(start.pose.xi), initialVelocities=list(start.xi_dot))
     )
-    system.AddObject(item.ObjectMassPoint2D(physicsMass=ROBOT.m, nodeNumber=tip))
-    end, nodes, kept = system.AddMarker(item.MarkerNodePosition(nodeNumber=tip)), [tip], [container]
+    system.AddObject(item.ObjectMassPoint2D(mass=ROBOT.m, nodeNumber=tip))
+    end, nodes, waves = system.AddMarker(item.MarkerNodePosition(nodeNumber=tip)), [tip], []
     damping = 2 * ratio * np.sqrt(stiffness * ROBOT.m)
 
     def wave(mbs, t, load):
@@ -105,9 +105,7 @@ def exudyn_springs(motion, stiffness, settings=None):
     legs = zip(legs_of(ROBOT), start.pose.q, start.q_dot, motion.torque(0.0))  # torque: times cos 2 pi t
     for (base, l1, l2, zz), q, w, amplitude in legs:
         node = system.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[q], initialVelocities=[w]))
-        arm = system.AddObject(
-            item.ObjectRotationalMass1D(physicsInertia=zz, nodeNumber=node, referencePosition=[base, 0, 0])
-        )
+        arm = system.AddObject(item.ObjectRotationalMass1D(inertia=zz, nodeNumber=node, referencePosition=[base, 0, 0]))
         elbow = system.AddMarker(item.MarkerBodyPosition(bodyNumber=arm, localPosition=[l1, 0, 0]))
         system.AddObject(
             item.ObjectConnectorSpringDamper(
@@ -116,18 +114,19 @@ def exudyn_springs(motion, stiffness, settings=None):
         )
         where = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
         load = system.AddLoad(item.LoadCoordinate(markerNumber=where, load=amplitude, loadUserFunction=wave))
-        kept.append(CreateSymbolicUserFunction(system, wave, "loadUserFunction", load))
-        system.SetLoadParameter(load, "loadUserFunction", kept[-1])
+        waves.append(CreateSymbolicUserFunction(system, wave, "loadUserFunction", load))
+        system.SetLoadParameter(load, "loadUserFunction", waves[-1])
         nodes.append(node)
     system.Assemble()
+    system.variables["waves"] = waves  # which it does not own otherwise
     options = _settings(count)
     options.timeIntegration.automaticStepSize = False
     options.timeIntegration.explicit.computeEndOfStepAccelerations = False
     scheme = getattr(exudyn.DynamicSolverType, solver)
 
     def run():
-        system.SolveDynamic(options, solverType=scheme)
+        container.GetSystem(0).SolveDynamic(options, solverType=scheme)
         xi, q1, q2 = (system.GetNodeOutput(n, exudyn.OutputVariableType.Coordinates) for n in nodes)
         return np.array([q1, q2]), np.add(xi, start.pose.xi)
 
-    return run, kept
+    return run, None

@@ -198,6 +198,8 @@ def simulated():
         Method("Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), few, pin, 8),
         Method("Pinocchio, order 8, without the Python loop", "Pinocchio", simulator(pinocchio_by("dop8"), alone=True),
                few, pin, 8),
+        Method("Pinocchio, RK4, without the Python loop", "Pinocchio", simulator(pinocchio_by("rk4"), alone=True),
+               counts(25, 3200), pin, 4),
         Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
         Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
         Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
