@@ -1,7 +1,9 @@
 """The charts of speed against accuracy: their references, orders of convergence, runner, files; a bit of each chart."""
 
 import json
+import platform
 import re
+import sys
 
 import mpmath
 import numpy as np
@@ -226,7 +228,11 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path):
     result = Result(chart, {"quick": True}, rows)
     wanted = {panel.problem: {p.y for row in chart.panels for p in row if p.problem == panel.problem}
               for row in chart.panels for panel in row}  # fmt: skip
-    for row in rows:
+    made = rows
+    if name in table.PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
+        made = [row for row in rows if row["status"] != "left out"]
+        assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
+    for row in made:
         assert row["status"] in ("ok", "failed") and row["seconds"] > 0 and (row["word"] or row["status"] == "ok")
         if row["status"] == "ok":
             assert wanted[row["problem"]] <= set(row) and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
@@ -278,9 +284,46 @@ def test_peers_are_the_same_robot(problem):
     for name, knob, bound in (
         ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback", 400, 1e-3),
         ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, without the Python calls", 400, 1e-3),
+        ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, loop in C++", 1e5, 3e-3),
+        ("Exudyn as it comes, generalized alpha", 1000, 2e-3), ("Exudyn tuned, stiff springs, loop in C++", 1e6, 2e-3),
     ):  # fmt: skip
         row = measure(chart, problem, name, knob, 0.0)
-        assert row["error"] < bound and row["gap"] < 1e-6, name
+        assert row["error"] < bound and row["gap"] < 3e-6, name
+
+
+@pytest.mark.parametrize(
+    "name, knobs",
+    [("Drake as it comes, ball constraint", (200, 400)), ("Exudyn as it comes, generalized alpha", (200, 400)),
+     ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
+)  # fmt: skip
+def test_peers_have_their_orders(name, knobs):
+    chart = simulators.chart()
+    order = measured_order(chart, "forced", name, chart.panels[0][0], knobs)
+    assert order == pytest.approx(chart.method(name).order, abs=0.1)
+
+
+def test_the_traps_cost_digits():
+    """At the same settings: torque held over a step, a light body in the loop, and the nearest branch."""
+    chart = simulators.chart()
+    tuned, held, light = (
+        measure(chart, "forced", f"MuJoCo tuned, {how}", 400, 0.0)["error"]
+        for how in ("RK4, torque by callback", "but the torque held over a step", "but tied by a body of 1 mg")
+    )
+    assert 1e5 * tuned == pytest.approx(held, rel=0.3) and light > 1e5 * tuned
+    shares = [measure(chart, "positions", "pylinkage step", turn, 0.0)["wrong"] for turn in (5.0, 60.0)]
+    assert shares == [0.0, 0.5]
+
+
+def test_a_diverging_peer_fails():
+    judge = simulators.judged("forced")
+    for q, word in ((np.full(2, np.nan), "nan"), (np.full(2, 1e20), "diverges")):
+        with pytest.raises(table.Failed, match=word):
+            judge((q, 0.0))
+
+
+def test_all_peers_are_installed_where_they_have_wheels():
+    wanted = machine.PEERS if (sys.platform, platform.machine()) == ("linux", "x86_64") else ()
+    assert [machine.missing((name,)) for name in wanted] == [None] * len(wanted)
 
 
 def test_simulators_only_when_asked_for():

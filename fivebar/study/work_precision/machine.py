@@ -6,6 +6,7 @@ import os
 import platform
 import subprocess
 import time
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 
@@ -13,7 +14,19 @@ import numpy as np
 
 from ...machine_code import c_compiler
 
-LIBRARIES = ("fivebar", "numpy", "scipy", "casadi", "matplotlib", "mujoco", "pin")
+LIBRARIES = (
+    "fivebar",
+    "numpy",
+    "scipy",
+    "casadi",
+    "matplotlib",
+    "mujoco",
+    "pin",
+    "drake",
+    "exudyn",
+    "pylinkage",
+    "numba",
+)
 SAMPLE = 1e-4  # s; shorter calls are timed together
 MOST = 101  # samples
 LONG = 5.0  # budgets; a call as long is not timed again
@@ -45,6 +58,9 @@ def times_of(call, first, budget):
     return samples
 
 
+PEERS = "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
+
+
 def _installed(module):
     return None if find_spec(module) else f"{module} is not installed: pip install 'fivebar[peers]'"
 
@@ -52,8 +68,7 @@ def _installed(module):
 # What a method may need -> () -> None, or what is missing.
 NEEDED = {
     "C compiler": lambda: None if c_compiler() else "no C compiler (cc, gcc, clang)",
-    "mujoco": lambda: _installed("mujoco"),
-    "pinocchio": lambda: _installed("pinocchio"),
+    **{name: partial(_installed, name) for name in PEERS},
 }
 
 

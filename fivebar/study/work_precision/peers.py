@@ -10,7 +10,7 @@ from .motions import DURATION, ROBOT
 
 # Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
 # damped: searched over powers of ten by `python -m tests.benchmarks.peers`.
-MUJOCO_STIFFNESS = {50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5}
+MUJOCO_STIFFNESS = {25: 1e0, 50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5, 3200: 1e5, 6400: 1e6}
 
 MUJOCO_LEG = """
 <body pos="{base} 0 0"><joint name="q{leg}" type="hinge" axis="0 0 1"/>
@@ -19,11 +19,15 @@ MUJOCO_LEG = """
     <inertial pos="{l2} 0 0" mass="{half}" diaginertia="1e-13 1e-13 1e-13"/><site name="tip{leg}" pos="{l2} 0 0"/>
   </body>
 </body>"""
+MUJOCO_LIGHT = """
+<body pos="{x} {y} 0"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+  <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-13 1e-13 1e-13"/><site name="light"/>
+</body>"""
 MUJOCO = """
 <mujoco>
   <option timestep="{step}" gravity="0 0 0" {option}><flag contact="disable" {flag}/></option>
   <worldbody>{legs}</worldbody>
-  <equality><connect site1="tip0" site2="tip1" {constraint}/></equality>
+  <equality>{equality}</equality>
   <actuator><motor joint="q0"/><motor joint="q1"/></actuator>
 </mujoco>"""
 
@@ -49,9 +53,12 @@ def read(q):
     return q[[0, 2]], abs(tips[0] - tips[1])
 
 
-def mujoco_run(motion, count, stiffness=None):
+def mujoco_run(motion, count, stiffness=None, held=False, light=False):
     """call () -> final joints, and call () that only steps. stiffness: None for MuJoCo's own settings and Euler's
-    method with the torque set before each step; else RK4, torques at every stage."""
+    method with the torque set before each step; else RK4, torques at every stage.
+
+    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg.
+    """
     import mujoco
 
     legs = "".join(
@@ -59,11 +66,18 @@ def mujoco_run(motion, count, stiffness=None):
         for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT))
     )
     tuned = stiffness is not None
+    by_step = held or not tuned
     damping = 2 * np.sqrt(stiffness or 0)
+    constraint = f'solref="{-stiffness} {-damping}" solimp="0.9999 0.9999 0.001"' if tuned else ""
+    ties = [("tip0", "tip1")]
+    if light:
+        x, y = motion.begin().pose.xi
+        legs += MUJOCO_LIGHT.format(x=x, y=y)
+        ties = [("tip0", "light"), ("tip1", "light")]
     text = MUJOCO.format(
         step=DURATION / count, legs=legs, flag='refsafe="disable"' if tuned else "",
         option='integrator="RK4" solver="Newton" iterations="50" tolerance="0"' if tuned else "",
-        constraint=f'solref="{-stiffness} {-damping}" solimp="0.9999 0.9999 0.001"' if tuned else "",
+        equality="".join(f'<connect site1="{a}" site2="{b}" {constraint}/>' for a, b in ties),
     )  # fmt: skip
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
@@ -71,22 +85,23 @@ def mujoco_run(motion, count, stiffness=None):
 
     def reset():
         mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = q, q_dot
+        data.qpos[:4] = q
+        data.qvel[:] = (*q_dot, *motion.begin().xi_dot)[: model.nv]
 
     def set_torque(_, data):
         data.ctrl[:] = motion.torque(data.time)
 
     def run():
         reset()
-        mujoco.set_mjcb_control(set_torque if tuned else None)
+        mujoco.set_mjcb_control(None if by_step else set_torque)
         try:
             for _ in range(count):
-                if not tuned:
+                if by_step:
                     set_torque(model, data)
                 mujoco.mj_step(model, data)
         finally:
             mujoco.set_mjcb_control(None)
-        return data.qpos.copy()
+        return data.qpos[:4].copy()
 
     def step_only():
         reset()
@@ -98,8 +113,6 @@ def mujoco_run(motion, count, stiffness=None):
 def pinocchio_run(motion, count, method):
     """The same by Pinocchio's constraintDynamics: method "semi-implicit Euler", "rk4" or "dop8", loops in Python."""
     import pinocchio as pin
-
-    from ...steps import tableau
 
     model, tips = pin.Model(), []
     for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT)):
@@ -127,13 +140,12 @@ def pinocchio_run(motion, count, method):
     stages = {"semi-implicit Euler": 1, "rk4": 4, "dop8": 12}[method]
 
     def run():
+        if stages > 1:
+            return runge_kutta(method, acceleration, count, h, *start)
         q, v = start
         for k in range(count):
-            if stages == 1:
-                v = v + h * acceleration(k * h, q, v)
-                q = q + h * v
-            else:
-                q, v = _runge_kutta(tableau(method), acceleration, k * h, h, q, v)
+            v = v + h * acceleration(k * h, q, v)
+            q = q + h * v
         return q
 
     def step_only():
@@ -149,12 +161,18 @@ def _at(pin, x):
     return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
 
 
-def _runge_kutta(tableau, acceleration, t, h, q, v):
-    a, b, c = tableau
-    rates, forces = [], []
-    for row, fraction in zip(a, c):
-        rate = v + h * sum((w * k for w, k in zip(row, forces) if w), np.zeros(4))
-        place = q + h * sum((w * k for w, k in zip(row, rates) if w), np.zeros(4))
-        rates.append(rate)
-        forces.append(acceleration(t + fraction * h, place, rate))
-    return tuple(x + h * sum(w * k for w, k in zip(b, ks)) for x, ks in ((q, rates), (v, forces)))
+def runge_kutta(method, acceleration, count, h, q, v):
+    """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
+    from ...steps import tableau
+
+    a, b, c = tableau(method)
+    for k in range(count):
+        rates, forces = [], []
+        for row, fraction in zip(a, c):
+            rate = v + h * sum((w * f for w, f in zip(row, forces) if w), np.zeros(4))
+            place = q + h * sum((w * r for w, r in zip(row, rates) if w), np.zeros(4))
+            rates.append(rate)
+            forces.append(acceleration((k + fraction) * h, place, rate))
+        q = q + h * sum(w * r for w, r in zip(b, rates))
+        v = v + h * sum(w * f for w, f in zip(b, forces))
+    return q

@@ -11,7 +11,15 @@ from .findings import caption, counted, failures, orders, words_of
 from .table import OURS
 
 INK, PALE = "#222222", "#777777"
-COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"  # Okabe and Ito's; ours is ink
+COLOURS = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#8C6239",
+)  # Okabe and Ito's, a brown; ours is ink
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
 WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
@@ -106,6 +114,9 @@ def _draw(axes, result, panel, styles):
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.grid(alpha=0.25, which="major")
+    heights = {max(row[panel.y], panel.floor) for row in counted(result, panel)}
+    if len(heights) == 1:  # no range to scale to
+        axes.set_ylim(min(heights) / 10, max(heights) * 10)
     for method in result.chart.methods:
         points = counted(result, panel, method.name)
         if not points:

@@ -1,6 +1,8 @@
-"""The forced motion, and one through Type 2, in MuJoCo, Pinocchio, SciPy and here: error in the joints against time."""
+"""The forced motion, one through Type 2, and turning cranks in other simulators and here: errors against time."""
 
 import time
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,14 +14,19 @@ from ...simulation import simulate
 from ...steps import model_functions, runge_kutta
 from ..integrators import adaptive
 from ..redundant import closure, redundant_state
+from . import branches
+from .constrained import multipliers
 from .integrators import counts, fixed_steps
 from .motions import DRIVEN, DURATION, ROBOT
 from .peers import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
+from .peers_drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
+from .peers_exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from .table import OURS, Attempt, Chart, Failed, Method, Panel
 
 SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
-LOST = 0.3  # rad
+LOST, FAR = 0.3, 100.0  # rad
+POSITIONS, TURNING = "positions", "cranks that turn, 90° apart"
 ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
 
 
@@ -31,6 +38,8 @@ def judged(problem):
         q, gap = found
         if not np.isfinite(q).all():
             raise Failed("nan")
+        if np.abs(q).max() > FAR:
+            raise Failed("diverges")
         return {"error": max(abs(wrap(float(a - b))) for a, b in zip(q, end)), "gap": gap}
 
     return judge
@@ -75,7 +84,7 @@ def redundant_compiled(jit):
         state, t = ca.SX.sym("state", 8), ca.SX.sym("t")
 
         def slope(stage, fraction):
-            return _multipliers(ca, stage, motion.torque(t + fraction * step))
+            return multipliers(ca, stage, motion.torque(t + fraction * step))
 
         one = ca.Function("step", [state, t], ca.cse([runge_kutta("dop8", step, state, slope)]))
         start = ca.MX.sym("start", 8)
@@ -84,28 +93,6 @@ def redundant_compiled(jit):
         return Attempt(lambda: call(begin)[0], lambda end: judge((end[2:4].copy(), _gap(end[2:4], end[:2]))))
 
     return prepare
-
-
-def _multipliers(ca, state, torque):
-    """Slope of (x, y, q1, q2, rates): the KKT system of `redundant_slope`, its accelerations eliminated."""
-    rows, gamma, driven = [], [], []
-    for k, (drive, z) in enumerate(zip(ROBOT.drives, ROBOT.inertias)):
-        cos, sin = ca.cos(state[2 + k]), ca.sin(state[2 + k])
-        rx, ry = state[0] - drive.x - drive.length * cos, state[1] - drive.y - drive.length * sin
-        vx, vy = state[4] + drive.length * sin * state[6 + k], state[5] - drive.length * cos * state[6 + k]
-        along = drive.length * (ry * cos - rx * sin)
-        rows.append((rx, ry, along))
-        gamma.append(vx * vx + vy * vy + drive.length * (rx * cos + ry * sin) * state[6 + k] ** 2)
-        driven.append(along * torque[k] / z - gamma[k])
-    (x1, y1, b1), (x2, y2, b2) = rows
-    a = (x1 * x1 + y1 * y1) / ROBOT.m + b1 * b1 / ROBOT.zz1, (x2 * x2 + y2 * y2) / ROBOT.m + b2 * b2 / ROBOT.zz2
-    c = (x1 * x2 + y1 * y2) / ROBOT.m
-    det = a[0] * a[1] - c * c
-    mu1, mu2 = (a[1] * driven[0] - c * driven[1]) / det, (a[0] * driven[1] - c * driven[0]) / det
-    return ca.vertcat(
-        state[4:], (mu1 * x1 + mu2 * x2) / ROBOT.m, (mu1 * y1 + mu2 * y2) / ROBOT.m,
-        (torque[0] - b1 * mu1) / ROBOT.zz1, (torque[1] - b2 * mu2) / ROBOT.zz2,
-    )  # fmt: skip
 
 
 def lsoda(problem, rtol):
@@ -127,8 +114,11 @@ def lsoda(problem, rtol):
     return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
 
 
-def simulator(make, alone=False):
-    """prepare of a run of `peers`: make (motion, count) -> (run, step only); alone: timed is only the latter."""
+def simulator(make, alone=False, read=read):
+    """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only the latter.
+
+    read: what run returns -> active joints, gap.
+    """
 
     def prepare(problem, count):
         run, step_only = make(DRIVEN[problem], count)
@@ -150,22 +140,32 @@ def simulator(make, alone=False):
     return prepare
 
 
+def as_read(found):
+    return found
+
+
+def read_springs(found):
+    return found[0], _gap(*found)
+
+
 def mujoco_as_it_comes(motion, count):
     return mujoco_run(motion, count)
 
 
-def mujoco_tuned(motion, count):
-    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count])
+def mujoco_tuned(motion, count, **trap):
+    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count], **trap)
 
 
 def pinocchio_by(method):
     return lambda motion, count: pinocchio_run(motion, count, method)
 
 
-def chart():
-    few, tuned, tolerances = counts(12, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
-    compiler, pin, mj = ("C compiler",), ("pinocchio",), ("mujoco",)
-    methods = (
+def simulated():
+    """Methods of the motions: ours, the same equations otherwise, the simulators."""
+    few, tuned, tolerances = counts(6, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
+    compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
+    trap = {"forced": tuned}
+    return (
         Method("fivebar: order 8, compiled", OURS, ours("dop8", True), few, compiler, 8),
         Method("fivebar: order 8, VM", OURS, ours("dop8", False), few, (), 8),
         Method("fivebar.simulate: order 8, auto chart", OURS, ours_auto, {"through": counts(32, 512)}, (), 8),
@@ -174,13 +174,51 @@ def chart():
         Method("SciPy LSODA on the closed form", "SciPy", lsoda, tolerances),
         Method("Pinocchio, semi-implicit Euler, Python", "Pinocchio",
                simulator(pinocchio_by("semi-implicit Euler")), counts(200, 6400), pin, 1),
-        Method("Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), counts(16, 128), pin, 8),
+        Method("Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), few, pin, 8),
         Method("Pinocchio, order 8, without the Python loop", "Pinocchio", simulator(pinocchio_by("dop8"), alone=True),
-               counts(16, 128), pin, 8),
+               few, pin, 8),
+        Method("Pinocchio, RK4, without the Python loop", "Pinocchio", simulator(pinocchio_by("rk4"), alone=True),
+               counts(25, 3200), pin, 4),
         Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
         Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
         Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
+        Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", simulator(partial(mujoco_tuned, held=True)),
+               trap, mj),
+        Method("MuJoCo tuned, but tied by a body of 1 mg", "MuJoCo", simulator(partial(mujoco_tuned, light=True)),
+               trap, mj),
+        Method("Drake as it comes, ball constraint", "Drake", simulator(drake_as_it_comes), counts(100, 3200),
+               drake, 1),
+        Method("Drake tuned, bushing, loop in C++", "Drake", simulator(drake_bushing), tuple(DRAKE_BUSHINGS), drake),
+        Method("Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), few, drake, 8),
+        Method("Drake's matrices, without the Python loop", "Drake", simulator(drake_by_hand, alone=True),
+               few, drake, 8),
+        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=as_read),
+               counts(50, 6400), exu, 2),
+        Method("Exudyn tuned, stiff springs, loop in C++", "Exudyn", simulator(exudyn_springs, read=read_springs),
+               tuple(EXUDYN_SPRINGS), exu),
     )  # fmt: skip
+
+
+def positioned():
+    """Methods of the turning cranks."""
+    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
+    return (
+        Method("fivebar.dgm, arrays", OURS, branches.arrays, degrees),
+        Method("fivebar.compile, VM", OURS, branches.in_casadi(False), degrees),
+        Method("fivebar.compile, compiled", OURS, branches.in_casadi(True), degrees, ("C compiler",)),
+        Method("pylinkage step", other, branches.pylinkage(False), degrees, (other,)),
+        Method("pylinkage step_fast, numba", other, branches.pylinkage(True), degrees, (other, "numba")),
+    )
+
+
+def on(problems, methods):
+    """The methods, tried on these problems only."""
+    return tuple(
+        m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs)) for m in methods
+    )
+
+
+def chart():
     rows = (
         dict(y="error", ylabel="largest error of an active joint after 2 s (rad)", ceiling=LOST),
         dict(y="gap", ylabel="gap of the loop (m)", ceiling=1e-2, floor=1e-18),
@@ -188,16 +226,22 @@ def chart():
     levels = {"error": (1e-3, 1e-5, 1e-7, 1e-9)}
     return Chart(
         name="simulators",
-        title="Two seconds of the five-bar in MuJoCo, Pinocchio, SciPy and fivebar",
-        reading="Each point is a number of steps or a tolerance. Of the peers, one way as their Python users run them, "
-        "one tuned: an integrator of high order, torques at every stage, constraint stiffness searched for each step; "
-        "and that without the Python loop or callback around it, as well as it can be timed from Python. The "
-        "constrained equations through fivebar's compiler tell what compiling gains from what the closed form gains.",
-        problems={name: motion.words for name, motion in DRIVEN.items()},
-        methods=methods,
+        title="The five-bar in MuJoCo, Pinocchio, Drake, Exudyn, SciPy and fivebar, its positions in pylinkage",
+        reading="Each point is a number of steps, a tolerance or a stiffness. Of the peers, one way as their Python "
+        "users run them, "
+        "one tuned: an integrator of high order, torques at every stage, and what ties the loop searched for "
+        "each point; and that without the Python loop or callback around it, as well as it can be timed from Python. "
+        "Drake's continuous plants know no constraints: a stiff bushing, or multipliers by hand on its matrices. "
+        "Exudyn's explicit integrators neither: stiff springs as distal bars. Traps, set on purpose: the torque held "
+        "over a step, and a tiny body in the loop, both for MuJoCo at the settings that are best without; Baumgarte "
+        "gains of 1/step are on the chart integrators; pylinkage takes the branch nearest to the last pose, at any "
+        "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
+        "the closed form gains.",
+        problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
+        methods=on(DRIVEN, simulated()) + on((POSITIONS,), positioned()),
         step=lambda count: DURATION / count,
         apart=(SAME,),
-        panels=tuple(
+        panels=(*(
             tuple(
                 Panel(
                     p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()), each=True,
@@ -206,5 +250,11 @@ def chart():
                 for p, motion in DRIVEN.items()
             )
             for row in rows
-        ),
+        ), (
+            Panel(POSITIONS, TURNING, ylabel="largest error of a position (m)", xlabel="time of a pose (s)",
+                  levels=(1e-9,), ceiling=1e-3, each=True),
+            Panel(POSITIONS, "branches, by the turn between poses", y="wrong",
+                  ylabel="share of wrong branches (none: 0.001)", x="knob",
+                  xlabel="turn of the cranks from pose to pose (°)", floor=1e-3),
+        )),
     )  # fmt: skip
