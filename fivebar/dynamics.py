@@ -60,9 +60,7 @@ def forward_dynamics(rates, tau):
     for k, z in enumerate(pose.robot.inertias):
         if z == 0:
             words = pose.robot.words
-            raise ValueError(
-                f"forward_dynamics needs {words.inertias[k]} > 0: its {words.effort} has nothing to accelerate"
-            )
+            raise ValueError(f"forward_dynamics needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     u1, u2 = pose._distal
     b1, b2 = pose._b
