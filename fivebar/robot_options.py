@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 from .errors import UsageError
 from .robots import KINDS, ROBOTS, robot_of
 
+DEFAULT = "amoro"
 PARAMETERS = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)))
 
 
@@ -13,10 +14,15 @@ def add_robot_options(parser):
         "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
     )
     group.add_argument(
-        "--robot", default="amoro", metavar="NAME|FILE.toml", help=f"one of {', '.join(ROBOTS)}, or a TOML file"
+        "--robot", default=DEFAULT, metavar="NAME|FILE.toml", help=f"one of {', '.join(ROBOTS)}, or a TOML file"
     )
     for name in PARAMETERS:
         group.add_argument(f"--{name}", type=float)
+
+
+def robot_is_chosen(arguments):
+    """Whether any of the options was used."""
+    return arguments.robot != DEFAULT or any(getattr(arguments, name) is not None for name in PARAMETERS)
 
 
 def chosen_robot(arguments):

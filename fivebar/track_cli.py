@@ -9,7 +9,7 @@ import numpy as np
 from .comparison import compare, peak_name
 from .control import PD, ComputedTorque
 from .errors import UsageError
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 from .robots import FiveBar
 from .simulation import simulate
 from .trajectory import from_csv, line
@@ -116,8 +116,10 @@ def _compare(arguments):
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
-    if arguments.csv or arguments.start or arguments.goal:
+    if arguments.csv or arguments.start or arguments.goal or arguments.duration:
         raise UsageError("--case brings its own path")
+    if robot_is_chosen(arguments):
+        raise UsageError("--case brings its own robot")
     runs = run_case(arguments.case)
     comparison, files = compare(runs), []
     if arguments.out:

@@ -75,6 +75,8 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         ([*LINE, "--controller", "mpc", "--kp", "9"], 2, "mpc has none"),
         (["track", "--case", "storm"], 2, "no case 'storm'; the known ones are task-1, torque-limit"),
         ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
+        (["track", "--case", "task-1", "--robot", "biglide"], 2, "--case brings its own robot"),
+        (["track", "--case", "task-1", "--l11", "0.1"], 2, "--case brings its own robot"),
     ],
 )
 def test_failures_are_one_line(argv, code, message, capsys):
