@@ -92,7 +92,7 @@ def test_singular_models_speak_of_this_robot():
         fb.dkm(parallel, (0.1, 0.2))
     across = fb.forward_dynamics(fb.ikm(parallel, (0.2, 0.1)), (1.0, -2.0))
     assert np.isfinite(across.xi_ddot).all() and np.isfinite(across.q_ddot).all()
-    with pytest.raises(ValueError, match="needs mf2 > 0: its force has nothing"):
+    with pytest.raises(ValueError, match="needs mf2 > 0, as it divides the force by it"):
         fb.forward_dynamics(fb.dkm(fb.dgm(fb.Biglide(mf2=0), (0, 0)), (0, 0)), (0, 0))
     both = fb.Biglide(l1=0.3, l2=0.3, d=0.6)
     with pytest.raises(fb.SingularityError, match="carry no force"):
