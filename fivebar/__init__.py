@@ -6,42 +6,42 @@ and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh where t
 
 from importlib import import_module
 
-from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
 from .errors import SingularityError, UnreachableError
-from .geometry import Pose, dgm, igm
-from .kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
-from .robots import ROBOTS, Biglide, FiveBar
-from .singularity import Singularity, singularity, singularity_margins
+from .models.dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
+from .models.geometry import Pose, dgm, igm
+from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
+from .models.robots import ROBOTS, Biglide, FiveBar
+from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
-    "PD": "control",
-    "ComputedTorque": "control",
-    "FeedForward": "control",
-    "Plan": "plans",
-    "PlanError": "plans",
-    "Run": "run",
-    "Tracker": "tracker",
-    "Trajectory": "trajectory",
-    "aspect": "singularity_free",
-    "aspects": "singularity_free",
-    "check_path": "path_check",
-    "circle": "trajectory",
-    "compare": "comparison",
-    "compile": "engine",
-    "crossing_polynomial": "planner",
-    "from_csv": "trajectory",
-    "largest_disc": "inscribed",
-    "largest_rectangle": "rectangles",
-    "line": "trajectory",
-    "locus_distance": "nearest_locus",
-    "page": "pages",
-    "plan": "planner",
-    "polynomial": "trajectory",
-    "simulate": "simulation",
-    "simulate_many": "closed_loop",
-    "singularity_loci": "loci",
-    "singularity_map": "maps",
+    "PD": "control.laws",
+    "ComputedTorque": "control.laws",
+    "FeedForward": "control.laws",
+    "Plan": "planning.plans",
+    "PlanError": "planning.plans",
+    "Run": "simulation.run",
+    "Tracker": "control.tracker",
+    "Trajectory": "planning.trajectory",
+    "aspect": "singularities.aspects",
+    "aspects": "singularities.aspects",
+    "check_path": "singularities.path",
+    "circle": "planning.trajectory",
+    "compare": "simulation.comparison",
+    "compile": "models.compiled",
+    "crossing_polynomial": "planning.plan",
+    "from_csv": "planning.trajectory",
+    "largest_disc": "singularities.disc",
+    "largest_rectangle": "singularities.rectangle",
+    "line": "planning.trajectory",
+    "locus_distance": "singularities.distance",
+    "page": "pictures.pages",
+    "plan": "planning.plan",
+    "polynomial": "planning.trajectory",
+    "simulate": "simulation.simulate",
+    "simulate_many": "simulation.many",
+    "singularity_loci": "singularities.loci",
+    "singularity_map": "singularities.maps",
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fivebar as fb
-from fivebar.plot.linkages import COLOURS, INK
+from fivebar.pictures.plot.linkages import COLOURS, INK
 
 LEFT, RIGHT, GREEN, PINK = COLOURS[:4]
 HOME, GOAL = (0.09, 0.06796322535018479), (0.05, 0.0)

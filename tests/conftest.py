@@ -3,15 +3,14 @@
 import json
 import os
 import shutil
-from pathlib import Path
 
 import hypothesis
 import numpy as np
 import pytest
 
 import fivebar as fb
+from tests.helpers import DATA
 
-DATA = Path(__file__).parent / "data"
 hypothesis.settings.register_profile("fivebar", deadline=None, max_examples=60, derandomize=True)
 hypothesis.settings.load_profile("fivebar")
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-from ..dynamics import dynamic_model
-from ..geometry import dgm, four_joint_pose, igm
-from ..kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
+from ..models.dynamics import dynamic_model
+from ..models.geometry import dgm, four_joint_pose, igm
+from ..models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,12 @@
 
 from .exercise import Exercise, Misconception
 from .judge import Verdict, judge
-from .live import from_functions
-from .places import bwrap_trouble, bwrap_works
-from .replies import Reply
-from .sandbox import IsolationError
-from .student import Student
-from .submission import Submission, SubmissionError, read_submission
+from .worker.live import from_functions
+from .worker.places import bwrap_trouble, bwrap_works
+from .worker.replies import Reply
+from .worker.sandbox import IsolationError
+from .worker.student import Student
+from .worker.submission import Submission, SubmissionError, read_submission
 
 __all__ = [
     "Exercise",

@@ -6,8 +6,8 @@ import numpy as np
 
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .replies import Reply
 from .variants import parameters
+from .worker.replies import Reply
 
 LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
 

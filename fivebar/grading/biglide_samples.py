@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..geometry import igm
-from ..robots import Biglide
+from ..models.geometry import igm
+from ..models.robots import Biglide
 
 MODES = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
 HEIGHT = 0.5  # of the end-effector over the feet's zero, at most, m

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..amoro.models import FourJointRates
-from ..geometry import four_joint_pose
+from ..models.geometry import four_joint_pose
 from .exercise import Misconception
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn by +90 degrees

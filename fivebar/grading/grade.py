@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from .labs import find_lab
-from .replies import Reply
 from .results import Report
-from .submission import MOST_NOTEBOOK, SubmissionError, read_submission
 from .variants import PUBLIC_SEED, constants_in, is_number, parameters, robot_from
+from .worker.replies import Reply
+from .worker.submission import MOST_NOTEBOOK, SubmissionError, read_submission
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
@@ -118,7 +118,7 @@ class Task:
 
     def open(self):
         """The Program in a process of its own, or NoProgram where it cannot be read."""
-        from .student import Student
+        from .worker.student import Student
 
         if self.trouble:
             return Program(NoProgram(self.trouble), self.robot)
@@ -159,7 +159,7 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
         return grade(lab, Task(Path(submission), seed=seed), home=True)
-    from .live import from_functions
+    from .worker.live import from_functions
 
     before, scope = time.perf_counter(), {}
     for function in functions.values():

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .exercise import Misconception
-from .replies import KINDS
 from .values import Unfit, read
+from .worker.replies import KINDS
 
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a refusal.

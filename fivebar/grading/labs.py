@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import UsageError
-from ..robots import FiveBar
+from ..models.robots import FiveBar
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself

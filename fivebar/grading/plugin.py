@@ -14,7 +14,7 @@ import pytest
 
 from .ask import Ask, Wrong
 from .labs import Lab
-from .report import check_lines, number
+from .report.text import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED
 
@@ -39,8 +39,8 @@ def pytest_configure(config):
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
     from .grade import Task
-    from .sandbox import IsolationError
     from .variants import robot_for
+    from .worker.sandbox import IsolationError
 
     option = config.option
     if not option.submission:

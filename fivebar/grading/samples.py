@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..geometry import igm
-from ..robots import FiveBar
+from ..models.geometry import igm
+from ..models.robots import FiveBar
 
 
 def unequal_robot(draw):

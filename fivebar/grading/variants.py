@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..errors import UsageError
-from ..robots import Biglide, FiveBar
+from ..models.robots import Biglide, FiveBar
 
 PUBLIC_SEED = "public"
 MOST_READ, LONGEST_LINE = 200_000, 2_000  # Python's parser takes minutes for long lines, and has no limit here

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from .._backend import EPS, atan2, cos, first_index, is_symbolic, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
-from ..dyads import RRP, RRR, SINGULAR, cross, dot
 from ..errors import SingularityError
+from ..models.dyads import RRP, RRR, SINGULAR, cross, dot
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..dyads import dot
+from ..models.dyads import dot
 from .motion import one_drive, stretch
 
 

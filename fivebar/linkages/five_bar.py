@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from .._backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, sqrt_or_nan, unpack
-from ..dyads import RRR, cross, dot
-from ..geometry import dgm
-from ..robots import FiveBar
+from ..models.dyads import RRR, cross, dot
+from ..models.geometry import dgm
+from ..models.robots import FiveBar
 from .chain import Closure, Fixed, Reach, Still, Turned, minus
 from .motion import Chain, Link, Motion
 

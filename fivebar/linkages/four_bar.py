@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from .._backend import EPS
-from ..robots import must_close
+from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
 from .checks import finite, positive
 from .limits import TURN, four_bar_limits

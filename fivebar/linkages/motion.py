@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._backend import atan2, is_symbolic, pack, sqrt
-from ..dyads import cross, dot
+from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
 
 BLOCK = 8192  # poses

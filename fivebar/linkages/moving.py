@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from .._backend import first_index, is_symbolic, sqrt
-from ..dyads import dot
 from ..errors import UnreachableError
+from ..models.dyads import dot
 from .chain import Slot
 from .checks import check_branch, numbers
 from .limits import crank_range

@@ -9,7 +9,7 @@ branch, on which theta5 = -arccos(...); eq. 20 is alpha3; eq. 21 has two wrong s
 import math
 from dataclasses import dataclass
 
-from ..robots import must_close
+from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import finite, positive
 from .limits import four_bar_limits

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from ..errors import SingularityError
-from ..robots import FiveBar
+from ..models.robots import FiveBar
 from .checks import check_branch
 from .drives import law, smooth_branch, two_motors
 from .five_bar import FiveBarLinkage
@@ -52,7 +52,7 @@ class Study:
 
         panels: lists of quantity names, one list for each panel; None: ways or angles, rates, accelerations, torque.
         """
-        from ..plot.linkages import study_figure
+        from ..pictures.plot.linkages import study_figure
 
         figure = study_figure(self, panels)
         if path is not None:
@@ -64,13 +64,13 @@ class Study:
 
         show: "trace", "velocity", "acceleration", "torques" of the traced point and the driven joint; None: its path.
         """
-        from ..view import scene
+        from ..pictures.view import scene
 
         scene(self.linkage, self, show, title=title).save(path)
 
     def page(self, path, show=None, title=None):
         """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
-        from ..pages import page
+        from ..pictures.pages import page
 
         page(self, path, show, title)
 

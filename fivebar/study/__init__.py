@@ -1,17 +1,4 @@
-"""Methods that lose or fail, small and as their users write them, each with the numbers that show it.
+"""Methods held against each other: where they lose or fail (`pitfalls`), and speed against accuracy (`speed_accuracy`).
 
-    newton_dgm        direct geometric model by Newton on the loop closure
-    half_angle        the tangent half-angle formula
-    stretched         sqrt(l^2 - a^2) where the bars are stretched
-    differentiation   rates by differences of positions
-    joint_space       forward dynamics in joint coordinates, across Type 2
-    energy_drift      integrators on a conservative motion
-    redundant         redundant coordinates with constraints, with and without stabilisation
-    crossing          computed torque through a Type-2 singularity
-    sampled           sampled computed torque at its limit of stability
-    integrators       the fixed-step and SciPy integrators that the above share
-    pictures          figures of their results
-    work_precision    charts of speed against accuracy, these methods among them: `fivebar chart`
-
-Nothing here is loaded by `import fivebar`, and nothing of the package outside `study` depends on it.
+Nothing here is loaded by `import fivebar`, and nothing of the package outside `study` and the command line needs it.
 """

@@ -5,9 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from fivebar.dyads import RRR
-from fivebar.geometry import reach
 from fivebar.grading import Exercise, Misconception
+from fivebar.models.dyads import RRR
+from fivebar.models.geometry import reach
 
 
 def elbows(robot, q11, q21):

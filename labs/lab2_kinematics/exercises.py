@@ -4,7 +4,7 @@ import numpy as np
 
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import QUARTER, inverse, passive_as_absolute, pose, times
-from fivebar.kinematics import Rates
+from fivebar.models.kinematics import Rates
 
 
 def A(robot, *q):

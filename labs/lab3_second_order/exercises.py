@@ -6,7 +6,7 @@ import numpy as np
 
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import inverse, motion, passive_as_absolute, times
-from fivebar.kinematics import Accelerations
+from fivebar.models.kinematics import Accelerations
 
 
 def parts(robot, *row):

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 import fivebar as fb
-from fivebar.dyads import RRR
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import passive_as_absolute, pose
+from fivebar.models.dyads import RRR
 
 IN_LINE = 1e-6  # what the statement calls singular
 

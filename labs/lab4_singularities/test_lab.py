@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.dyads import RRR
-from fivebar.geometry import reach
 from fivebar.grading.four_joints import batch, joints, pose
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses, straight_paths, unequal_robot
+from fivebar.models.dyads import RRR
+from fivebar.models.geometry import reach
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1, -6, 12)
 

@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 
 import fivebar as fb
-from fivebar.dyads import RRR
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import inverse, motion, pose, times
-from fivebar.kinematics import Accelerations, Rates
+from fivebar.models.dyads import RRR
+from fivebar.models.kinematics import Accelerations, Rates
 
 ROBOT = fb.Biglide()  # the handout's
 

@@ -7,10 +7,10 @@ import casadi
 import numpy as np
 
 import fivebar as fb
-from fivebar.charts import CHARTS
-from fivebar.engine import Buffered, compiled
-from fivebar.machine_code import library
-from fivebar.steps import propagate
+from fivebar.models.charts import CHARTS
+from fivebar.models.compiled import Buffered, compiled
+from fivebar.models.machine_code import library
+from fivebar.simulation.steps import propagate
 from tests.benchmarks.speed import seconds
 
 RIGHT_SIDE = """

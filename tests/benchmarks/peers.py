@@ -1,16 +1,16 @@
 """Settings with which other simulators come closest to the motions: `python -m tests.benchmarks.peers`.
 
-What it prints is shipped as MUJOCO_STIFFNESS, DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.work_precision.
+What it prints is shipped as MUJOCO_STIFFNESS, DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.speed_accuracy.
 """
 
 import numpy as np
 
 from fivebar._backend import wrap
-from fivebar.study.work_precision.motions import DRIVEN
-from fivebar.study.work_precision.peers import MUJOCO_STIFFNESS, mujoco_run, read
-from fivebar.study.work_precision.peers_drake import drake_bushing
-from fivebar.study.work_precision.peers_exudyn import exudyn_springs
-from fivebar.study.work_precision.simulators import FAR
+from fivebar.study.speed_accuracy.charts.motions import DRIVEN
+from fivebar.study.speed_accuracy.charts.simulators import FAR
+from fivebar.study.speed_accuracy.rivals.drake import drake_bushing
+from fivebar.study.speed_accuracy.rivals.exudyn import exudyn_springs
+from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, read
 
 RATIOS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.4  # of damping
 STEPS = (

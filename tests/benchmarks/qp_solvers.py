@@ -11,10 +11,10 @@ import casadi as ca
 import numpy as np
 
 import fivebar as fb
-from fivebar.cases import HOME, TASK_2, case
-from fivebar.study.work_precision.trackers import SOLVERS
-from fivebar.tracker import Tracker
-from fivebar.tracker_qp import TOLERANCE, optimality
+from fivebar.control.qp import TOLERANCE, optimality
+from fivebar.control.tracker import Tracker
+from fivebar.simulation.cases import HOME, TASK_2, case
+from fivebar.study.speed_accuracy.charts.trackers import SOLVERS
 
 CONDENSED = "daqp", "qrqp", "qpoases", "osqp", "proxqp", "piqp", "ipqp", "highs"
 SPARSE = "hpipm", "qrqp", "osqp", "piqp", "daqp"  # HPIPM has no dense form in CasADi

@@ -11,8 +11,8 @@ import time
 import numpy as np
 
 import fivebar as fb
-from fivebar.machine_code import library
-from fivebar.study.work_precision.dgm_routes import C_LOOP
+from fivebar.models.machine_code import library
+from fivebar.study.speed_accuracy.charts.dgm_routes import C_LOOP
 
 
 def seconds(call, repeats):

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._backend import wrap
-from ...dynamics import forward_dynamics
-from ...engine import Buffered
-from ...steps import Q_DOT, XI, XI_DOT, Q
+from ...models.compiled import Buffered
+from ...models.dynamics import forward_dynamics
+from ...simulation.steps import Q_DOT, XI, XI_DOT, Q
 
 # Columns of what is computed beside an observation.
 PASSIVE, PASSIVE_DOT, Q_DDOT, PASSIVE_DDOT, XI_DDOT = (slice(2 * k, 2 * k + 2) for k in range(5))

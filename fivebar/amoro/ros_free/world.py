@@ -6,12 +6,12 @@ import threading
 
 import numpy as np
 
-from ...charts import CHARTS
-from ...geometry import dgm
-from ...kinematics import dkm
-from ...plant import Plant, refuse_jumps
-from ...robots import Biglide, FiveBar
-from ...simulation import assemble
+from ...models.charts import CHARTS
+from ...models.geometry import dgm
+from ...models.kinematics import dkm
+from ...models.robots import Biglide, FiveBar
+from ...simulation.plant import Plant, refuse_jumps
+from ...simulation.simulate import assemble
 from .clock import STEP, real_monotonic
 from .states import lab_state
 

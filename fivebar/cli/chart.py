@@ -1,0 +1,28 @@
+"""`fivebar chart`: speed against accuracy, measured here and drawn."""
+
+import sys
+from pathlib import Path
+
+
+def add_parsers(commands):
+    """Add `chart` to the program's commands."""
+    parser = commands.add_parser("chart", help="speed against accuracy: measure methods, and draw their charts")
+    parser.add_argument("name", metavar="NAME", help="a chart, or all; an unknown name lists them")
+    parser.add_argument("--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)")
+    parser.add_argument("--quick", action="store_true", help="every other point, and less time for each")
+    parser.add_argument("--peers", action="store_true", help="with all: other simulators too (extra: peers)")
+    parser.set_defaults(run=_chart)
+
+
+def _chart(arguments):
+    from ..study.speed_accuracy import chart_names, make
+
+    names = chart_names(arguments.peers) if arguments.name == "all" else (arguments.name,)
+    try:
+        made = make(names, arguments.out, arguments.quick)
+    except KeyboardInterrupt:
+        print(f"fivebar: what was measured is kept in {arguments.out}; the same command goes on there", file=sys.stderr)
+        raise
+    for name in made:
+        print(*(arguments.out / f"{name}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
+    print(arguments.out / "index.html")

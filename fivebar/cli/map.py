@@ -1,0 +1,111 @@
+"""`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path crosses."""
+
+import json
+import sys
+from pathlib import Path
+
+from ..errors import UsageError
+from ..planning.trajectory import from_csv
+from ..singularities.aspects import aspects
+from ..singularities.maps import FIELDS, singularity_map
+from ..singularities.path import check_path
+from .robot_options import add_robot_options, chosen_robot
+
+
+def add_parsers(commands):
+    """Add `map` to the program's commands."""
+    parser = commands.add_parser("map", help="singularity map: exact loci, a margin's field, aspects")
+    parser.add_argument("--space", choices=("task", "joint"), default="task", help="(default: %(default)s)")
+    parser.add_argument(
+        "--field", choices=FIELDS, default="parallel", metavar="MARGIN", help=f"one of {', '.join(FIELDS)}"
+    )
+    parser.add_argument(
+        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or in joint space rad (biglide: m)"
+    )
+    parser.add_argument(
+        "--nodes", type=int, default=401, metavar="N", help="of the grid, a side (default: %(default)s)"
+    )
+    parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
+    parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
+    parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
+    parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
+    parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
+    add_robot_options(parser)
+    parser.set_defaults(run=_map)
+
+
+def _map(arguments):
+    robot = chosen_robot(arguments)
+    if arguments.data and arguments.data.suffix not in (".csv", ".npz"):
+        raise UsageError(f"--data must end in .csv or .npz, not {arguments.data.name!r}")
+    if arguments.out.suffix not in (".png", ".svg", ".pdf"):
+        raise UsageError(f"--out must end in .png, .svg or .pdf, not {arguments.out.name!r}")
+    if arguments.path and arguments.space == "joint":
+        raise UsageError("--path is drawn in task space only")
+    try:
+        path = from_csv(arguments.path) if arguments.path else None
+        shape = (arguments.nodes, arguments.nodes)
+        data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
+    except (ValueError, OSError) as error:
+        raise UsageError(error) from None
+    found = aspects(robot) if robot.turns else None
+    checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
+    _draw(data, path, arguments.out)
+    if arguments.data:
+        (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
+    if arguments.page:
+        data.page(arguments.page)
+    if arguments.json:
+        print(json.dumps(_as_json(found, checks), indent=2))
+        return
+    if found is None:
+        print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
+    else:
+        print("aspect  working  assembly    area (mm²)")
+    for part in found or ():
+        print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
+    for mode, check in checks:
+        print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
+    print(*filter(None, (arguments.out, arguments.data, arguments.page)), sep="\n")
+
+
+def _draw(data, path, out):
+    import numpy as np
+
+    from ..pictures.plot.maps import singularity_map as picture
+
+    points = path(np.linspace(path.start, path.start + path.duration, 1001))[0] if path else None
+    picture(data, points).savefig(out, dpi=150)
+
+
+def _verdict(check):
+    if not check.reachable and check.leaves == check.time:
+        return f"leaves the workspace at t = {check.leaves:.12g} s"
+    if check.singularity_free:
+        return f"free of singularities, smallest sine {check.min_margin:.3g} at t = {check.min_margin_time:.6g} s"
+    how = "touches" if check.touching else "crosses"
+    text = f"{how} Type {int(check.type)} at t = {check.time:.12g} s"
+    if check.criterion is not None:
+        holds = "the criterion holds" if check.criterion_holds else "off the criterion: the torque diverges"
+        text += f", t_s . m xi'' = {check.criterion:.6g} N, {holds}"
+    return text
+
+
+def _as_json(found, checks):
+    parts = [
+        dict(number=a.number, working=a.working, assembly=a.assembly, area_m2=a.area, point_m=a.point.tolist())
+        for a in found or ()
+    ]
+    paths = [
+        dict(
+            working=mode, reachable=check.reachable, singularity_free=check.singularity_free, leaves_s=check.leaves,
+            time_s=check.time, type=int(check.type), touching=check.touching, criterion_N=check.criterion,
+            criterion_holds=check.criterion_holds, min_margin=check.min_margin,
+        )
+        for mode, check in checks
+    ]  # fmt: skip
+    return {"aspects": None if found is None else parts, "path": paths}
+
+
+def _signs(modes):
+    return "".join("+" if mode > 0 else "-" for mode in modes)

@@ -1,0 +1,57 @@
+"""The robot on the command line: a named set, a TOML file, single values."""
+
+from dataclasses import fields, replace
+
+from ..errors import UsageError
+from ..models.robots import KINDS, ROBOTS, robot_of
+
+DEFAULT = "amoro"
+PARAMETERS = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)))
+
+
+def add_robot_options(parser):
+    group = parser.add_argument_group(
+        "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
+    )
+    group.add_argument(
+        "--robot", default=DEFAULT, metavar="NAME|FILE.toml", help=f"one of {', '.join(ROBOTS)}, or a TOML file"
+    )
+    for name in PARAMETERS:
+        group.add_argument(f"--{name}", type=float)
+
+
+def robot_is_chosen(arguments):
+    """Whether any of the options was used."""
+    return arguments.robot != DEFAULT or any(getattr(arguments, name) is not None for name in PARAMETERS)
+
+
+def chosen_robot(arguments):
+    given = {name: getattr(arguments, name) for name in PARAMETERS if getattr(arguments, name) is not None}
+    try:
+        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else _robot_from_toml(arguments.robot)
+        own = [f.name for f in fields(robot)]
+        if foreign := [f"--{name}" for name in given if name not in own]:
+            raise UsageError(
+                f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with {', '.join(own)}"
+            )
+        return replace(robot, **given)
+    except ValueError as error:
+        raise UsageError(error) from None
+
+
+def _robot_from_toml(path):
+    import tomllib
+
+    if not path.endswith(".toml"):
+        raise UsageError(
+            f"no robot {path!r}: the known ones are {', '.join(ROBOTS)}; or name a file that ends in .toml"
+        )
+    try:
+        with open(path, "rb") as file:
+            table = tomllib.load(file)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{path}: {error}") from None
+    try:
+        return robot_of(table)
+    except ValueError as error:
+        raise UsageError(f"{path}: {error}") from None

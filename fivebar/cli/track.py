@@ -1,0 +1,209 @@
+"""`fivebar demo` and `fivebar track`: a path tracked, its table, its files."""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from ..control.laws import PD, ComputedTorque
+from ..errors import UsageError
+from ..models.robots import FiveBar
+from ..planning.trajectory import from_csv, line
+from ..simulation.comparison import compare, peak_name
+from ..simulation.simulate import simulate
+from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
+
+TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
+KP, KD = 100.0, 20.0
+GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
+BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
+
+
+def add_parsers(commands):
+    """Add `demo` and `track` to the program's commands."""
+    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
+    demo.add_argument(
+        "--out",
+        type=Path,
+        default=Path("fivebar-demo"),
+        metavar="DIR",
+        help="folder for the files (default: %(default)s)",
+    )
+    demo.set_defaults(run=_demo)
+
+    track = commands.add_parser("track", help="track a path; or compare controllers on one of the shipped cases")
+    path = track.add_argument_group("path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s")
+    path.add_argument("csv", nargs="?", metavar="PATH.csv")
+    path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
+    path.add_argument("--to", dest="goal", nargs=2, type=float, metavar=("X", "Y"))
+    path.add_argument("--duration", type=float, metavar="S")
+    path.add_argument(
+        "--case", help="compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing"
+    )
+    track.add_argument(
+        "--controller",
+        choices=GAINS,
+        default="ctc",
+        help="computed torque, PD, or model-predictive (default: %(default)s)",
+    )
+    track.add_argument(
+        "--kp", type=float, help="of ctc in 1/s^2 (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)"
+    )
+    track.add_argument(
+        "--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)"
+    )
+    track.add_argument(
+        "--period", type=float, default=0.01, metavar="S", help="of the controller (default: %(default)g)"
+    )
+    track.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)")
+    track.add_argument("--out", type=Path, metavar="DIR", help="write run.csv, tracking.png and animation.html there")
+    track.add_argument("--page", type=Path, metavar="OUT.html", help="robot and plots on one page, linked by the time")
+    track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
+    add_robot_options(track)
+    track.set_defaults(run=_track)
+
+
+def _demo(arguments):
+    robot = FiveBar()
+    figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
+    print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
+    _print_table(robot, figures)
+    for path in (*_write(run, arguments.out), _write_page(run, arguments.out / "page.html")):
+        print(path)
+
+
+def _track(arguments):
+    if arguments.case is not None:
+        return _compare(arguments)
+    robot, reference = chosen_robot(arguments), _reference(arguments)
+    for name in ("period", "torque_limit"):
+        value = getattr(arguments, name)
+        if value is not None and not 0 < value < float("inf"):
+            raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
+    try:
+        controller = _controller(arguments, robot)
+    except ValueError as error:
+        raise UsageError(error) from None
+    figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit)
+    files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
+    if arguments.page:
+        files.append(str(_write_page(run, arguments.page)))
+    if arguments.json:
+        print(json.dumps({**figures, "files": files}, indent=2))
+    else:
+        _print_table(robot, figures)
+        print(*files, sep="\n", end="\n" if files else "")
+
+
+def _controller(arguments, robot):
+    given = arguments.kp, arguments.kd
+    if arguments.controller == "mpc":
+        if given != (None, None):
+            raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
+        from ..control.tracker import Tracker
+
+        return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit)
+    kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
+    default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
+    gains = (usual if gain is None else gain for gain, usual in zip(given, default))
+    return kind(robot, *gains)
+
+
+def _compare(arguments):
+    """Computed torque at two gains and the tracker on one case: table, picture, and the runs."""
+    from ..simulation.cases import CASES, case, run_case
+
+    if arguments.case not in CASES:
+        raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
+    if arguments.csv or arguments.start or arguments.goal or arguments.duration:
+        raise UsageError("--case brings its own path")
+    if robot_is_chosen(arguments):
+        raise UsageError("--case brings its own robot")
+    runs = run_case(arguments.case)
+    comparison, files = compare(runs), []
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        files = [arguments.out / "comparison.png", *(arguments.out / f"{name}.csv" for name in runs)]
+        comparison.plot(files[0])
+        for file, run in zip(files[1:], runs.values()):
+            run.to_csv(file)
+    if arguments.page:
+        files.append(_write_page(runs, arguments.page))
+    if arguments.json:
+        figures = {name: {k: None if v != v else v for k, v in row.items()} for name, row in comparison.figures.items()}
+        print(json.dumps({"case": arguments.case, "controllers": figures, "files": list(map(str, files))}, indent=2))
+        return
+    print(case(arguments.case).title)
+    print(comparison)
+    print(*files, sep="\n", end="\n" if files else "")
+
+
+def _reference(arguments):
+    ends = {"--from": arguments.start, "--to": arguments.goal, "--duration": arguments.duration}
+    given = [name for name, value in ends.items() if value is not None]
+    if (arguments.csv is None) != (len(given) == 3) or (arguments.csv and given):
+        raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
+    try:
+        return from_csv(arguments.csv) if arguments.csv else line(arguments.start, arguments.goal, arguments.duration)
+    except (ValueError, OSError) as error:
+        raise UsageError(error) from None
+
+
+def _tracked(robot, reference, controller, period, torque_limit):
+    """Simulate; gives the figures for the table, and the Run."""
+    import casadi  # noqa: F401  its import is not the simulation's time
+
+    step = period / max(1, round(period / 1e-3))
+    before = time.perf_counter()
+    run = simulate(robot, controller, reference, control_period=period, step=step, torque_limit=torque_limit)
+    elapsed = time.perf_counter() - before
+    size = np.linalg.norm(run.error, axis=1)
+    figures = {
+        "duration_s": float(run.t[-1]),
+        "max_error_m": float(size.max()),
+        "rms_error_m": float(np.sqrt(np.mean(size**2))),
+        "final_error_m": float(size[-1]),
+        f"max_joint_error_{robot.words.unit}": np.nanmax(np.abs(run.q_error), axis=0).tolist(),
+        peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
+        "singularity_crossings": [[event.t, int(event.type)] for event in run.events],
+        "real_time_factor": float(run.t[-1] / elapsed),
+    }
+    if torque_limit is not None:
+        figures["saturated_fraction"] = float(np.mean(run.saturated[:-1].any(axis=1)))
+    return figures, run
+
+
+def _print_table(robot, figures):
+    words = robot.words
+    left, right = figures[peak_name(robot)]
+    error_left, error_right = figures[f"max_joint_error_{words.unit}"]
+    rows = [
+        ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
+        ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
+        ("error at the end", f"{1e6 * figures['final_error_m']:.2f} µm"),
+        ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} m{words.unit}"),
+        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
+        ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),
+    ]
+    if "saturated_fraction" in figures:
+        rows.insert(5, ("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
+    rows += [("crossing", f"Type {kind} at {t:.6f} s") for t, kind in figures["singularity_crossings"]]
+    for name, value in rows:
+        print(f"  {name:<20} {value}")
+
+
+def _write(run, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = folder / "run.csv", folder / "tracking.png", folder / "animation.html"
+    run.to_csv(paths[0])
+    run.plot(paths[1])
+    run.animate(paths[2])
+    return paths
+
+
+def _write_page(subject, path):
+    from ..pictures.pages import page
+
+    page(subject, path)
+    return path

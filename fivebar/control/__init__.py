@@ -1,0 +1,1 @@
+"""Controllers: callables (t, q, q_dot, reference) -> tau."""

@@ -1,0 +1,85 @@
+"""Sampled controllers: callables (t, q, q_dot, reference) -> tau (2,) in N m (N where the joints slide)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..models.dynamics import dynamic_model
+from ..models.geometry import dgm, igm
+from ..models.kinematics import Accelerations, dkm, ikm, ikm2
+
+
+@dataclass(frozen=True, eq=False)
+class _JointController:
+    """Gains and modes of a controller on the active joints.
+
+    kp, kd: one number or one per joint, >= 0. working: the legs in which the reference is reached.
+    """
+
+    robot: object
+    kp: object
+    kd: object
+    working: tuple = (-1, -1)
+
+    def __post_init__(self):
+        for name in ("kp", "kd"):
+            gain = np.asarray(getattr(self, name), dtype=float)
+            if gain.shape not in ((), (2,)) or not np.isfinite(gain).all() or (gain < 0).any():
+                raise ValueError(
+                    f"{name} must be one number or one per joint, finite and >= 0, not {getattr(self, name)!r}"
+                )
+            object.__setattr__(self, name, gain)
+
+    def target(self, t, reference) -> Accelerations:
+        """The reference in joint coordinates, at one time or many."""
+        if reference is None:
+            raise ValueError(f"{type(self).__name__} needs a reference to track")
+        xi, xi_dot, xi_ddot = reference(t)
+        return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
+
+    def __call__(self, t, q, q_dot, reference):
+        target = self.target(t, reference)
+        return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
+
+
+@dataclass(frozen=True, eq=False)
+class PD(_JointController):
+    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad (N/m, N s/m)."""
+
+    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+        """The torques, of numbers or of CasADi symbols."""
+        return self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+
+
+@dataclass(frozen=True, eq=False)
+class ComputedTorque(_JointController):
+    """tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s; M, c at the measured state.
+
+    assembly: the assembly mode that the measured joint angles are read in.
+    """
+
+    assembly: int = -1
+
+    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+        """The torques, of numbers or of CasADi symbols."""
+        M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
+        return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + self.robot.differ(q_ref - q) * self.kp) + c
+
+
+@dataclass(frozen=True, eq=False)
+class FeedForward(_JointController):
+    """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
+
+    It inverts no model, so that it holds a plan that crosses Type 2. ahead: s, half the control period, by which the
+    held torque is read in advance.
+    """
+
+    ahead: float = 0.005
+
+    def __call__(self, t, q, q_dot, reference):
+        if reference is None or not hasattr(reference, "tau"):
+            raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
+        xi, xi_dot, _ = reference(t)
+        target = ikm(igm(self.robot, xi, self.working), xi_dot)
+        push = reference.tau(min(t + self.ahead, reference.start + reference.duration))
+        return push + self.robot.differ(target.pose.q - q) * self.kp + (target.q_dot - q_dot) * self.kd

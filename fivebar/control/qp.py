@@ -1,0 +1,154 @@
+"""The tracker's problem in one sample: residuals on the horizon condensed to a QP, its solution and their check."""
+
+from enum import IntEnum
+
+import numpy as np
+
+SOLVER = "daqp"  # by measurement: tests/benchmarks/qp_solvers.py
+FAR, LONGEST = 1.0, 0.14  # s: to be seen ahead, and the longest stage that the midpoint rule predicts well
+TOLERANCE = 1e-6  # of a solution's optimality, in units of the QP's unknowns and multipliers
+
+
+class Status(IntEnum):
+    """How a step's torque came about; with all but SOLVED the fallback was applied."""
+
+    SOLVED = 0
+    QP_FAILED = 1  # the solver says so
+    CHECK_FAILED = 2  # it says it succeeded, and the optimality conditions say it did not
+    NOT_FINITE = 3  # the estimate or the prediction is not finite
+
+
+def stage_lengths(horizon, period, seconds=None):
+    """`horizon` stages, the first of a period, growing by a constant factor to `seconds` in all: coarse far ahead.
+
+    Without `seconds`: 1 s, or what stages of at most 0.14 s give.
+    """
+    if seconds is None:
+        growth = max(1.0, LONGEST / period) ** (1 / (horizon - 1))
+        seconds = max(horizon * period, min(FAR, period * sum(growth**k for k in range(horizon))))
+    low, high = 1.0, max(1.0, seconds / period) ** (1 / (horizon - 1))  # there, the last one has it all
+    for _ in range(60):
+        ratio = (low + high) / 2
+        low, high = (ratio, high) if period * sum(ratio**k for k in range(horizon)) < seconds else (low, ratio)
+    return tuple(period * low**k for k in range(horizon))
+
+
+def riccati(period, position, acceleration):
+    """Cost-to-go (2, 2) of an error and its rate under sampled acceleration: the discrete Riccati equation's solution.
+
+    Where no limit acts, the torques and the end-effector's acceleration determine each other, so the error obeys a
+    double integrator in x and in y, and this is what its optimal control costs after the horizon's end. With equal
+    stages the horizon then acts as an infinite one, whose cost falls along the motion.
+    """
+    A, G = np.array([[1.0, period], [0.0, 1.0]]), np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]])
+    G, P = G / acceleration**2, np.diag([position**2, 0.0])
+    for _ in range(60):  # doubling: each turn squares the number of samples looked ahead
+        W = np.linalg.inv(np.eye(2) + G @ P)
+        gained = A.T @ P @ W @ A
+        A, G, P = A @ W @ A, G + A @ W @ G @ A.T, P + gained
+        if np.abs(gained).max() <= 1e-15 * np.abs(P).max():
+            break
+    return (P + P.T) / 2
+
+
+class Condenser:
+    """Gauss-Newton: residuals of the horizon as linear functions of its scaled torques, and from them H and g.
+
+    Residuals: position (m) after each stage; acceleration (m/s^2), the velocity error's change over it; change of
+    torque. A stage counts by its length. The last position and velocity carry the terminal cost. NumPy's products
+    take a quarter of the time of the same operations in CasADi's virtual machine.
+    """
+
+    def __init__(self, lengths, position, acceleration, torque_rate, scale):
+        N, n = len(lengths), 2 * len(lengths)
+        # State before each stage, and its torque, by scaled torques: [A B] times that is the state after it.
+        self.known = np.zeros((N + 1, 6, n))
+        for k in range(N):
+            self.known[k, 4:, 2 * k : 2 * k + 2] = scale * np.eye(2)
+        self.G, self.stages = self.known[:, :4], [(self.known[k], self.known[k + 1, :4]) for k in range(N)]
+        self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques, where the state is another
+        self.R, self.r = np.zeros((4 * N + 4, n)), np.zeros(4 * N + 4)
+        parts = slice(2 * N), slice(2 * N, 4 * N), slice(4 * N, None)
+        self.matrices = [self.R[part].reshape(-1, 2, n) for part in parts[:2]] + [self.R[parts[2]]]
+        self.vectors = [self.r[part].reshape(-1, 2) for part in parts[:2]] + [self.r[parts[2]]]
+        share = np.sqrt(np.array(lengths) / lengths[0])[:, None]
+        self.acceleration = share * acceleration / np.array(lengths)[:, None]
+        self.position = share * position
+        self.position[-1] = 0.0  # that one is in the terminal cost
+        self.terminal = np.kron(np.linalg.cholesky(riccati(lengths[0], position, acceleration)).T, np.eye(2))
+        change = np.eye(n) - np.eye(n, k=-2)
+        self.first = (torque_rate * scale) ** 2
+        self.smooth = self.first * change.T @ change
+
+    def __call__(self, e0, e, AB, C, previous, guess):
+        """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
+
+        e0 (4,), e (N, 4): errors in position and velocity of the motion predicted with `guess` (2N,), now and after
+        each stage; AB (N, 4, 6): that motion's derivatives by state and torque, C (N, 4, 4): those of position and
+        velocity, None where they are the state; previous (2,): the scaled torque before.
+        """
+        G = self.G
+        for slope, (before, after) in zip(AB, self.stages):
+            np.dot(slope, before, out=after)
+        if C is not None:
+            np.matmul(C, G[1:], out=self.Y[1:])
+            G = self.Y
+        (position, acceleration, last), (p, a, end) = self.matrices, self.vectors
+        np.multiply(G[1:, :2], self.position[:, :, None], out=position)
+        np.multiply(e[:, :2], self.position, out=p)
+        np.subtract(G[1:, 2:], G[:-1, 2:], out=acceleration)
+        np.subtract(e[1:, 2:], e[:-1, 2:], out=a[1:])
+        np.subtract(e[0, 2:], e0[2:], out=a[0])
+        acceleration *= self.acceleration[:, :, None]
+        a *= self.acceleration
+        np.dot(self.terminal, G[-1], out=last)
+        np.dot(self.terminal, e[-1], out=end)
+        H = self.R.T @ self.R
+        g = (self.r - self.R @ guess) @ self.R
+        H += self.smooth
+        g[:2] -= self.first * previous
+        return H, g
+
+
+class QP:
+    """min 1/2 v'Hv + g'v, low <= v <= high, rows v <= upper: solved, and not believed before it is checked."""
+
+    def __init__(self, n, rows, solver=SOLVER, options=None):
+        import casadi as ca
+
+        from ..models.compiled import Buffered
+
+        shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
+        self.call = Buffered(ca.conic("qp", solver, shapes, {"error_on_fail": False, **(options or {})}))
+        self.cold = np.full(rows, -np.inf), np.zeros(n), np.zeros(rows), np.zeros(0)
+
+    def __call__(self, H, g, rows, upper, low, high):
+        """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no bound in force and
+        adds at most one in each iteration, so given is the least: the bounds in force at the solution, and one."""
+        none, zero, multipliers, empty = self.cold
+        try:
+            v, _, forces, pushes = self.call(
+                H, g, rows.T, none, upper, low, high, zero, zero, multipliers, empty, empty
+            )
+        except RuntimeError:
+            return zero, 0, Status.QP_FAILED
+        iterations = 1 + int(np.count_nonzero(pushes) + np.count_nonzero(forces))
+        if optimality(H, g, rows, upper, low, high, v, forces) <= TOLERANCE:
+            return v, iterations, Status.SOLVED
+        return v, iterations, Status.CHECK_FAILED if self.call.stats()["success"] else Status.QP_FAILED
+
+
+@np.errstate(invalid="ignore", over="ignore")  # a solver that failed leaves anything
+def optimality(H, g, rows, upper, low, high, v, forces):
+    """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected gradient step, and
+    of the least of each row's gap and multiplier (`forces`), relative to the largest unknown or multiplier."""
+    slope = H @ v
+    slope += g
+    if len(upper):
+        slope += forces @ rows
+    step = v - slope / H.diagonal()
+    step = np.abs(v - np.minimum(np.maximum(step, low), high)).max() / (1 + np.abs(v).max())
+    if not len(upper):
+        return step
+    gap = upper - rows @ v
+    return max(step, np.abs(np.minimum(gap, forces / (1 + np.abs(forces).max()))).max() / (1 + np.abs(upper).max()))

@@ -1,0 +1,1 @@
+"""Many students: found, graded in turn, summed up."""

@@ -1,0 +1,79 @@
+"""What a cohort's results say about the lab: how hard each check is, how well it tells, which misconceptions it met."""
+
+import math
+import textwrap
+from collections import Counter
+from dataclasses import dataclass
+from statistics import correlation, fmean, median
+
+from ..report.text import number, printable
+
+
+@dataclass(frozen=True)
+class Item:
+    """One check over n students.
+
+    pass_rate: part of them with all its points; mean: share of its points earned on average; discrimination: the
+    point-biserial correlation of passing with the points in all other checks, nan where either does not vary.
+    """
+
+    name: str
+    title: str
+    max_points: float
+    n: int
+    pass_rate: float
+    mean: float
+    discrimination: float
+
+
+def items(reports):
+    """An Item per check, in the lab's order. All reports are of one lab."""
+    found = []
+    for k, check in enumerate(reports[0].checks):
+        mine = [report.checks[k] for report in reports]
+        passed = [float(c.outcome == "right") for c in mine]
+        rest = [sum(c.points for c in report.checks if c.name != check.name) for report in reports]
+        varies = min(passed) < max(passed) and min(rest) < max(rest)
+        found.append(
+            Item(
+                check.name, check.title, check.max_points, len(mine), fmean(passed), fmean(c.share for c in mine),
+                correlation(passed, rest) if varies else math.nan,
+            )
+        )  # fmt: skip
+    return found
+
+
+def misconceptions(reports):
+    """((function, misconception), number of students), the most frequent first."""
+    met = Counter()
+    for report in reports:
+        met.update({(check.function, check.misconception) for check in report.checks if check.misconception})
+    return sorted(met.items(), key=lambda pair: (-pair[1], pair[0]))
+
+
+def scores(reports):
+    """Number of students, mean, median, and how many have all points, in per cent of the points."""
+    percent = [report.percent for report in reports]
+    full = sum(all(check.outcome == "right" for check in report.checks) for report in reports)
+    return {"students": len(percent), "mean": fmean(percent), "median": median(percent), "full": full}
+
+
+def summary_text(lab, reports):
+    """The cohort in one terminal table."""
+    of = scores(reports)
+    middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"
+    lines = [
+        f"{lab}: {of['students']} students, {middle}, all points {of['full']}",
+        "",
+        "passed    mean  tells  check",
+    ]
+    for item in items(reports):
+        tells = "   --" if math.isnan(item.discrimination) else f"{item.discrimination:5.2f}"
+        title = textwrap.shorten(printable(item.title), 70)
+        lines.append(f"{100 * item.pass_rate:4.0f} %  {100 * item.mean:4.0f} %  {tells}  {title}")
+    lines += ["", "students  misconception"]
+    met = misconceptions(reports)
+    lines += [f"{count:8d}  {function}: {name}" for (function, name), count in met[:10]] or ["          none"]
+    low = sorted(reports, key=lambda report: report.points)[:5]
+    lines += ["", "lowest: " + ", ".join(f"{printable(r.student)} {number(r.points)}" for r in low)]
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""What one student's checks came to: as text, page, JSON, CSV."""

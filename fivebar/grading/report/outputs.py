@@ -1,0 +1,99 @@
+"""Results as files: JSON, Gradescope's results.json, CSV; each written whole or not at all."""
+
+import csv
+import io
+import json
+import os
+import re
+import secrets
+from hashlib import sha256
+from pathlib import Path
+
+from .text import check_lines, closing, headlines, printable, word
+
+CHECK_COLUMNS = (
+    "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
+    "misconception", "wrong", "rows", "off",
+)  # fmt: skip
+_HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
+# At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
+_FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
+
+
+def write_whole(path, text):
+    """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
+    path = Path(path)
+    name = path.with_name(f".{path.name[:40]}.{secrets.token_hex(6)}")
+    handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)  # less what the user's umask forbids
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def json_text(report):
+    return json.dumps(report.as_json(), indent=1, allow_nan=False) + "\n"
+
+
+def file_name(student):
+    """A file name for a student's id: plain letters, and a hash of the id where those do not tell it from others."""
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
+    if plain and plain == student.lower() == student and not _HASHED.search(plain):
+        return plain
+    return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}"
+
+
+def cell(value):
+    """A CSV cell that no spreadsheet takes for a formula."""
+    if not isinstance(value, str):
+        return "" if value is None else value
+    return printable(_FORMULA.sub(r"\1'", value))
+
+
+def csv_text(columns, rows):
+    file = io.StringIO()
+    writer = csv.writer(file)
+    writer.writerow(columns)
+    writer.writerows([cell(value) for value in row] for row in rows)
+    return file.getvalue()
+
+
+def check_rows(report):
+    """One row per check, in the order of CHECK_COLUMNS."""
+    for check in report.checks:
+        yield (
+            report.student, report.submission, check.name, check.title, check.function, check.max_points, check.points,
+            round(check.share, 6), word(check), check.reason, check.misconception, check.wrong, check.rows, check.off,
+        )  # fmt: skip
+
+
+def gradescope_text(report):
+    """The results.json that Gradescope's harness reads; all of it plain text."""
+    tests = [
+        {
+            "name": printable(check.title),
+            "name_format": "text",
+            "score": check.points,
+            "max_score": check.max_points,
+            "status": "passed" if check.outcome == "right" else "failed",
+            "output": "\n".join(check_lines(check, 100)[1:]),
+            "output_format": "text",
+            "visibility": "visible",
+        }
+        for check in report.checks
+    ]
+    result = {
+        "score": report.points,
+        "execution_time": report.seconds,
+        "output": "\n".join(map(printable, (*headlines(report), *closing(report)))),
+        "output_format": "text",
+        "visibility": "visible",
+        "stdout_visibility": "hidden",
+        "tests": tests,
+    }
+    return json.dumps(result, indent=1, allow_nan=False) + "\n"

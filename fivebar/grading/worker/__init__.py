@@ -1,0 +1,1 @@
+"""A student's program in a process of its own: started, confined, asked, never trusted."""

@@ -1,0 +1,1 @@
+"""Robots and their models: geometry, kinematics, dynamics, and these compiled."""

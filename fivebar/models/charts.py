@@ -1,0 +1,96 @@
+"""Charts: which coordinates of the motion are integrated. The dynamics is the bar-force form in every one of them.
+
+A chart's state is (c1, c2, c1', c2'); its modes are the signs that its coordinates leave open. It is regular where
+none of its `margins` is zero, columns of (sin q12, sin q22, det A). `Joint`, `Leg(0)` and `Leg(1)` together cover
+every pose except those where all three are zero, which is where the robot itself is stuck.
+"""
+
+from dataclasses import dataclass
+
+from .._backend import atan2, cos, sin
+from .dyads import dot
+from .geometry import DrivenLeg, Pose, joint_pose, reach, task_pose
+from .kinematics import Rates, solve_a
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Active joint coordinates (q1, q2), mode: assembly. Regular away from Type 2."""
+
+    name = "joint"
+    margins = (2,)
+
+    def rates(self, robot, c, c_dot, modes):
+        pose = joint_pose(robot, c, modes[0])
+        along = tuple(b * rate for b, rate in zip(pose._b, c_dot))
+        return Rates(pose, c_dot, solve_a(pose, along, "the joint chart"))
+
+    def accelerations(self, accelerations):
+        return accelerations._q_ddot
+
+    def coordinates(self, rates):
+        """(c, c', modes) of this chart for a motion known in another."""
+        return tuple(leg.q for leg in rates.pose._legs), rates._q_dot, (rates.pose.assembly, 0)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Task coordinates (x, y), modes: both working modes. Regular away from Type 1 of either leg; no sine in it."""
+
+    name = "task"
+    margins = (0, 1)
+
+    def rates(self, robot, c, c_dot, modes):
+        pose = task_pose(robot, c, modes)
+        return Rates(pose, tuple(dot(u2, c_dot) / b for u2, b in zip(pose._distal, pose._b)), c_dot)
+
+    def accelerations(self, accelerations):
+        return accelerations._xi_ddot
+
+    def coordinates(self, rates):
+        return rates.pose._xi, rates._xi_dot, (rates.pose.working[..., 0], rates.pose.working[..., 1])
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Coordinates (q_i1, phi_i) of leg i, mode: working mode of the other leg j. Regular away from Type 1 of leg j."""
+
+    i: int
+
+    @property
+    def name(self):
+        return ("left leg", "right leg")[self.i]
+
+    @property
+    def margins(self):
+        return (1 - self.i,)
+
+    def rates(self, robot, c, c_dot, modes):
+        i, j = self.i, 1 - self.i
+        drive, bar = robot.drives[i], robot.distal[i]
+        u1, u2 = drive.direction(c[0]), (cos(c[1]), sin(c[1]))
+        pivot, tangent = drive.pivot(u1), drive.tangent(u1)
+        xi = pivot[0] + bar * u2[0], pivot[1] + bar * u2[1]
+        other = reach(robot.drives[j], xi, robot.distal[j], modes[0])
+        legs = [None, None]
+        legs[i], legs[j] = DrivenLeg(drive, c[0], u1, lambda: u2), other
+        pose = Pose(robot, xi, lambda: (tuple(legs), (other.dyad,)))
+        xi_dot = (
+            tangent[0] * c_dot[0] - bar * u2[1] * c_dot[1],
+            tangent[1] * c_dot[0] + bar * u2[0] * c_dot[1],
+        )
+        q_dot = [c_dot[0], c_dot[0]]
+        q_dot[j] = dot(other.distal, xi_dot) / pose._b[j]
+        return Rates(pose, tuple(q_dot), xi_dot)
+
+    def accelerations(self, accelerations):
+        bar = accelerations.rates.pose.robot.distal[self.i]
+        return accelerations._q_ddot[self.i], accelerations._swing[self.i] * (1 / bar)
+
+    def coordinates(self, rates):
+        leg, bar = rates.pose._legs[self.i], rates.pose.robot.distal[self.i]
+        c = leg.q, atan2(leg.distal[1], leg.distal[0])
+        return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
+
+
+CHARTS = {"joint": (Joint(),), "task": (Task(),), "auto": (Joint(), Leg(0), Leg(1))}

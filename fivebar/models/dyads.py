@@ -1,0 +1,257 @@
+"""The parts every mechanism here is made of: drives that move a pivot, and dyads that close on two pivots.
+
+Directions are held as unit vectors on components, so that what follows from them needs no trigonometry.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from .._backend import EPS, atan2, cos, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
+
+# Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
+SINGULAR = 16 * EPS
+
+
+def cross(u, v):
+    return u[0] * v[1] - u[1] * v[0]
+
+
+def dot(u, v):
+    return u[0] * v[0] + u[1] * v[1]
+
+
+@dataclass(frozen=True, eq=False)
+class RRR:
+    """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span; branch +1: the joint is on the left of P1 -> P2.
+
+    nan where the bars cannot meet and where equal bars find both pivots in one point.
+    """
+
+    span: tuple
+    r1: float
+    r2: float
+    branch: object
+
+    @cached_property
+    def span_squared(self):
+        x, y = self.span
+        return x * x + y * y
+
+    @cached_property
+    def _moment(self):
+        """Signed height of the joint over the span, times the span."""
+        # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels there is measured
+        # against the bars' product, not the longer bar's square. Its floor is a height squared of -8 eps in units of
+        # the longer bar: one stretched leg in nine rounds to below zero, and is not nan.
+        square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
+        heron = (total * total - square) * (square - difference * difference)
+        return sqrt_or_nan(heron, -32 * EPS * max(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
+
+    @property
+    def clearances(self):
+        """How far the span is inside each of its limits, m."""
+        span = sqrt(self.span_squared)
+        return self.r1 + self.r2 - span, span - abs(self.r1 - self.r2)
+
+    @cached_property
+    def _inverse(self):
+        return reciprocal_or_nan(self.span_squared, (4 * EPS * (self.r1 + self.r2)) ** 2)
+
+    # Both bars are written with a positive share of the span, so that equal bars share their products.
+    @cached_property
+    def first(self):
+        """Unit vector along r1, from P1 to the joint."""
+        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r1)
+        lead = 0.5 * (self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2))
+        return (lead * x - moment * y) * scale, (lead * y + moment * x) * scale
+
+    @cached_property
+    def last(self):
+        """Unit vector along r2, from the joint to P2."""
+        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r2)
+        lead = 0.5 * (self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2))
+        return (lead * x + moment * y) * scale, (lead * y - moment * x) * scale
+
+    @property
+    def second(self):
+        """Unit vector along r2, from P2 to the joint."""
+        return -self.last[0], -self.last[1]
+
+    @cached_property
+    def sine(self):
+        """first x second, with full relative accuracy where the bars are almost in line."""
+        return self._moment * (1 / (self.r1 * self.r2))
+
+
+@dataclass(frozen=True, eq=False)
+class RRP:
+    """RRP dyad: bar r from P1 to a slider on the line through P2 = P1 + span along the unit vector guide.
+
+    branch +1: the slider is ahead of the foot of P1 on the line. It is the RRR dyad whose second bar is infinite, its
+    pivot far on the right of the guide: `second` is the guide's left normal. nan where the bar does not reach the line.
+    """
+
+    span: tuple
+    r1: float
+    guide: tuple
+    branch: object
+
+    @cached_property
+    def height(self):
+        """Signed distance of P1 from the line, positive on its left."""
+        return -cross(self.guide, self.span)
+
+    @property
+    def clearances(self):
+        """How far the bar reaches beyond the line, m."""
+        return (self.r1 - abs(self.height),)
+
+    @cached_property
+    def _reach(self):
+        """The slider's distance ahead of the foot of P1, in the product form and with the floor of RRR."""
+        square = (self.r1 - self.height) * (self.r1 + self.height)
+        return sqrt_or_nan(square, -8 * EPS * self.r1 * self.r1) * self.branch
+
+    @cached_property
+    def slide(self):
+        """Coordinate of the slider along the guide, from P2."""
+        return self._reach - dot(self.guide, self.span)
+
+    @cached_property
+    def first(self):
+        """Unit vector along the bar, from P1 to the slider."""
+        (x, y), along, across = self.guide, self._reach * (1 / self.r1), self.height * (1 / self.r1)
+        return along * x + across * y, along * y - across * x
+
+    @property
+    def second(self):
+        """The guide's left normal."""
+        return -self.guide[1], self.guide[0]
+
+    @cached_property
+    def sine(self):
+        """first x second, 0 where the bar is perpendicular to the guide."""
+        return self._reach * (1 / self.r1)
+
+
+class Crank(NamedTuple):
+    """Revolute drive: P(q) = (x, y) + length (cos q, sin q); `direction` is that unit vector."""
+
+    x: float
+    y: float
+    length: float
+
+    def direction(self, q):
+        return cos(q), sin(q)
+
+    def coordinate(self, direction):
+        return atan2(direction[1], direction[0])
+
+    def pivot(self, direction):
+        return self.x + self.length * direction[0], self.y + self.length * direction[1]
+
+    def tangent(self, direction):
+        """P'(q)."""
+        return -self.length * direction[1], self.length * direction[0]
+
+    def sine(self, direction, distal):
+        """Of the angle between drive and distal bar: u2 . P' / |P'|."""
+        return cross(direction, distal)
+
+    def cosine(self, direction, distal):
+        return dot(direction, distal)
+
+    def slopes(self, sine, cosine):
+        """P'(q) along and across the distal bar, which the drive meets with this sine and cosine."""
+        return self.length * sine, self.length * cosine
+
+    def bends(self, sine, cosine):
+        """P''(q) along and across the distal bar."""
+        return -self.length * cosine, self.length * sine
+
+    def close(self, xi, bar, working):
+        """The dyad of the leg that reaches xi."""
+        return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working)
+
+    def held(self, dyad):
+        """This drive's direction in the dyad that closes its leg."""
+        return dyad.first
+
+    def bar(self, dyad):
+        """Unit vector along the distal bar in that dyad."""
+        return dyad.last
+
+    def limits(self, bar):
+        """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg reaches, m."""
+        return (self.length + bar, True), (self.length - bar, False)
+
+    def apart(self, x, y):
+        """The vector whose length `limits` limit."""
+        return x - self.x, y - self.y
+
+    def relative(self, absolute, own):
+        """Passive joint's angle, rate or acceleration from the distal bar's absolute one and the drive's."""
+        return absolute - own
+
+    def absolute(self, passive, own):
+        """The inverse of `relative`."""
+        return passive + own
+
+
+class Slider(NamedTuple):
+    """Prismatic drive along y: P(q) = (x, y + q); in place of a `direction` it hands on q itself.
+
+    The distal bar meets the guide with the sine and cosine of its own absolute angle.
+    """
+
+    x: float
+    y: float
+
+    length = 1.0  # |P'(q)|, which a crank's length is too
+
+    def direction(self, q):
+        return q
+
+    def coordinate(self, direction):
+        return direction
+
+    def pivot(self, direction):
+        return self.x, self.y + direction
+
+    def tangent(self, direction):
+        return 0.0, 1.0
+
+    def sine(self, direction, distal):
+        return distal[1]
+
+    def cosine(self, direction, distal):
+        return distal[0]
+
+    def slopes(self, sine, cosine):
+        return sine, cosine
+
+    def bends(self, sine, cosine):
+        return 0.0, 0.0
+
+    def close(self, xi, bar, working):
+        return RRP((self.x - xi[0], self.y - xi[1]), bar, (0.0, 1.0), working)
+
+    def held(self, dyad):
+        return dyad.slide
+
+    def bar(self, dyad):
+        x, y = dyad.first
+        return -x, -y
+
+    def limits(self, bar):
+        return ((bar, True),)
+
+    def apart(self, x, y):
+        return x - self.x, 0.0 * y
+
+    def relative(self, absolute, own):
+        return absolute
+
+    def absolute(self, passive, own):
+        return passive

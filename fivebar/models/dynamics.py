@@ -1,0 +1,104 @@
+"""Dynamic models on base parameters: tau = M q'' + c, its inverse, and the bar-force form of forward dynamics."""
+
+import numpy as np
+
+from .._backend import is_symbolic, pack, pack_matrix, unpack_for
+from ..errors import SingularityError
+from .dyads import SINGULAR, dot
+from .kinematics import Accelerations, refuse_parallel
+
+
+def dynamic_model(rates):
+    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for sliders (AMORO eq. 26).
+
+    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. SingularityError where A is singular (Type 2).
+    """
+    pose, m = rates.pose, rates.pose.robot.m
+    z1, z2 = pose.robot.inertias
+    if m == 0:
+        zero = 0.0 * pose._b[0]
+        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(zero, zero)
+    refuse_parallel(pose, "dynamic_model")
+    # (A A^T)^-1 = [[1, -g], [-g, 1]] / det A^2 with g = u_12 . u_22.
+    b1, b2 = pose._b
+    d1, d2 = rates._bias
+    g = dot(*pose._distal)
+    weight = m / (pose._parallel * pose._parallel)
+    coupling = -weight * g * b1 * b2
+    M = pack_matrix(z1 + weight * b1 * b1, coupling, coupling, z2 + weight * b2 * b2)
+    return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
+
+
+def inverse_dynamics(accelerations):
+    """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
+
+    SingularityError where A is singular (Type 2).
+    """
+    rates = accelerations.rates
+    pose, m = rates.pose, rates.pose.robot.m
+    torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
+    if m:
+        refuse_parallel(pose, "inverse_dynamics")
+        (x1, y1), (x2, y2) = pose._distal
+        ax, ay = accelerations._xi_ddot
+        scale = m / pose._parallel
+        # Bar forces lambda = A^-T m xi''.
+        forces = (ax * y2 - ay * x2) * scale, (ay * x1 - ax * y1) * scale
+        torques = tuple(t + b * force for t, b, force in zip(torques, pose._b, forces))
+    return pack(*torques)
+
+
+def forward_dynamics(rates, tau):
+    """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1 and at Type 2.
+
+    By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
+    q'' = Z^-1 (tau - m B^T mu).
+    Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
+    of both legs (with m = 0: A alone).
+    """
+    pose, m = rates.pose, rates.pose.robot.m
+    for k, z in enumerate(pose.robot.inertias):
+        if z == 0:
+            words = pose.robot.words
+            raise ValueError(f"forward_dynamics needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+    tau = unpack_for(rates._xi_dot[0], tau, "tau")
+    u1, u2 = pose._distal
+    b1, b2 = pose._b
+    z1, z2 = pose.robot.inertias
+    k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
+    r1, r2 = (d + b * t * (1 / z) for d, b, t, z in zip(rates._bias, pose._b, tau, pose.robot.inertias))
+    g = dot(u1, u2)
+    # det = (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
+    determinant = pose._parallel * pose._parallel + (k1 + k2) + k1 * k2
+    _refuse_corner(pose, determinant)
+    inverse = 1.0 / determinant
+    mu1 = ((1 + k2) * r1 - g * r2) * inverse
+    mu2 = ((1 + k1) * r2 - g * r1) * inverse
+    xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
+    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
+    d1, d2 = rates._bias
+    square = pose._parallel * pose._parallel
+    q_ddot = (
+        ((k2 + square) * tau[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * (1 / z1)),
+        ((k1 + square) * tau[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * (1 / z2)),
+    )
+    return Accelerations(rates, q_ddot, xi_ddot)
+
+
+def _refuse_corner(pose, determinant):
+    if is_symbolic(determinant) or (isinstance(determinant, float) and determinant > SINGULAR**2):
+        return
+    singular = determinant <= SINGULAR**2
+    if np.any(singular):
+        raise SingularityError(
+            f"forward_dynamics: both distal bars are parallel and carry no {pose.robot.words.effort} "
+            f"(det A and B both singular) in {np.sum(singular)} of {np.size(singular)} poses",
+            float(np.min(determinant)),
+        )
+
+
+def energy(rates):
+    """Kinetic energy (*batch,) in J (AMORO eq. 21, 23)."""
+    robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
+    z1, z2 = robot.inertias
+    return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))

@@ -1,0 +1,217 @@
+"""First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive joints'."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from .._backend import first_index, is_symbolic, pack, unpack_for
+from ..errors import SingularityError
+from .dyads import SINGULAR, cross, dot
+from .geometry import Pose, ReachedLeg
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first read.
+
+    pose; q_dot (*batch, 2) rad/s (m/s for sliders); xi_dot (*batch, 2) m/s; q_passive_dot (*batch, 2) rad/s;
+    d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
+    """
+
+    pose: Pose
+    _q_dot: tuple
+    _xi_dot: tuple
+    _from_task: bool = field(default=False, kw_only=True)  # xi' was given
+
+    @cached_property
+    def _swing(self):
+        """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
+        if self._from_task and not self.pose.robot.turns:
+            # Across its guide a foot stands still: a motion along the guides, however fast, turns no bar.
+            return tuple(-self._xi_dot[0] / sine for sine in self.pose._serial)
+        legs = zip(self.pose._distal, self.pose._slopes, self._q_dot)
+        return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
+
+    @cached_property
+    def _bends(self):
+        """Per leg P_i'' q_i'^2 along and across the distal bar."""
+        bends = []
+        for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose._legs, self._q_dot):
+            square = q_dot * q_dot
+            bends.append(tuple(part * square for part in drive.bends(leg.sine, leg.cosine)))
+        return tuple(bends)
+
+    @cached_property
+    def _bias(self):
+        if self._from_task and _reached(self.pose):
+            # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where the leg is folded.
+            bias = []
+            for leg, bar, q_dot, passive in zip(self.pose._legs, self.pose.robot.distal, self._q_dot, self._passive):
+                l1 = leg.drive.length
+                reach = 0.5 / bar * (leg.dyad.span_squared + (bar - l1) * (bar + l1))
+                bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
+            return tuple(bias)
+        legs = zip(self._bends, self._swing, self.pose.robot.distal)
+        return tuple(along - swing * swing * (1 / bar) for (along, _), swing, bar in legs)
+
+    @cached_property
+    def q_dot(self):
+        return pack(*self._q_dot)
+
+    @cached_property
+    def xi_dot(self):
+        return pack(*self._xi_dot)
+
+    @cached_property
+    def q_passive_dot(self):
+        return pack(*self._passive)
+
+    @cached_property
+    def _passive(self):
+        if not (self._from_task and _reached(self.pose)):
+            return self._relative(self._swing, self._q_dot)
+        # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
+        legs = zip(self.pose._legs, self.pose.robot.distal, self.pose._b)
+        return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
+
+    def _relative(self, swing, own):
+        """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the drives' own."""
+        robot = self.pose.robot
+        legs = zip(robot.drives, robot.distal, swing, own)
+        return tuple(drive.relative(s * (1 / bar), o) for drive, bar, s, o in legs)
+
+    @cached_property
+    def d(self):
+        return pack(*self._bias)
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerations:
+    """Accelerations at given velocities, from `dkm2`, `ikm2` or `forward_dynamics`.
+
+    rates; q_ddot (*batch, 2) rad/s^2 (m/s^2 for sliders); xi_ddot (*batch, 2) m/s^2; q_passive_ddot (*batch, 2)
+    rad/s^2.
+    """
+
+    rates: Rates
+    _q_ddot: tuple
+    _xi_ddot: tuple
+    _from_task: bool = field(default=False, kw_only=True)  # xi'' was given
+
+    @cached_property
+    def q_ddot(self):
+        return pack(*self._q_ddot)
+
+    @cached_property
+    def xi_ddot(self):
+        return pack(*self._xi_ddot)
+
+    @cached_property
+    def _swing(self):
+        """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
+        pose = self.rates.pose
+        if self._from_task and not pose.robot.turns:
+            legs = zip(pose._legs, pose.robot.distal, self.rates._swing)
+            return tuple(
+                -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine for leg, bar, swing in legs
+            )
+        legs = zip(pose._distal, pose._slopes, self._q_ddot, self.rates._bends)
+        return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
+
+    @cached_property
+    def q_passive_ddot(self):
+        rates, pose = self.rates, self.rates.pose
+        if not (self._from_task and _reached(pose)):
+            return pack(*rates._relative(self._swing, self._q_ddot))
+        # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along joined with q_i2'^2.
+        passive = []
+        for leg, bar, b, q_dot in zip(pose._legs, pose.robot.distal, pose._b, rates._passive):
+            c, square, l1 = leg.dyad.span, leg.dyad.span_squared, leg.drive.length
+            difference = (l1 + bar) * (l1 - bar)
+            across = cross(c, rates._xi_dot)
+            bend = 0.25 * (square + difference) * (square - difference) * q_dot * q_dot
+            passive.append(-((across * across + bend) / square + dot(c, self._xi_ddot)) / (bar * b))
+        return pack(*passive)
+
+
+def dkm(pose, q_dot):
+    """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
+
+    q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
+    """
+    q_dot = unpack_for(pose._xi[0], q_dot, "q_dot")
+    return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose._b, q_dot)), "dkm"))
+
+
+def ikm(pose, xi_dot):
+    """Inverse first-order model: q' = B^-1 A xi' (AMORO eq. 13).
+
+    xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
+    """
+    xi_dot = unpack_for(pose._xi[0], xi_dot, "xi_dot")
+    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot, _from_task=True)
+
+
+def dkm2(rates, q_ddot):
+    """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
+
+    q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
+    """
+    q_ddot = unpack_for(rates._xi_dot[0], q_ddot, "q_ddot")
+    along = tuple(b * q + d for b, q, d in zip(rates.pose._b, q_ddot, rates._bias))
+    return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
+
+
+def ikm2(rates, xi_ddot):
+    """Inverse second-order model: q'' = B^-1 (A xi'' - d) (AMORO eq. 18).
+
+    xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
+    """
+    xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
+    along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose._distal, rates._bias))
+    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
+
+
+def solve_a(pose, along, model):
+    """The vector whose components along the two distal bars are given: A^-1, refused where A is singular."""
+    refuse_parallel(pose, model)
+    (x1, y1), (x2, y2) = pose._distal
+    r1, r2 = along
+    inverse = 1.0 / pose._parallel
+    return (y2 * r1 - y1 * r2) * inverse, (x1 * r2 - x2 * r1) * inverse
+
+
+def solve_b(pose, along, model):
+    """B^-1, refused where B is singular."""
+    for joint, sine in zip(pose.robot.words.passive, pose._serial):
+        _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
+    return tuple(r / b for r, b in zip(along, pose._b))
+
+
+def refuse_parallel(pose, model):
+    """Raise where A is singular."""
+    _refuse(pose, pose._parallel, f"{model}: A is singular (Type 2)", "det A")
+
+
+def _refuse(pose, margin, problem, name):
+    if is_symbolic(margin) or (isinstance(margin, float) and abs(margin) > SINGULAR):
+        return
+    singular = np.abs(margin) <= SINGULAR
+    if not singular.any():
+        return
+    count, index = first_index(singular)
+    where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
+    value = float(np.asarray(margin)[index])
+    q, xi = (np.broadcast_to(v, (*np.shape(margin), 2))[index] for v in (pose.q, pose.xi))
+    raise SingularityError(
+        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, "
+        f"xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
+        value,
+        index or None,
+    )
+
+
+def _reached(pose):
+    """Whether the legs are cranks with bars, closed on a given end-effector."""
+    return pose.robot.turns and all(isinstance(leg, ReachedLeg) for leg in pose._legs)

@@ -1,0 +1,205 @@
+"""Parameter sets of robots: frozen, self-validating, named by their source."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from .._backend import wrap
+from .dyads import Crank, Slider
+
+
+def must_close(what, lengths):
+    """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
+    must_span(what, max(lengths, key=lengths.get), lengths)
+
+
+def must_span(what, longest, lengths):
+    """Refuse a side that is longer than all others together."""
+    others = [name for name in lengths if name != longest]
+    total = sum(lengths[name] for name in others)
+    if lengths[longest] > total:
+        raise ValueError(
+            f"this {what} can never close: {longest} = {lengths[longest]:g} m is longer than "
+            f"{' + '.join(others)} = {total:g} m, by {lengths[longest] - total:.6g} m"
+        )
+
+
+class Words(NamedTuple):
+    """What the parts and quantities of a kind of robot are called, in messages, tables, files and pictures."""
+
+    title: str
+    joints: tuple  # active
+    passive: tuple
+    base: str  # where a drive is mounted
+    pivots: str  # that the drives move
+    unit: str  # of a joint coordinate
+    effort: str  # of a drive
+    effort_unit: str
+    inertias: tuple
+
+    @property
+    def sines(self):
+        """The margins of both legs' Type 1, and of Type 2."""
+        return *(f"sin {angle}" for angle in self.passive), "det A"
+
+
+FIVE_BAR = Words(
+    "five-bar robot", ("q11", "q21"), ("q12", "q22"), "base joint", "elbows", "rad", "torque", "N m", ("zz1", "zz2")
+)
+BIGLIDE = Words("biglide robot", ("q1", "q2"), ("phi1", "phi2"), "guide", "feet", "m", "force", "N", ("mf1", "mf2"))
+
+
+def _check_values(robot):
+    """Make every field a float: lengths of bars > 0, all others >= 0."""
+    for f in fields(robot):
+        value = getattr(robot, f.name)
+        try:
+            number = math.nan if isinstance(value, bool) else float(value)
+        except (TypeError, ValueError):
+            raise ValueError(f"{f.name} must be a number, not {value!r}") from None
+        is_bar = f.name.startswith("l")
+        if not math.isfinite(number) or number < 0 or (is_bar and number == 0):
+            raise ValueError(f"{f.name} must be finite and {'> 0' if is_bar else '>= 0'}, not {number:g}")
+        object.__setattr__(robot, f.name, number)
+
+
+@dataclass(frozen=True)
+class FiveBar:
+    """Planar five-bar robot 2-RRR with motors at the base joints (-d/2, 0) and (d/2, 0).
+
+    l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of the base joints, m;
+    zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector, kg.
+    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have.
+    """
+
+    l11: float = 0.09
+    l12: float = 0.09
+    l21: float = 0.09
+    l22: float = 0.09
+    d: float = 0.118
+    zz1: float = 0.002
+    zz2: float = 0.002
+    m: float = 0.5
+
+    turns = True  # joint coordinates are angles
+    words = FIVE_BAR
+
+    def __post_init__(self):
+        _check_values(self)
+        must_close("robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")})
+
+    @property
+    def drives(self):
+        """The left and right drive."""
+        return Crank(-self.d / 2, 0.0, self.l11), Crank(self.d / 2, 0.0, self.l21)
+
+    @property
+    def distal(self):
+        """Lengths of the two bars that meet in the end-effector, m."""
+        return self.l12, self.l22
+
+    @property
+    def inertias(self):
+        """Grouped inertias of the two drives."""
+        return self.zz1, self.zz2
+
+    def differ(self, difference):
+        """The difference of two joint coordinates: of angles the one within half a turn."""
+        return wrap(difference)
+
+    def continuous(self, q):
+        """Joint coordinates (n, 2) along a motion, without the jumps of angles."""
+        return np.unwrap(q, axis=0)
+
+
+@dataclass(frozen=True)
+class Biglide:
+    """Planar biglide robot 2-PRR: two feet slide along y, on guides at x = -d/2 and x = d/2, and carry two bars.
+
+    l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m: grouped mass of the
+    end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces in N. The guides have no ends.
+    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have.
+    """
+
+    l1: float = 0.2828427
+    l2: float = 0.2828427
+    d: float = 0.4
+    mf1: float = 1.0
+    mf2: float = 1.0
+    m: float = 3.0
+
+    turns = False
+    words = BIGLIDE
+
+    def __post_init__(self):
+        _check_values(self)
+        must_span("robot", "d", {"l1": self.l1, "l2": self.l2, "d": self.d})
+
+    @property
+    def drives(self):
+        """The left and right drive."""
+        return Slider(-self.d / 2, 0.0), Slider(self.d / 2, 0.0)
+
+    @property
+    def distal(self):
+        """Lengths of the two bars that meet in the end-effector, m."""
+        return self.l1, self.l2
+
+    @property
+    def inertias(self):
+        """Masses of the two feet, the inertias of the drives."""
+        return self.mf1, self.mf2
+
+    def differ(self, difference):
+        """The difference of two joint coordinates: lengths do not wrap."""
+        return difference
+
+    def continuous(self, q):
+        """Joint coordinates (n, 2) along a motion: lengths do not jump."""
+        return q
+
+
+KINDS = FiveBar, Biglide
+
+
+def robot_of(parameters):
+    """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has."""
+    for kind in KINDS:
+        if set(parameters) <= {f.name for f in fields(kind)}:
+            return kind(**parameters)
+    known = [f"{', '.join(f.name for f in fields(kind))} ({kind.words.title})" for kind in KINDS]
+    unknown = min((sorted(set(parameters) - {f.name for f in fields(kind)}) for kind in KINDS), key=len)
+    raise ValueError(f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}")
+
+
+@dataclass(frozen=True)
+class NamedRobot:
+    """A robot with the place its numbers come from; inertias are 0 where the source gives none."""
+
+    robot: FiveBar | Biglide
+    source: str
+
+
+def _symmetric(proximal, distal, half_base):
+    return FiveBar(proximal, distal, proximal, distal, 2 * half_base, 0, 0, 0)
+
+
+_LIU = "Liu, Wang, Pritschow 2006, Mech. Mach. Theory 41, lengths without unit: r1, r2, r3 = {}, {}, {}"
+_LIU_SETS = [
+    (1.2, 1.0, 0.8),
+    (0.8125, 0.9375, 1.25),
+    (0.7, 1.7, 0.6),
+    (1.17, 1.45, 0.38),
+    (1.5, 1.5, 0),
+    (0.4, 2.33, 0.27),
+]
+
+ROBOTS = {
+    "amoro": NamedRobot(FiveBar(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
+    "amoro-files": NamedRobot(FiveBar(zz1=0.002025, zz2=0.002025), "the AMORO lab's own files, zz = 1.0 * 0.045^2"),
+    "biglide": NamedRobot(Biglide(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
+    "hoang-2015": NamedRobot(_symmetric(0.07, 0.2, 0.125), "Hoang, Vuong, Pham 2015: no Type-2 singularity anywhere"),
+    **{f"liu-2006-{letter}": NamedRobot(_symmetric(*r), _LIU.format(*r)) for letter, r in zip("abcdef", _LIU_SETS)},
+}

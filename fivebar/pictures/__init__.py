@@ -1,0 +1,1 @@
+"""What is drawn, and with what: figures, scenes, linked pages."""

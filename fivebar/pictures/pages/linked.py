@@ -1,0 +1,37 @@
+"""The verb `page`: which page shows what."""
+
+from collections.abc import Mapping
+
+from ...linkages import Study
+from ...singularities.maps import Map
+from .document import write
+from .maps import map_content
+from .runs import is_run, runs_content
+from .studies import study_content
+
+
+def page(subject, path, show=None, title=None):
+    """Write a web page, complete in one file, on which pointing at a plot shows the mechanism in that state.
+
+    subject  a Run; a dict {name: Run}, to compare them; a linkage's Study; or a singularity map, a Map
+    path     file to write (HTML in UTF-8)
+    show     of runs: names of QUANTITIES (pages.runs), in the order of the plots; of a study: quantity names, or lists
+             of names of one unit that share a plot; None: the usual ones; not for a map. Nothing else is computed
+    title    text over the page, None: the subject's own
+
+    Raises ValueError for fewer than 2 samples, times that do not increase, names that do not exist, quantities of a
+    reference where there is none; ImportError without Bokeh; OSError if the file cannot be written.
+    """
+    if is_run(subject):
+        code, content = "motion", runs_content({"": subject}, show)
+    elif isinstance(subject, Mapping):
+        code, content = "motion", runs_content(subject, show)
+    elif isinstance(subject, Study):
+        code, content = "motion", study_content(subject, show)
+    elif isinstance(subject, Map):
+        if show is not None:
+            raise ValueError("the page of a map shows the map's own margin: leave out show")
+        code, content = "map", map_content(subject)
+    else:
+        raise TypeError(f"a page shows a Run, a dict of Runs, a Study or a Map, not {type(subject).__name__}")
+    write(path, code, content if title is None else content | {"title": str(title)})

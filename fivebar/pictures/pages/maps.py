@@ -1,0 +1,125 @@
+"""A singularity map on a page: the field of each mode, the exact loci, and what the robot's pose is computed from."""
+
+import numpy as np
+
+from ...singularities.loci import singularity_loci
+from ...singularities.maps import SIGNED, turned_into
+from ...singularities.margins import Singularity
+from .document import packed
+
+NODES = 700_000  # of all modes together at most: 3.7 MB of the page
+LINES = {
+    "stretched": "Type 2: distal bars stretched",
+    "folded": "Type 2: distal bars folded",
+    "self-motion": "Type 2: elbows coincide, self-motion",
+}
+TYPE_1, ACROSS = "Type 1: a leg in line", "Type 1: a bar across its guide"
+TYPE_3 = "Type 3"
+POINTS = {
+    Singularity.SERIAL: "Type 1 in a point: a leg folded on its base",
+    Singularity.PARALLEL: "Type 2 in a point: elbows coincide, self-motion",
+}
+
+
+def map_content(data):
+    """What the page of a Map holds."""
+    stride, notes = _stride(data)
+    x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
+    factor, words = 1.0, data.description
+    if data.field == "transmission_angle":
+        factor, words = 180 / np.pi, words.replace("rad", "deg")
+    task, robot = data.space == "task", data.robot
+    degrees = not task and robot.turns
+    names = ("x", "y") if task else robot.words.joints
+    return {
+        "title": f"singularity map: {data.field.replace('_', ' ')}",
+        "notes": notes,
+        "space": data.space,
+        "axes": [[name, *(("deg", 180 / np.pi) if degrees else ("mm", 1e3))] for name in names],
+        "robot": {
+            "turns": robot.turns,
+            "drives": [[drive.x, drive.y, drive.length] for drive in robot.drives],
+            "distal": robot.distal,
+            "joints": robot.words.joints,
+            "sines": robot.words.sines[:2],
+            "rail": None if robot.turns else _rail(data),
+        },
+        "field": {"name": data.field, "words": words, "factor": factor, **_colours(data.field, factor * values)},
+        "x": packed(x),
+        "y": packed(y),
+        "layers": [{"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
+                   for mode, layer in zip(data.modes, values)],
+        "loci": list((_task_loci if task else _joint_loci)(data)),
+        "columns": data.columns,
+        "source": "Map.to_csv",
+    }  # fmt: skip
+
+
+def _stride(data):
+    stride = 1
+    while data.values[:, ::stride, ::stride].size > NODES:
+        stride += 1
+    if stride == 1:
+        return 1, []
+    nodes = " x ".join(str(-(-len(axis) // stride)) for axis in (data.x, data.y))
+    return stride, [
+        f"This page, its CSV included, holds {nodes} of {len(data.x)} x {len(data.y)} nodes; Map.to_csv has all."
+    ]
+
+
+def _colours(field, values):
+    """The palette, pale where singular, its limits, and whether it is logarithmic."""
+    if field in SIGNED:
+        return {"palette": "diverging", "limits": [-1.0, 1.0], "logarithmic": False}
+    if field == "transmission_angle":
+        return {"palette": "falling", "limits": [0.0, 90.0], "logarithmic": False}
+    if field.startswith("condition"):
+        return {"palette": "rising", "limits": [1.0, 100.0], "logarithmic": True}
+    high = float(np.quantile(values[np.isfinite(values)], 0.95))
+    return {
+        "palette": "rising" if field == "manipulability" else "falling", "limits": [0.0, high or 1.0],
+        "logarithmic": False,
+    }  # fmt: skip
+
+
+def _kind(piece):
+    if len(piece.points) > 1:
+        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
+    return POINTS.get(piece.type, TYPE_3)
+
+
+def _rail(data):
+    """Least and largest coordinate, m, of the feet's guides as far as the map needs them."""
+    along = data.y if data.space == "task" else np.concatenate([data.x, data.y])
+    room = max(data.robot.distal)
+    return [along.min() - room, along.max() + room]
+
+
+def _layers(data, modes):
+    return [k for k, mode in enumerate(data.modes) if mode in modes]
+
+
+def _locus(kind, layers, points):
+    return {"kind": kind, "layers": layers, "points": [packed(x) for x in np.reshape(points, (-1, 2)).T]}
+
+
+def _task_loci(data):
+    loci = singularity_loci(data.robot)
+    for piece in loci.task:
+        yield _locus(_kind(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1]))
+    for xi, own in zip(loci.type3.xi, loci.type3.working):
+        layers = [k for k, mode in enumerate(data.modes) if all(o in (0, m) for o, m in zip(own, mode))]
+        yield _locus(TYPE_3, layers, xi)
+
+
+def _joint_loci(data):
+    loci = singularity_loci(data.robot)
+    if not data.robot.turns:
+        for piece in loci.joint:
+            yield _locus(_kind(piece), _layers(data, piece.assembly), piece.drawn(data.x[0], data.x[-1]))
+        return
+    pieces = [(_kind(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint]
+    pieces += [(TYPE_3, [0, 1], q[None]) for q in loci.type3.q]
+    for kind, layers, points in pieces:
+        for turned in turned_into(data, points):
+            yield _locus(kind, layers, turned)

@@ -1,0 +1,199 @@
+"""Runs on a page: one with its left and right side together, or several with a plot for each side."""
+
+from dataclasses import fields, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...models.geometry import four_joint_pose
+from ...singularities.margins import singularity_margins
+from ...tables import must_increase
+from .document import packed
+from .samples import gaps, joints, kept, panel
+
+LEGS, AXES = ("left", "right"), ("x", "y")
+
+
+def is_run(subject):
+    """Whether it is what `simulate` gives."""
+    return hasattr(subject, "xi_ref") and hasattr(subject, "q_dot")
+
+
+class Quantity(NamedTuple):
+    """title; unit, by those of a joint and a drive; parts: names of the columns; of: Run -> (n, parts)."""
+
+    title: str
+    unit: str
+    parts: tuple
+    of: object
+    needs_reference: bool = False
+
+
+def _error(run):
+    return np.column_stack([run.error, np.linalg.norm(run.error, axis=1)])
+
+
+def _margins(run):
+    drives, q = run.robot.drives, tuple(run.q.T)
+    towards = (run.xi - run.points[:, pivot] for pivot in ((1, 3) if run.robot.turns else (0, 2)))
+    passive = tuple(
+        drive.relative(np.arctan2(y, x), own) for drive, (x, y), own in zip(drives, (v.T for v in towards), q)
+    )
+    margins = singularity_margins(four_joint_pose(run.robot, q, passive))
+    return np.column_stack([margins.serial, margins.parallel])
+
+
+QUANTITIES = {
+    "q": Quantity("active joints", "{joint}", LEGS, lambda run: run.q),
+    "q_dot": Quantity("active joints' rates", "{joint}/s", LEGS, lambda run: run.q_dot),
+    "xi": Quantity("end-effector", "m", AXES, lambda run: run.xi),
+    "error": Quantity("tracking error", "m", (*AXES, "distance"), _error, True),
+    "q_error": Quantity("active joints' error", "{joint}", LEGS, lambda run: run.q_error, True),
+    "tau": Quantity("motors", "{effort}", LEGS, lambda run: run.tau),
+    "margins": Quantity("sines, 0 at a singularity", "", ("left leg", "right leg", "distal bars"), _margins),
+    "energy": Quantity("kinetic energy", "J", ("energy",), lambda run: run.energy[:, None]),
+}
+
+
+def runs_content(runs, show=None):
+    """What the page of runs {name: Run} holds; a single run has the name ""."""
+    runs = {str(name): run for name, run in runs.items()}
+    show = _checked(runs, show)
+    several = list(runs) != [""]
+    parts = {key: _parts(key, several) for key in show}
+    width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
+    subjects, columns, notes = [], [], _differences(runs) if several else []
+    for name, run in runs.items():
+        keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
+        run, broken = _finite(name, _sampled(run, keep))
+        computed = {key: QUANTITIES[key].of(run) for key in show}
+        notes += words + (broken or gaps(name, computed))
+        columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
+        subjects.append(_subject(name, run, columns[-1]))
+    words = next(iter(runs.values())).robot.words
+    units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
+    titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
+    return {
+        "title": f"{words.title}: {', '.join(runs)}" if several else words.title,
+        "notes": notes,
+        "axis": {"name": "time", "unit": "s", "scale": 1.0},
+        "subjects": subjects,
+        "panels": [own for key in show for own in _panels(key, runs, columns, parts[key], units[key], several)],
+        "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in titles],
+        "source": "Run.to_csv",
+    }
+
+
+def _panels(key, runs, columns, parts, unit, several):
+    """The plots of a quantity: one with all its parts, or with several runs one for each part."""
+    quantity, names, step = QUANTITIES[key], [part for part, _ in parts], key == "tau"
+    limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
+    for group in [[part] for part in names] if several else [names]:
+        curves = [
+            (name if several else part, k, f"{key} {part}", columns[k][f"{key} {part}"])
+            for k, name in enumerate(runs)
+            for part in group
+        ]
+        title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
+        yield panel(title, unit, curves, [sign * x for x in limits for sign in (1, -1)], step)
+
+
+def _checked(runs, show):
+    """The names of what is shown; refuses runs without samples, and names and references that are not there."""
+    if not runs:
+        raise ValueError("a page needs at least one run")
+    for name, run in runs.items():
+        if not is_run(run):
+            raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
+        must_increase(run.t, f"the run {name!r}" if name else "the run")
+    if len({run.robot.turns for run in runs.values()}) > 1:
+        raise ValueError("runs of robots with cranks and with sliders cannot be compared: they have no units in common")
+    referenced = all(run.xi_ref is not None for run in runs.values())
+    if show is None:
+        return ("error", "tau", "q", "margins") if referenced else ("xi", "tau", "q", "margins")
+    show = (show,) if isinstance(show, str) else tuple(dict.fromkeys(show))
+    for name in show:
+        if name not in QUANTITIES:
+            raise ValueError(f"no quantity {name!r}; the known ones are {', '.join(QUANTITIES)}")
+        if QUANTITIES[name].needs_reference and not referenced:
+            raise ValueError(f"{name} cannot be shown: there is a run without a reference")
+    if not show:
+        raise ValueError(f"show is empty; the known quantities are {', '.join(QUANTITIES)}")
+    return show
+
+
+def _parts(key, several):
+    """(name, column) of what is shown of a quantity: of several runs' errors the distance alone."""
+    parts = list(zip(QUANTITIES[key].parts, range(3)))
+    return parts[-1:] if several and key == "error" else parts
+
+
+def _differences(runs):
+    """Notes on what is to be kept in mind where runs are compared."""
+    notes, several = [], list(runs.values())
+    if any(run.robot != several[0].robot for run in several):
+        notes.append("The robots differ.")
+    if len({(run.t[0], run.t[-1]) for run in several}) > 1:
+        spans = ", ".join(f"{name}: {run.t[0]:g} to {run.t[-1]:g} s" for name, run in runs.items())
+        notes.append(f"The runs differ in time ({spans}); outside its time each one stays at its first or last sample.")
+    return notes
+
+
+def _arrays(run):
+    arrays = {f.name: getattr(run, f.name) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
+    for name, values in arrays.items():
+        if len(values) != len(run.t):
+            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {name}")
+    return arrays
+
+
+def _sampled(run, keep):
+    return replace(run, **{name: values[keep] for name, values in _arrays(run).items()})
+
+
+def _finite(name, run):
+    """The run with nan for inf, of which no cosine can be taken, and a note on both."""
+    arrays = _arrays(run)
+    notes = gaps(name, arrays)
+    if notes:
+        run = replace(run, **{name: np.where(np.isfinite(values), values, np.nan) for name, values in arrays.items()})
+    return run, notes
+
+
+def _subject(name, run, columns):
+    return {
+        "name": name,
+        "t": packed(run.t),
+        "x": None,
+        **(_five_bar(run) if run.robot.turns else _biglide(run)),
+        "names": [],
+        "blocks": [],
+        "reference": None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
+        "columns": {key: packed(values) for key, values in columns.items()},
+        "marks": [[event.t, f"Type {int(event.type)}"] for event in run.events],
+    }
+
+
+def _five_bar(run):
+    return {
+        "joints": joints(run.points),
+        "bars": [[0, 1, 0], [1, 2, 0], [4, 3, 1], [3, 2, 1]],
+        "rails": [],
+        "pins": [0, 1, 2, 3, 4],
+        "grounded": [0, 4],
+        "actuated": [0, 4],
+        "traced": 2,
+    }
+
+
+def _biglide(run):
+    guides = replace(run, q=run.q[np.isfinite(run.q).all(axis=1)]).guides
+    return {
+        "joints": joints(run.points) + guides.reshape(4, 2).tolist(),
+        "bars": [[0, 1, 0], [2, 1, 1]],
+        "rails": [[3, 4], [5, 6]],
+        "pins": [0, 1, 2],
+        "grounded": [],
+        "actuated": [0, 2],
+        "traced": 1,
+    }

@@ -1,0 +1,58 @@
+"""What motions on a page have in common: samples that fit into the file, plots in readable units, notes."""
+
+import numpy as np
+
+from ...units import readable
+from .document import packed
+
+NUMBERS = 400_000  # in one page at most: 4.3 MB of it
+
+
+def kept(samples, columns, everywhere):
+    """Indices of the samples that fit in, evenly spaced, and a note where they are not all: (k,), list of str.
+
+    columns: numbers for each sample; everywhere: where all samples are to be had.
+    """
+    most = max(2, NUMBERS // columns)
+    if samples <= most:
+        return np.arange(samples), []
+    note = f"This page, its CSV included, holds {most} of {samples} samples, evenly spaced; {everywhere} has all."
+    return np.linspace(0, samples - 1, most).round().astype(int), [note]
+
+
+def joints(points):
+    """Points (n, k, 2), m, for the picture: columns, or a pair of numbers where a point stays."""
+    finite = points[np.isfinite(points).all(axis=(1, 2))]
+    if not len(finite):
+        raise ValueError("no sample has a pose that could be drawn: all are nan")
+    return [
+        finite[0, k].tolist() if not np.ptp(finite[:, k], axis=0).any() else [packed(x) for x in points[:, k].T]
+        for k in range(points.shape[1])
+    ]
+
+
+def panel(title, unit, curves, limits=(), step=False):
+    """A plot: curves are (label, subject, key, values), in `unit`, shown in one in which they read well."""
+    finite = [np.abs(values[np.isfinite(values)]) for *_, values in curves]
+    largest = max((values.max() for values in finite if len(values)), default=0.0)
+    shown = shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
+    return {
+        "title": title, "unit": shown[1], "scale": shown[0], "limits": list(limits), "step": step,
+        "curves": [{"label": label, "subject": subject, "key": key} for label, subject, key, _ in curves],
+    }  # fmt: skip
+
+
+def shown_unit(unit, largest):
+    """Factor and name: a number without unit stays as it is, and so does an angle of a hundredth and more."""
+    return (1.0, unit) if not unit or (unit.startswith("rad") and largest >= 0.01) else readable(largest, unit)
+
+
+def gaps(whose, columns):
+    """A note where samples are not finite, for columns {name: (n, ...)}."""
+    holes = {name: ~np.isfinite(values.reshape(len(values), -1)).all(axis=1) for name, values in columns.items()}
+    holes = {name: hole for name, hole in holes.items() if hole.any()}
+    if not holes:
+        return []
+    listed = ", ".join(f"{name} in {hole.sum()}" for name, hole in holes.items())
+    count = len(next(iter(holes.values())))
+    return [f"Not finite, so gaps{' in ' + whose if whose else ''}: {listed} of {count} samples."]

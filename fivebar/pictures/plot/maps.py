@@ -1,0 +1,189 @@
+"""A map as a picture: one panel per mode with the field, the exact loci by type, the aspects' numbers and a path."""
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from ...singularities.aspects import aspects
+from ...singularities.loci import singularity_loci
+from ...singularities.maps import SIGNED, turned_into
+from ...singularities.margins import Singularity
+
+
+def _part(name, low, high):
+    return LinearSegmentedColormap.from_list(name, colormaps[name](np.linspace(low, high, 257)), 257)
+
+
+# Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
+DIVERGING, SEQUENTIAL = _part("PuOr", 0.14, 0.86), _part("cividis", 0.35, 1.0)
+INK, OUTSIDE, PATH = "#1a1a1a", "#ececec", "#009E73"
+HALO = [withStroke(linewidth=3.0, foreground="white")]
+# Lines differ by their dashes, so that they are told apart in any colours.
+TYPE_1 = dict(color=INK, lw=1.5, ls="-", label="Type 1: a leg in line")
+ACROSS = TYPE_1 | dict(label="Type 1: a bar across its guide")
+LINES = {
+    "stretched": dict(color=INK, lw=1.5, ls=(0, (6, 2.5)), label="Type 2: distal bars stretched"),
+    "folded": dict(color=INK, lw=1.5, ls=(0, (6, 2, 1, 2)), label="Type 2: distal bars folded"),
+    "self-motion": dict(color=INK, lw=1.7, ls=(0, (1.2, 1.6)), label="Type 2: elbows coincide, self-motion"),
+}
+TYPE_3 = dict(color=INK, marker="D", ms=4.5, mfc="white", mew=1.1, ls="none", label="Type 3")
+POINT = dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
+POINTS = {
+    Singularity.SERIAL: POINT | dict(label="Type 1 in a point: a leg folded on its base"),
+    Singularity.PARALLEL: POINT | dict(marker="+", ms=8, label="Type 2 in a point: elbows coincide, self-motion"),
+}
+BASE = dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3, label="base joint")
+RAIL = dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5, label="guide")
+
+
+def singularity_map(data, path=None):
+    """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
+
+    path: points (n, 2) of the map's own space, m or rad, drawn on all panels. `savefig` writes it (PNG, SVG, PDF).
+    """
+    task, turns = data.space == "task", data.robot.turns
+    scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
+    extent = [scale * limit for axis in (data.x, data.y) for limit in (axis[0], axis[-1])]
+    height = np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.4, 2.0)
+    figure = Figure(figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained")
+    panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
+    regions = aspects(data.robot) if task and turns else None
+    colours, values, label = _colours(data)
+    known = {}
+    for axes, mode, layer in zip(panels.flat, data.modes, values):
+        borders = _to_borders(extent, layer.shape)
+        image = axes.imshow(layer, origin="lower", extent=borders, interpolation="bilinear", zorder=0, **colours)
+        axes.set(xlim=extent[:2], ylim=extent[2:], facecolor=OUTSIDE)
+        axes.set_aspect("equal")
+        (_task_loci if task else _joint_loci)(axes, data, mode, scale, known)
+        _aspect_numbers(axes, [a for a in regions or () if a.working == mode], scale)
+        if path is not None:
+            _path(axes, scale * np.asarray(path, dtype=float), known)
+        axes.set_title(_title(data, mode, regions), fontsize=10)
+        axes.label_outer()
+    across, up = ("x", "y") if task else (f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints)
+    for axes in panels.flat:
+        subplot = axes.get_subplotspec()
+        axes.set_xlabel(f"{across} ({unit})") if subplot.is_last_row() else None
+        axes.set_ylabel(f"{up} ({unit})") if subplot.is_first_col() else None
+        if unit == "deg":
+            axes.xaxis.set_major_locator(_degrees(extent[1] - extent[0]))
+            axes.yaxis.set_major_locator(_degrees(extent[3] - extent[2]))
+    figure.colorbar(image, ax=panels, label=label, shrink=0.85, pad=0.02, extend=_extend(data.field))
+    handles = [Line2D([], [], **style) for style in known.values()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False, handlelength=3.2)
+    return figure
+
+
+def _to_borders(extent, shape):
+    """The image's borders: half a step beyond the outer nodes, which are the middles of its pixels."""
+    dx, dy = (extent[1] - extent[0]) / (shape[1] - 1) / 2, (extent[3] - extent[2]) / (shape[0] - 1) / 2
+    return extent[0] - dx, extent[1] + dx, extent[2] - dy, extent[3] + dy
+
+
+def _colours(data):
+    """imshow's colours, values and their label; pale where singular, so that the loci stand out."""
+    words, values = data.description, data.values
+    if data.field in SIGNED:
+        return dict(cmap=DIVERGING, norm=Normalize(-1, 1)), values, words
+    if data.field == "transmission_angle":
+        return dict(cmap=SEQUENTIAL.reversed(), norm=Normalize(0, 90)), np.degrees(values), words.replace("rad", "deg")
+    if data.field.startswith("condition"):
+        return dict(cmap=SEQUENTIAL, norm=LogNorm(1, 100)), np.clip(values, 1, 1e12), words
+    finite = values[np.isfinite(values)]
+    norm = Normalize(0, np.quantile(finite, 0.95) if finite.size else 1)
+    if data.field == "manipulability":
+        return dict(cmap=SEQUENTIAL, norm=norm), np.where(np.isinf(values), 1e12, values), words
+    return dict(cmap=SEQUENTIAL.reversed(), norm=norm), values, words
+
+
+def _extend(field):
+    return "neither" if field in (*SIGNED, "transmission_angle") else "max"
+
+
+def _title(data, mode, regions):
+    if data.space == "joint":
+        return f"assembly mode {mode:+d}".replace("-", "−")
+    modes = f"working modes ({mode[0]:+d}, {mode[1]:+d})".replace("-", "−")
+    if regions is None:
+        return modes
+    numbers = [str(a.number) for a in regions if a.working == mode]
+    listed = f"aspects {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join(["aspect", *numbers])
+    if not numbers:
+        listed = "no aspect"
+    return f"{modes}: {listed}"
+
+
+def _draw(axes, known, x, y, style):
+    known.setdefault(style["label"], style)
+    axes.plot(x, y, **style)
+
+
+def _style(piece):
+    if len(piece.points) > 1:
+        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
+    return POINTS.get(piece.type, TYPE_3)
+
+
+def _task_loci(axes, data, mode, scale, known):
+    loci = singularity_loci(data.robot)
+    for piece in loci.task:
+        if mode in piece.working:
+            _draw(axes, known, *scale * piece.drawn(data.y[0], data.y[-1]).T, _style(piece))
+    threes = [xi for xi, own in zip(loci.type3.xi, loci.type3.working) if all(o in (0, m) for o, m in zip(own, mode))]
+    if threes:
+        _draw(axes, known, *scale * np.array(threes).T, TYPE_3)
+    bases = [scale * drive.x for drive in data.robot.drives]
+    if data.robot.turns:
+        _draw(axes, known, bases, [0, 0], BASE)
+        return
+    for x in bases:
+        _draw(axes, known, [x, x], [scale * data.y[0], scale * data.y[-1]], RAIL)
+
+
+def _joint_loci(axes, data, mode, scale, known):
+    """The loci of this assembly mode; as angles they repeat with every turn."""
+    if not data.robot.turns:
+        for piece in singularity_loci(data.robot).joint:
+            if mode in piece.assembly:
+                _draw(axes, known, *scale * piece.drawn(data.x[0], data.x[-1]).T, _style(piece))
+        return
+    loci = singularity_loci(data.robot)
+    curves = [(piece.points, _style(piece)) for piece in loci.joint if mode in piece.assembly]
+    for points, style in curves + [(q[None], TYPE_3) for q in loci.type3.q]:
+        for turned in turned_into(data, points):
+            _draw(axes, known, *scale * turned.T, style)
+
+
+def _aspect_numbers(axes, regions, scale):
+    """Each number at its aspect's roomiest point, with a leader where it would cover the aspect."""
+    width = np.ptp(axes.get_xlim())
+    for aspect in regions:
+        x, y = scale * aspect.point
+        if not (axes.get_xlim()[0] < x < axes.get_xlim()[1] and axes.get_ylim()[0] < y < axes.get_ylim()[1]):
+            continue
+        box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
+        text = dict(ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, zorder=6, color=INK)
+        if scale * aspect.clearance > 0.03 * width:
+            axes.text(x, y, str(aspect.number), **text)
+        else:
+            towards = (34 if x >= sum(axes.get_xlim()) / 2 - 0.01 * width else -34, 0)
+            arrow = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
+            axes.annotate(str(aspect.number), (x, y), towards, textcoords="offset points", arrowprops=arrow, **text)
+
+
+def _path(axes, points, known):
+    style = dict(color=PATH, lw=2.0, ls="-", label="path, from ● to ■")
+    known.setdefault("path", style)
+    axes.plot(*points.T, color=PATH, lw=2.0, path_effects=HALO, zorder=5)
+    axes.plot(*points[0], "o", color=PATH, mec="white", ms=7, zorder=5.5)
+    axes.plot(*points[-1], "s", color=PATH, mec="white", ms=7, zorder=5.5)
+
+
+def _degrees(width):
+    from matplotlib.ticker import MultipleLocator
+
+    return MultipleLocator(next((step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9), 180))

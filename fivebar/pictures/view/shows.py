@@ -1,0 +1,193 @@
+"""What `show` can name: each item computes only what it draws."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...models.dyads import Crank
+from .layers import Area, Arrows, Ghost, Line, Turning
+from .machine import LEGS, PATH
+
+REFERENCE, SINGULAR, WORKSPACE = 0x8A939C, 0x7E6BD9, 0x009E73
+VELOCITY, ACCELERATION, FORCE, TORQUE = 0x009E73, 0xB58900, 0xEE3377, 0xCC3311
+MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
+DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}  # in widths of a bar
+
+
+def shown(source, items):
+    """The layers of the named items; ValueError for a name that is not known, or not of this motion."""
+    items = [items] if isinstance(items, str) else list(items)
+    layers = []
+    for item in items:
+        if item not in ITEMS:
+            raise ValueError(f"nothing named {item!r} can be shown; the known names are {', '.join(ITEMS)}")
+        if item not in source.known:
+            raise ValueError(f"a {source.title} has no {item!r} to show, but {', '.join(source.known)}")
+        layers += ITEMS[item](source)
+    return layers
+
+
+def usual(source):
+    """What is shown where nothing is named: the path, and the reference where there is one."""
+    return ("reference", "trace") if getattr(source, "xi_ref", None) is not None else ("trace",)
+
+
+def alike(groups):
+    """The layers of several mechanisms with arrows of one scale."""
+    largest = {}
+    for layer in (layer for layers in groups for layer in layers):
+        if hasattr(layer, "largest"):
+            largest[layer.name] = max(largest.get(layer.name, 0.0), layer.largest)
+    return [tuple(replace(x, largest=largest[x.name]) if x.name in largest else x for x in layers) for layers in groups]
+
+
+def _trace(source):
+    return [Line("trace", _pieces(source.frames, source.traced), PATH, over=True, lift=0.12)]
+
+
+def _reference(source):
+    path = _need_reference(source, "reference")
+    if len(path) > MOST_POINTS:
+        path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
+    good = np.flatnonzero(np.isfinite(path).all(axis=1))
+    paths = [path[run] for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1) if len(run)]
+    return [Line("reference", paths, REFERENCE, width=0.34, over=True, lift=0.06, opacity=0.75)]
+
+
+def _ghost(source):
+    _need_reference(source, "ghost")
+    return [Ghost("ghost", source.ghost)]
+
+
+def _need_reference(source, item):
+    if source.xi_ref is None:
+        raise ValueError(f"this motion has no reference, so no {item!r} to show")
+    return source.xi_ref
+
+
+def _pieces(frames, path):
+    """A path at the frames, cut where there is a gap."""
+    cuts = [int(np.searchsorted(frames.t, low)) for low, _ in frames.gaps]
+    return [piece for piece in np.split(path, cuts) if len(piece)]
+
+
+def _loci(source):
+    from ...singularities.loci import singularity_loci
+
+    pieces, modes = singularity_loci(source.robot).task, source.working
+    width, room = sum(source.robot.distal) / 2 * 0.085, max(source.robot.distal) / 2
+    heights = np.concatenate([source.elbows[..., 1].ravel(), source.xi[:, 1]])
+    ends = heights.min() - room, heights.max() + room  # of lines without ends
+    layers = []
+    for mode in np.unique(modes, axis=0):
+        now = (modes == mode).all(axis=1)
+        own = [piece for piece in pieces if tuple(mode.tolist()) in piece.working]
+        for kind in dict.fromkeys(_style(piece) for piece in own):
+            paths = [
+                _dot(p.points[0], width) if len(p.points) == 1 else p.drawn(*ends) for p in own if _style(p) == kind
+            ]
+            dash = DASHES.get(kind)
+            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=dash, good=None if now.all() else now))
+    return layers
+
+
+def _style(piece):
+    return piece.kind if piece.kind in DASHES else "in line"
+
+
+def _dot(place, radius):
+    turn = np.linspace(0, 2 * np.pi, 25)
+    return place + radius * 0.4 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+def _workspace(source):
+    from ...singularities.loci import singularity_loci
+    from ...singularities.margins import Singularity
+
+    if not all(isinstance(drive, Crank) for drive in source.robot.drives):
+        raise ValueError("the workspace of a robot on guides has no end, so it cannot be shown")
+    arcs = [p.points for p in singularity_loci(source.robot).task if p.type == Singularity.SERIAL and len(p.points) > 1]
+    return [Area("workspace", _strips(source.robot, np.concatenate(arcs)), arcs, WORKSPACE)]
+
+
+def _strips(robot, border):
+    """Strips, rows (n, 2, 2), that fill what both legs reach, between heights at which its border may turn."""
+    y = np.union1d(np.linspace(border[:, 1].min(), border[:, 1].max(), 241), border[:, 1][::7])
+    sides = []  # per leg, the intervals of x that it reaches at each height
+    for drive, bar in zip(robot.drives, robot.distal):
+        outer, inner = (
+            np.sqrt(np.maximum((drive.length + side * bar) ** 2 - (y - drive.y) ** 2, 0)) for side in (1, -1)
+        )
+        parted = [(drive.x - outer, drive.x - inner), (drive.x + inner, drive.x + outer)]
+        sides.append(parted if inner.any() else [(drive.x - outer, drive.x + outer)])
+    strips = []
+    for left in sides[0]:
+        for right in sides[1]:
+            first, last = np.maximum(left[0], right[0]), np.minimum(left[1], right[1])
+            rows = np.stack([np.stack([first, y], axis=1), np.stack([np.maximum(first, last), y], axis=1)], axis=1)
+            wide = np.flatnonzero(last > first)
+            for run in np.split(wide, np.flatnonzero(np.diff(wide) > 1) + 1):
+                if len(run):
+                    strips.append(rows[max(run[0] - 1, 0) : run[-1] + 2])
+    return strips
+
+
+def _elbow_circles(source):
+    turn = np.linspace(0, 2 * np.pi, 181)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    cranks = [drive for drive in source.robot.drives if isinstance(drive, Crank)]
+    if not cranks:
+        raise ValueError("elbow-circles are for cranks: the feet of this robot slide along its rails")
+    return [
+        Line("elbow-circles", [(drive.x, drive.y) + drive.length * circle], LEGS[leg][0], dash=(0.5, 0.5), lift=0.1)
+        for leg, drive in enumerate(cranks)
+    ]
+
+
+def _velocity(source):
+    return [_arrows("velocity", source.traced, source.velocity, VELOCITY, "m/s")]
+
+
+def _acceleration(source):
+    return [_arrows("acceleration", source.traced, source.acceleration, ACCELERATION, "m/s²")]
+
+
+def _bar_forces(source):
+    forces = source.bar_forces
+    return [_arrows("bar-forces", source.traced, forces[:, leg], FORCE, "N", forces) for leg in (0, 1)]
+
+
+def _torques(source):
+    torques = source.torques
+    layers = []
+    for place, axis, values in torques:
+        largest = max(_largest(v) for _, a, v in torques if (a is None) == (axis is None))
+        if axis is None:
+            layers.append(Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest))
+        else:
+            layers.append(Arrows(f"{source.effort}s", place, values[:, None] * axis, TORQUE, "N", largest))
+    return layers
+
+
+def _arrows(name, places, vectors, colour, unit, of=None):
+    lengths = np.linalg.norm(vectors if of is None else of, axis=-1)
+    return Arrows(name, places, vectors, colour, unit, _largest(lengths))
+
+
+def _largest(values):
+    """The largest size that is a number; 0 where there is none."""
+    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+
+
+ITEMS = {
+    "trace": _trace,
+    "reference": _reference,
+    "loci": _loci,
+    "workspace": _workspace,
+    "elbow-circles": _elbow_circles,
+    "velocity": _velocity,
+    "acceleration": _acceleration,
+    "bar-forces": _bar_forces,
+    "torques": _torques,
+    "ghost": _ghost,
+}

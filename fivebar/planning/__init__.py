@@ -1,0 +1,1 @@
+"""Reference motions: simple ones, and planned ones by optimal control."""

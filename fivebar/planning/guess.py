@@ -1,0 +1,118 @@
+"""A first motion for the planner: along a path that keeps off the limits, as fast as the limits seem to allow."""
+
+import numpy as np
+
+from ..models.dynamics import inverse_dynamics
+from ..models.geometry import igm
+from .plans import PlanError, accelerations_of
+
+GRID, SMOOTHINGS = 121, 100  # nodes per side of the grid on which a first path is sought; passes over it
+
+
+def guess_again(plan, found):
+    """A solution as the guess of the next; its forces between its nodes, as computed ones might be huge there."""
+
+    def guess(t):
+        forces = [np.interp(t, plan.nodes, force) for force in found.bar_forces.T]
+        return np.column_stack([plan._at(t)[..., :6], *forces])
+
+    return guess
+
+
+def first_guess(problem):
+    """(times -> (n, 8), duration of each phase): from rest to rest between stops, straight where the limits allow."""
+    points = [np.array(conditions[0]) for conditions, _ in problem.stops]
+    paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
+    lengths = np.array([np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in paths])
+    shares = np.maximum(lengths, 0.05 * problem.length)
+    sigma = np.linspace(0, 1, 201)
+    blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
+    motions = []
+    for path in paths:
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        xi = np.stack([np.interp(blend * along[-1], along, column) for column in path.T], axis=1)
+        xi_dot = np.gradient(xi, sigma, axis=0)
+        motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
+    durations = shares / shares.sum()
+    timed = [(i, t) for i, (_, t) in enumerate(problem.stops) if t is not None]
+    for (i, before), (j, after) in zip(timed, timed[1:]):
+        durations[i:j] = (after - before) * shares[i:j] / shares[i:j].sum()
+    last = timed[-1][0]
+    if last < len(paths):
+        free = slice(last, None)
+        durations[free] = shares[free] / shares[free].sum()
+        durations[free] *= max(_time_needed(problem, m, T) for m, T in zip(motions[free], durations[free]))
+    ends = np.cumsum(durations)
+    times = np.concatenate([end + duration * (sigma - 1) for end, duration in zip(ends, durations)])
+    powers = [np.concatenate([m[i] / T**i for m, T in zip(motions, durations)]) for i in range(3)]
+    columns = np.concatenate([*powers, np.zeros((len(times), 2))], axis=1)
+    return lambda t: np.stack([np.interp(t, times, column) for column in columns.T], axis=-1), durations
+
+
+def _time_needed(problem, motion, duration):
+    """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as 1 / time."""
+    motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
+    acc, limits, weights = accelerations_of(problem, motion), problem.limits, problem.weights
+    regular = np.abs(acc.rates.pose._parallel) > 0.1
+    tau = inverse_dynamics(accelerations_of(problem, motion[regular])) if regular.any() else np.zeros((1, 2))
+    effort = np.mean(np.sum(tau**2, axis=1)) * duration
+    jerk = np.mean(np.sum(np.gradient(motion[:, 4:], duration / 200, axis=0) ** 2, axis=1)) * duration
+    factors = [1e-3]
+    if limits.torque is not None:
+        factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
+    if limits.joint_speed is not None:
+        factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
+    if limits.acceleration is not None:
+        factors.append(np.sqrt(np.linalg.norm(motion[:, 4:], axis=1).max() / limits.acceleration))
+    factors.append((3 * weights["effort"] * effort / weights["time"] / duration) ** 0.25)
+    factors.append((5 * weights["jerk"] * jerk / weights["time"] / duration) ** (1 / 6))
+    return max(factors)
+
+
+def _path(problem, a, b):
+    """Points (n, 2) from a to b: the straight line, or where that breaks limits a shortest way round on a grid."""
+    straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
+    if (_blocked(problem, straight) <= 0).all():
+        return straight
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    low, high = np.minimum(a, b) - 2 * problem.length, np.maximum(a, b) + 2 * problem.length
+    axes = [np.linspace(low[i], high[i], GRID) for i in (0, 1)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    blocked = np.maximum(_blocked(problem, nodes), 0.0)
+    number = np.arange(GRID**2).reshape(GRID, GRID)
+    pairs = [(number[1:], number[:-1]), (number[:, 1:], number[:, :-1])]
+    pairs += [(number[1:, 1:], number[:-1, :-1]), (number[1:, :-1], number[:-1, 1:])]
+    i, j = (np.concatenate([np.ravel(pair[k]) for pair in pairs]) for k in (0, 1))
+    between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
+    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * (blocked[i] + blocked[j] + between)
+    ends = [int(np.argmin(np.linalg.norm(nodes - p, axis=1) + 1e3 * blocked)) for p in (a, b)]
+    before = dijkstra(coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr(), False, ends[0], True)[1]
+    way = [ends[1]]
+    while way[-1] != ends[0]:
+        way.append(int(before[way[-1]]))
+    path = np.concatenate([[a], nodes[way[::-1]], [b]])
+    worst = path[np.argmax(_blocked(problem, path))]
+    gap = -igm(problem.robot, worst, problem.working, unreachable="nan").reach_margin
+    if gap > 0:
+        raise PlanError(
+            f"plan: start and goal are not connected in working modes {problem.working}: the way with the narrowest "
+            f"gap leaves the reach of the bars by {gap:.3g} m near ({worst[0]:.4g}, {worst[1]:.4g}) m", {"reach": gap},
+        )  # fmt: skip
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    path = np.stack([np.interp(np.linspace(0, along[-1], 101), along, column) for column in path.T], axis=1)
+    allowed = np.maximum(_blocked(problem, path), 0.0)
+    for _ in range(SMOOTHINGS):
+        smooth = path.copy()
+        smooth[1:-1] = (path[:-2] + 2 * path[1:-1] + path[2:]) / 4
+        path = np.where((_blocked(problem, smooth) <= allowed)[:, None], smooth, path)
+    return path
+
+
+def _blocked(problem, xi):
+    """By what points (n, 2) break the limits on poses, relative to their units; over 1 out of reach."""
+    pose = igm(problem.robot, xi, problem.working, unreachable="nan")
+    found = problem.violations(xi=xi, sines=problem.signed_sines(pose))
+    worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)
+    return np.where(np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst)

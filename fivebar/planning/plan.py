@@ -1,0 +1,179 @@
+"""Optimal motions by direct collocation with the bar forces as controls: they may cross Type-2 singularities."""
+
+import math
+import time
+
+import numpy as np
+
+from ..models.dyads import dot
+from ..models.geometry import igm
+from ..models.kinematics import ikm
+from .collocation import LIMITS, METHODS, scheme
+from .guess import first_guess, guess_again
+from .plans import Limits, Mesh, Plan, PlanError, Problem, listed
+from .problem import box, checked_stops, checked_weights, limit_of, number, refuse_stops
+from .program import solve
+from .trajectory import polynomial
+
+REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
+
+
+def plan(
+    robot, start, goal, duration=None, *, via=(), objective="effort", torque_limit=None, joint_speed_limit=None,
+    acceleration_limit=None, workspace=None, serial_margin=0.05, parallel_margin=None, working=(-1, -1),
+    method="legendre-gauss", degree=3, intervals=20, tolerance=1e-3, max_time=30.0,
+):  # fmt: skip
+    """Plan an optimal motion of the end-effector in given working modes; it may cross Type-2 singularities: Plan.
+
+    start, goal: (2,) m, at rest there, or {order: (x, y)} as in `polynomial`; duration: s, None: free. via: points to
+    pass, [(time or None, (2,) or {order: ...}), ...], in this order. objective: "effort" (integral of tau^2), "time",
+    "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI values.
+    torque_limit N m and joint_speed_limit rad/s (of a biglide N and m/s): one number or one per joint;
+    acceleration_limit m/s^2, of the end-effector; workspace ((x low, x high), (y low, y high)) m; serial_margin: least
+    |sin q_i2| (|sin phi_i|); parallel_margin: least |det A|, None: may cross, which wants some effort in the objective,
+    or else a torque_limit.
+    method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
+    tolerance: to which the mesh, of at first `intervals`, is refined: largest defect over the largest force, and what
+    may be missed of a limit between nodes (torque and acceleration never are). max_time: s.
+    ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
+    """
+    began = time.perf_counter()
+    limits = Limits(
+        limit_of(torque_limit, "torque_limit", (1, 2)), limit_of(joint_speed_limit, "joint_speed_limit", (1, 2)),
+        limit_of(acceleration_limit, "acceleration_limit", (1,)), box(workspace),
+        number(serial_margin, "serial_margin", 1e-3, 1), None if parallel_margin is None
+        else number(parallel_margin, "parallel_margin", 1e-9, 1),
+    )  # fmt: skip
+    weights = checked_weights(objective)
+    if np.shape(working) != (2,):
+        raise ValueError(f"plan: working must be two modes, +1 or -1, not {working!r}")
+    stops = checked_stops(start, goal, duration, via)
+    if duration is None and not weights["time"]:
+        raise ValueError('plan: a free duration needs a weight on "time": the longer, the less effort and jerk')
+    if duration is None and not (weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration):
+        raise ValueError("plan: minimum time needs a torque_limit or an acceleration_limit: without, it is 0")
+    if method not in METHODS:
+        raise ValueError(f"plan: method must be {' or '.join(METHODS)}, not {method!r}")
+    for name, value, low, high in (("degree", degree, 2, 7), ("intervals", intervals, 2, MOST_INTERVALS)):
+        if not (isinstance(value, int) and low <= value <= high):
+            raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {value!r}")
+    tolerance, max_time = number(tolerance, "tolerance", 1e-9, 1), number(max_time, "max_time", 0, math.inf)
+    problem = Problem(robot, stops, tuple(int(w) for w in working), weights, limits, scheme(method, degree))
+    if not problem.mass:
+        names = ", ".join(("m", *robot.words.inertias))
+        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {robot.words.effort}")
+    refuse_stops(problem)
+    sides = {np.sign(igm(robot, conditions[0], problem.working)._parallel) for conditions, _ in stops}
+    if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
+        raise ValueError(
+            'plan: this motion must cross a Type-2 singularity, where without torque_limit or a weight on "effort" the '
+            "torque has no bound"
+        )
+    guess, durations = first_guess(problem)
+    share = np.maximum(np.round(intervals * durations / durations.sum()).astype(int), 2)
+    mesh = [np.linspace(0, 1, n + 1) for n in share]
+    return _Search(problem, tolerance, max_time, began).run(mesh, durations, guess)
+
+
+class _Search:
+    """Solve, refine the mesh where the plan errs, solve again; or find out what is wrong."""
+
+    def __init__(self, problem, tolerance, max_time, began):
+        self.problem, self.tolerance, self.max_time, self.began = problem, tolerance, max_time, began
+        self.meshes, self.best = [], None  # the last converged plan
+
+    def run(self, mesh, durations, guess):
+        self.first = durations, guess
+        order = len(self.problem.scheme.c)  # of the defect between nodes
+        for _ in range(REFINEMENTS):
+            found, plan = self.solve(mesh, durations, guess)
+            if not found.solved:
+                found, plan = self.recover(mesh, found, plan)
+            excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
+            for name, value in plan._exceeded.items():
+                excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
+            parts = np.clip(np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS).astype(int)
+            parts[excess <= self.tolerance] = 1
+            if parts.max() == 1:
+                return plan
+            if parts.sum() > MOST_INTERVALS:
+                break
+            mesh, durations, guess = _refined(mesh, parts), found.durations, guess_again(plan, found)
+        raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
+                                 f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
+
+    def solve(self, mesh, durations, guess, elastic=False):
+        left = self.began + self.max_time - time.perf_counter()
+        found = solve(self.problem, mesh, durations, guess, left, elastic)
+        plan = Plan(self.problem, found.pieces, found.objective, found.status)
+        self.meshes.append(Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed))
+        plan = Plan(self.problem, found.pieces, found.objective, found.status, tuple(self.meshes), self.elapsed)
+        if found.solved and not elastic:
+            self.best = plan
+        if self.elapsed > self.max_time:
+            raise self.failure(self.best or plan, f"no solution within max_time = {self.max_time:g} s", found.status)
+        return found, plan
+
+    @property
+    def elapsed(self):
+        return time.perf_counter() - self.began
+
+    def recover(self, mesh, failed, plan):
+        """Begin afresh; else meet the limits as well as can be, and where that meets them, try again from there."""
+        if len(self.meshes) > 1:
+            found, plan = self.solve(mesh, *self.first)
+            if found.solved:
+                return found, plan
+        best, nearest = self.solve(mesh, *self.first, elastic=True)
+        if not best.solved:
+            raise self.failure(
+                self.best or plan, f"IPOPT did not converge ({failed.status}, then {best.status})", failed.status
+            )
+        if best.slack.max() > self.tolerance:
+            names = [name for name, slack in zip(LIMITS, best.slack) if slack > 1e-6]
+            raise self.failure(nearest, "infeasible", failed.status, names)
+        found, plan = self.solve(mesh, best.durations, guess_again(nearest, best))
+        if not found.solved:
+            raise self.failure(
+                self.best or plan, f"IPOPT did not converge ({failed.status}, then {found.status})", found.status
+            )
+        return found, plan
+
+    def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
+        broken = {name: value for name, value in plan.violations.items() if name in names}
+        words = f"plan: {reason}{listed(self.problem, broken)}; the best motion found is attached as .plan"
+        return PlanError(words, broken, plan, status)
+
+
+def _refined(mesh, parts):
+    """Divide each interval into so many parts."""
+    finer, k = [], 0
+    for knots in mesh:
+        own = parts[k : k + len(knots) - 1]
+        k += len(own)
+        place = np.concatenate([[0], np.cumsum(own)])
+        finer.append(np.interp(np.arange(place[-1] + 1), place, knots))
+    return finer
+
+
+def crossing_polynomial(robot, start, goal, crossing, velocity, times, acceleration=(0.0, 0.0), working=(-1, -1)):
+    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
+
+    start, goal: (2,) m, at rest with no acceleration; crossing (2,) m on the singularity, passed with velocity (2,) m/s
+    and with the part of `acceleration` (2,) m/s^2 that lies across t_s, the free direction (A t_s = 0).
+    times: (start, crossing, goal) s. Gives a Trajectory; ValueError where det A is not 0 at the crossing, or not passed
+    through. Briot and Arakelian 2008.
+    """
+    rates = ikm(igm(robot, crossing, working), velocity)
+    pose, (w1, w2) = rates.pose, (s / bar for s, bar in zip(rates._swing, robot.distal))
+    if abs(pose._parallel) > 1e-6:
+        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose._parallel:.3g}")
+    slope = dot(*pose._distal) * (w2 - w1)
+    if abs(slope) < 1e-6:
+        raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
+    x, y = pose._distal[0]  # across t_s
+    along = x * acceleration[0] + y * acceleration[1]
+    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+    t0, ts, t1 = times
+    middle = {0: crossing, 1: velocity, 2: (along * x, along * y)}
+    return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])

@@ -1,0 +1,268 @@
+"""One plan's problem on one mesh as a nonlinear program in CasADi, solved by IPOPT."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..models.geometry import igm
+from ..models.kinematics import ikm, ikm2
+from .collocation import LIMITS, Pieces, bar_force_dynamics
+
+ITERATIONS = 200
+REGULAR = 1e-6  # weight of the objective where the violation of limits is minimized
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What the solver left: pieces, duration of each phase (p,) s, bar forces at all points (n, 2) N, how it ended.
+
+    slack: by what part of its unit each of LIMITS was exceeded, where that was allowed.
+    """
+
+    pieces: Pieces
+    durations: np.ndarray
+    bar_forces: np.ndarray
+    slack: np.ndarray
+    objective: float
+    status: str
+    iterations: int
+
+    @property
+    def solved(self):
+        return self.status == "Solve_Succeeded"
+
+
+def solve(problem, mesh, durations, guess, max_time, elastic=False):
+    """Solve on a mesh: per phase the knots from 0 to 1. Gives a Solution, solved or not.
+
+    guess: times (n,) -> (n, 8) position, velocity, acceleration, bar forces, with phases of `durations` s.
+    elastic: instead of the objective, minimize by what parts the limits are exceeded.
+    """
+    import casadi as ca
+
+    program = _Program(problem, mesh, durations, elastic)
+    program.keep_motion()
+    program.keep_limits()
+    program.keep_stops()
+    cost = program.cost()
+    variables = ca.vertcat(*map(ca.vec, program.variables))
+    solver = ca.nlpsol(
+        "plan", "ipopt",
+        {
+            "x": variables,
+            "f": ca.sum1(program.slack) + REGULAR * cost if elastic else cost,
+            "g": ca.vertcat(*program.constraints),
+        },
+        {
+            "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
+            "ipopt.max_iter": ITERATIONS, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
+        },
+    )  # fmt: skip
+    low, high = program.bounds()
+    found = solver(
+        x0=program.values(durations, guess), lbx=low, ubx=high,
+        lbg=np.concatenate(program.lower), ubg=np.concatenate(program.upper),
+    )  # fmt: skip
+    unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
+    solution = [matrix.full().T for matrix in unpack(found["x"])]
+    stats = solver.stats()
+    return Solution(
+        *program.in_si(solution),
+        float(found["f"]) * program.cost_unit,
+        stats["return_status"],
+        int(stats["iter_count"]),
+    )
+
+
+class _Program:
+    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are 2 x n."""
+
+    def __init__(self, problem, mesh, durations, elastic):
+        import casadi as ca
+
+        self.problem, self.mesh, self.elastic, self.rule = problem, mesh, elastic, problem.scheme
+        sizes = [len(knots) - 1 for knots in mesh]
+        self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
+        self.count = count = int(self.first[-1])
+        self.length, self.time = problem.length, float(np.sum(durations))
+        self.force = problem.mass * self.length / self.time**2
+        self.torque = self.force * problem.lever
+        self.index = self.rule.points(count)
+        self.flat = self.index.ravel().tolist()
+        points = self.index[-1, -1] + 1
+        self.at_knots = [ca.MX.sym(name, 2, count + 1) for name in ("xi", "xi_dot")]
+        self.at_points = [ca.MX.sym(name, 2, int(points)) for name in ("xi_c", "xi_dot_c", "xi_ddot_c", "forces_c")]
+        self.phases, self.slack = ca.MX.sym("phases", len(mesh)), ca.MX.sym("slack", len(LIMITS))
+        self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
+        # Durations that are all given are constants: the constraints on the motion are then linear.
+        given = all(t is not None for _, t in problem.stops)
+        phases = ca.MX(ca.DM(np.asarray(durations) / self.time)) if given else self.phases
+        self.total = ca.sum1(phases)
+        widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
+        self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
+        robot = _point(self).map(int(points))
+        self.dynamics, self.tau, self.sines, self.q_dot = robot(*self.at_points)
+        self.constraints, self.lower, self.upper = [], [], []
+
+    def keep(self, expression, low=0.0, high=0.0, limit=None):
+        """low <= expression <= high, numbers or one per row; softened by the slack of `limit` if elastic."""
+        import casadi as ca
+
+        if limit is not None and self.elastic:
+            slack = self.slack[LIMITS.index(limit)]
+            self.keep(expression - slack, -np.inf, high)
+            self.keep(expression + slack, low, np.inf)
+            return
+        self.constraints.append(ca.vec(expression))
+        for bounds, bound in ((self.lower, low), (self.upper, high)):
+            bounds.append(np.broadcast_to(bound, expression.shape[::-1]).ravel())
+
+    def keep_motion(self):
+        """Each interval begins where the last one ends, points lie on its polynomials, and the robot obeys there."""
+        (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = self.at_knots, self.at_points
+        interval = _interval(self.rule).map(self.count)
+        on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat])
+        # A point that two intervals share belongs to the later one.
+        own = (self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]).tolist()
+        for difference in (
+            xi[:, 1:] - end,
+            xi_dot[:, 1:] - end_dot,
+            xi_c - on_xi[:, own],
+            xi_dot_c - on_xi_dot[:, own],
+        ):
+            self.keep(difference)
+        self.keep(self.dynamics)
+
+    def keep_limits(self):
+        """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""
+        import casadi as ca
+
+        limits, rule = self.problem.limits, self.rule
+        self.keep(self.sines[:2, :], limits.serial, np.inf, "serial")
+        if limits.parallel is not None:
+            self.keep(self.sines[2, :], limits.parallel, np.inf, "parallel")
+        if limits.torque is not None:
+            part = ca.diag(self.torque / ca.DM(limits.torque)) @ self.rows(rule.to_bezier, self.tau)
+            self.keep(part, -1.0, 1.0, "torque")
+        if limits.joint_speed is not None:
+            self.keep(ca.diag(1 / (self.time * ca.DM(limits.joint_speed))) @ self.q_dot, -1.0, 1.0, "joint_speed")
+        if limits.acceleration is not None:
+            part = self.rows(rule.to_bezier, self.at_points[2]) * (self.length / self.time**2 / limits.acceleration)
+            self.keep(ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf)
+        if limits.workspace is not None:
+            self.keep(self.at_points[0], *(np.array(limits.workspace).T / self.length), "workspace")
+
+    def keep_stops(self):
+        """Accelerations and times that are given (positions and velocities are among the bounds); no jump for jerk."""
+        import casadi as ca
+
+        starts, ends = (self.rows(row[None], self.at_points[2]) for row in self.rule.powers((0.0, 1.0))[0])
+        for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
+            if 2 in conditions:
+                value = ca.DM(conditions[2]) * self.time**2 / self.length
+                if k < self.count:
+                    self.keep(starts[:, k] - value)
+                if k > 0:
+                    self.keep(ends[:, k - 1] - value)
+        timed = [(i, t) for i, (_, t) in enumerate(self.problem.stops) if t is not None]
+        for (i, before), (j, after) in zip(timed, timed[1:]):
+            self.keep(ca.sum1(self.phases[i:j]) - (after - before) / self.time)
+        if self.problem.weights["jerk"] and not self.rule.shared:
+            self.keep(ends[:, :-1] - starts[:, 1:])
+
+    def rows(self, matrix, values):
+        """matrix (r, s) times the values at the points of each interval: 2 x r count."""
+        import casadi as ca
+
+        return values[:, self.flat] @ ca.kron(ca.DM.eye(self.count), ca.sparsify(ca.DM(matrix.T)))
+
+    def cost(self):
+        """The weighted objective over its unit; the integrals of squares are exact."""
+        import casadi as ca
+
+        def integral(factor, values, h):
+            squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
+            return ca.dot(squares, ca.reshape(ca.repmat(h, len(factor), 1), 1, -1))
+
+        terms = {
+            "effort": lambda: integral(self.rule.square, self.tau, self.h),
+            "time": lambda: self.total,
+            "jerk": lambda: integral(self.rule.square_slope, self.at_points[2], 1 / self.h),
+        }
+        weights, units = self.problem.weights, self.cost_units
+        return sum(weights[name] * units[name] * terms[name]() for name in terms if weights[name]) / self.cost_unit
+
+    @property
+    def cost_units(self):
+        return {"effort": self.torque**2 * self.time, "time": self.time, "jerk": self.length**2 / self.time**5}
+
+    @property
+    def cost_unit(self):
+        return sum(self.problem.weights[name] * unit for name, unit in self.cost_units.items())
+
+    def values(self, durations, guess):
+        """The guess, as one column; 2 x n by columns is (n, 2) by rows."""
+        units = np.repeat([self.length, self.length / self.time, self.length / self.time**2, self.force], 2)
+        knots = knots_of(self.mesh, durations)
+        at_knots, at_points = guess(knots) / units, guess(self.rule.nodes(knots)) / units
+        parts = [at_knots[:, :2], at_knots[:, 2:4], *np.split(at_points, 4, axis=1), np.asarray(durations) / self.time]
+        return np.concatenate([*map(np.ravel, parts), np.full(len(LIMITS), float(self.elastic))])
+
+    def bounds(self):
+        sides = []
+        for sign in (-1, 1):
+            parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
+            for k, (conditions, _) in zip(self.first, self.problem.stops):
+                for order in {0, 1} & set(conditions):
+                    parts[order][k] = np.array(conditions[order]) * self.time**order / self.length
+            if sign < 0:
+                parts[-2][:], parts[-1][:] = 1e-6, 0.0
+            elif not self.elastic:
+                parts[-1][:] = 0.0
+            else:
+                parts[-1][:, LIMITS.index("serial")] = 0.9 * self.problem.limits.serial  # B stays regular
+            sides.append(np.concatenate([*map(np.ravel, parts)]))
+        return sides
+
+    def in_si(self, solution):
+        """Pieces, durations of the phases, bar forces and slack of a solution."""
+        xi, xi_dot, _, _, xi_ddot, forces, phases, slack, tau = solution
+        speed, durations = self.length / self.time, self.time * phases.ravel()
+        pieces = Pieces(
+            self.rule, knots_of(self.mesh, durations), self.length * xi[:-1], speed * xi_dot[:-1],
+            speed / self.time * xi_ddot[self.index], self.torque * tau[self.index],
+        )  # fmt: skip
+        return pieces, durations, self.force * forces, slack.ravel()
+
+
+def knots_of(mesh, durations):
+    starts = np.concatenate([[0.0], np.cumsum(durations)])
+    inner = [start + duration * knots[:-1] for start, duration, knots in zip(starts, durations, mesh)]
+    return np.concatenate([*inner, starts[-1:]])
+
+
+def _interval(rule):
+    """(xi, xi', h, xi'' at the points 2 x s) -> (xi, xi' at the points, both at the end), scaled."""
+    import casadi as ca
+
+    x, v, h, a = ca.SX.sym("x", 2), ca.SX.sym("v", 2), ca.SX.sym("h"), ca.SX.sym("a", 2, len(rule.c))
+    places = [*rule.c, 1.0]
+    _, single, double = rule.powers(places)
+    xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
+    vs = [v + h * (a @ ca.DM(row)) for row in single]
+    return ca.Function("interval", [x, v, h, a], [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]])
+
+
+def _point(program):
+    """(xi, xi', xi'', lambda) -> (m xi'' - A^T lambda, tau, the sines that limits speak of, q'), scaled."""
+    import casadi as ca
+
+    problem, length, time = program.problem, program.length, program.time
+    scaled = [ca.SX.sym(name, 2) for name in ("xi", "xi_dot", "xi_ddot", "forces")]
+    xi, xi_dot, xi_ddot = (length / time**order * symbol for order, symbol in enumerate(scaled[:3]))
+    acc = ikm2(ikm(igm(problem.robot, xi, problem.working), xi_dot), xi_ddot)
+    push, tau = bar_force_dynamics(acc, (program.force * scaled[3][0], program.force * scaled[3][1]))
+    sines = problem.signed_sines(acc.rates.pose)
+    outputs = ca.vertcat(*push) / program.force, ca.vertcat(*tau) / program.torque, ca.vertcat(*sines)
+    return ca.Function("point", scaled, ca.cse([*outputs, time * acc.rates.q_dot]))

@@ -1,0 +1,134 @@
+"""Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point outside their time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from ..tables import read_columns
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A motion of the end-effector over [start, start + duration] s.
+
+    Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and acceleration (m/s^2), each
+    (2,) or (n, 2). Before and after, it rests at its first and last point.
+    """
+
+    start: float
+    duration: float
+    _motion: object  # times (n,) inside the interval -> (n, 6): position, velocity, acceleration
+
+    def __call__(self, t):
+        times = np.asarray(t, dtype=float)
+        inside = np.clip(times, self.start, self.start + self.duration)
+        motion = self._motion(inside)
+        if (times != inside).any():
+            motion[..., 2:] = np.where((times == inside)[..., None], motion[..., 2:], 0.0)
+        return motion[..., :2], motion[..., 2:4], motion[..., 4:]
+
+
+def polynomial(conditions):
+    """The polynomial of lowest degree through conditions [(t, {order: (x, y), ...}), ...], times in s, increasing.
+
+    order: 0 position (m), 1 velocity (m/s), 2 acceleration (m/s^2); any set of them that determines a polynomial, the
+    first and last time with a position. ValueError where it does not. The lab's P a = c, solved in Chebyshev
+    polynomials of a time scaled to [-1, 1], where it is well conditioned.
+    """
+    conditions = list(conditions)
+    times = _increasing([t for t, _ in conditions], "polynomial")
+    for t, given in conditions:
+        for order, value in given.items():
+            if order not in (0, 1, 2):
+                raise ValueError(f"polynomial: the order at t = {t:g} s must be 0, 1 or 2, not {order!r}")
+            _point(value, f"polynomial: order {order} at t = {t:g} s")
+    half = (times[-1] - times[0]) / 2
+    degree = sum(len(given) for _, given in conditions) - 1
+    derivatives = [np.eye(degree + 1)]
+    for _ in range(2):
+        derivatives.append(chebyshev.chebder(derivatives[-1], axis=0))
+    rows, values = [], []
+    for t, given in conditions:
+        s = (t - times[0]) / half - 1
+        for order, value in sorted(given.items()):
+            rows.append(chebyshev.chebval(s, derivatives[order]))
+            values.append(np.asarray(value, float) * half**order)
+    rows = np.array(rows)
+    if np.linalg.matrix_rank(rows) <= degree:
+        raise ValueError("polynomial: these conditions do not determine a polynomial (a position is missing?)")
+    coefficients = np.linalg.solve(rows, np.array(values))
+    # One table for position, velocity and acceleration: they are evaluated together.
+    table = np.zeros((degree + 1, 6))
+    for order in range(3):
+        column = derivatives[order] @ coefficients / half**order
+        table[: len(column), 2 * order : 2 * order + 2] = column
+
+    orders = np.arange(len(table))
+
+    def motion(t):
+        angle = np.arccos(np.clip((t - times[0]) / half - 1, -1, 1))
+        return np.cos(np.multiply.outer(angle, orders)) @ table  # T_k(cos a) = cos k a
+
+    return Trajectory(float(times[0]), float(times[-1] - times[0]), motion)
+
+
+def line(a, b, duration):
+    """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, > 0."""
+    duration = _positive(duration, "line: duration")
+    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+    return polynomial([(0.0, {0: _point(a, "line: a"), **rest}), (duration, {0: _point(b, "line: b"), **rest})])
+
+
+def circle(center, radius, period):
+    """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius m, period s > 0."""
+    center = np.array(_point(center, "circle: center"))
+    radius, period = _positive(radius, "circle: radius"), _positive(period, "circle: period")
+    omega = 2 * math.pi / period
+
+    def motion(t):
+        u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
+        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
+        return np.concatenate([center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1)
+
+    return Trajectory(0.0, period, motion)
+
+
+def from_csv(path, smoothing=0.0):
+    """A path from a CSV file with columns t (s), x, y (m), through a quintic spline (SciPy's make_splrep).
+
+    smoothing: root-mean-square distance in m that the spline may keep from the samples; 0 passes through all of them.
+    At least 6 rows, times increasing. ValueError names the file and line of what is wrong.
+    """
+    from scipy.interpolate import make_splrep
+
+    if not (math.isfinite(smoothing) and smoothing >= 0):
+        raise ValueError(f"from_csv: smoothing must be finite and >= 0 m, not {smoothing!r}")
+    table = read_columns(path, ("t", "x", "y"))
+    if len(table) < 6:
+        raise ValueError(f"{path}: a quintic spline needs at least 6 rows, not {len(table)}")
+    t = table[:, 0]
+    splines = [make_splrep(t, table[:, k], k=5, s=len(t) * smoothing**2 / 2) for k in (1, 2)]
+    splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
+    return Trajectory(t[0], t[-1] - t[0], lambda times: np.stack([spline(times) for spline in splines], axis=-1))
+
+
+def _point(value, name):
+    array = np.asarray(value, dtype=float)
+    if array.shape != (2,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} must be two finite numbers (x, y), not {value!r}")
+    return array.tolist()
+
+
+def _positive(value, name):
+    if not (np.ndim(value) == 0 and math.isfinite(value) and value > 0):
+        raise ValueError(f"{name} must be finite and > 0, not {value!r}")
+    return float(value)
+
+
+def _increasing(times, name):
+    times = np.array(times, dtype=float)
+    if times.ndim != 1 or len(times) < 2 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        raise ValueError(f"{name}: times must be two or more, finite and increasing, not {times.tolist()}")
+    return times

@@ -1,0 +1,107 @@
+"""The cases that controllers are compared on: the lab's two tasks, and what a real machine adds to the first."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..control.laws import ComputedTorque
+from ..control.tracker import Tracker
+from ..models.dynamics import inverse_dynamics
+from ..models.geometry import igm
+from ..models.kinematics import ikm, ikm2
+from ..models.robots import FiveBar
+from ..planning.trajectory import line
+from .simulate import simulate
+
+HOME, TASK_1, TASK_2 = (0.09, 0.06796322), (0.0, 0.1), (0.05, 0.0)  # m: from home in 2 s and in 4 s
+SETTLING = 0.5  # s, simulated beyond the reference's end
+ENCODER = 2 * math.pi / 4096  # rad
+
+
+@dataclass(frozen=True)
+class Case:
+    """A motion to be tracked: the robot that moves, the one its controller knows, reference, options of simulate."""
+
+    title: str
+    reference: object
+    plant: FiveBar = FiveBar()
+    model: FiveBar = FiveBar()
+    options: dict = field(default_factory=dict)
+
+    def simulate(self, controller):
+        """The Run of a controller, or of one of CONTROLLERS by its name."""
+        if isinstance(controller, str):
+            controller = CONTROLLERS[_known(controller, CONTROLLERS, "controller")](self)
+        duration = self.reference.start + self.reference.duration + SETTLING
+        return simulate(self.plant, controller, self.reference, duration=duration, **self.options)
+
+
+def _task_1():
+    return Case("task 1", line(HOME, TASK_1, 2.0))
+
+
+def _torque_limit():
+    """60 % of the largest torque that the exact inverse model gives along task 1."""
+    reference, robot = line(HOME, TASK_1, 2.0), FiveBar()
+    xi, xi_dot, xi_ddot = reference(np.linspace(0.0, 2.0, 2001))
+    tau = inverse_dynamics(ikm2(ikm(igm(robot, xi), xi_dot), xi_ddot))
+    limit = 0.6 * float(np.abs(tau).max())
+    return Case("task 1, torque limit 60 %", reference, options={"torque_limit": limit})
+
+
+def _mass():
+    return Case("task 1, mass 20 % larger than known", line(HOME, TASK_1, 2.0), plant=FiveBar(m=0.6))
+
+
+def _delay():
+    return Case("task 1, delay 10 ms", line(HOME, TASK_1, 2.0), options={"delay": 1})
+
+
+def _encoder():
+    return Case("task 1, encoders of 4096 steps", line(HOME, TASK_1, 2.0), options={"encoder_resolution": ENCODER})
+
+
+def _crossing():
+    """Task 2, planned with least effort; it passes the Type-2 singularity at t = 3 s."""
+    from ..planning.plan import plan
+
+    reference = plan(FiveBar(), HOME, TASK_2, 4.0)
+    return Case("task 2, planned across Type 2", reference, options={"torque_limit": 0.05})
+
+
+CASES = {
+    "task-1": _task_1, "torque-limit": _torque_limit, "mass": _mass, "delay": _delay, "encoder": _encoder,
+    "crossing": _crossing,
+}  # fmt: skip
+
+
+def _mpc(case):
+    told = ("control_period", "torque_limit", "delay", "encoder_resolution")
+    options = {name.removeprefix("control_"): value for name, value in case.options.items() if name in told}
+    return Tracker(case.model, **options)
+
+
+# Computed torque at the lab's gains and with twice its bandwidth.
+CONTROLLERS = {
+    "ctc": lambda case: ComputedTorque(case.model, 100, 20),
+    "ctc-stiff": lambda case: ComputedTorque(case.model, 400, 40),
+    "mpc": _mpc,
+}
+
+
+def case(name):
+    """One of CASES by its name: Case."""
+    return CASES[_known(name, CASES, "case")]()
+
+
+def run_case(name, controllers=tuple(CONTROLLERS)):
+    """Runs of a case by the controllers' names: what `compare` takes."""
+    chosen = case(name)
+    return {controller: chosen.simulate(controller) for controller in controllers}
+
+
+def _known(name, table, what):
+    if name not in table:
+        raise ValueError(f"no {what} {name!r}; the known ones are {', '.join(table)}")
+    return name

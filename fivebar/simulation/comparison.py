@@ -1,0 +1,91 @@
+"""Several runs side by side: the figures of each, as a table and as a picture."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+COLUMNS = (
+    ("rms_error_m", "RMS error (µm)", 1e6), ("max_error_m", "largest (µm)", 1e6),
+    ("final_error_m", "at the end (µm)", 1e6),
+    ("peak_torque_Nm", "peak torque (mN m)", 1e3), ("peak_force_N", "peak force (N)", 1.0),
+    ("saturated_s", "saturated (s)", 1.0),
+    ("median_solve_s", "solve, median (ms)", 1e3), ("p99_solve_s", "99 % (ms)", 1e3), ("fallbacks", "fallbacks", 1),
+)  # fmt: skip
+
+
+def compare(runs):
+    """Comparison of runs, a dict {name: Run}; each with a reference, all of one kind of robot (ValueError)."""
+    runs = dict(runs)
+    if not runs:
+        raise ValueError("compare needs at least one run")
+    for name, run in runs.items():
+        if run.xi_ref is None:
+            raise ValueError(f"compare: the run {name!r} has no reference, so no error")
+    if len({type(run.robot) for run in runs.values()}) > 1:
+        raise ValueError(
+            "compare: these runs are of different kinds of robots, whose torques and forces do not compare"
+        )
+    return Comparison(runs)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """runs {name: Run}; figures {name: {figure: value}} in SI units; printed, it is a table."""
+
+    runs: dict
+
+    @cached_property
+    def figures(self):
+        """Errors of the end-effector; peak torque; time with a torque at its limit (nan without one); of controllers
+        that keep a log: solve times, and steps in which they fell back to another law (nan else)."""
+        return {name: _figures(run) for name, run in self.runs.items()}
+
+    def __str__(self):
+        used = [c for c in COLUMNS if not all(np.isnan(row.get(c[0], np.nan)) for row in self.figures.values())]
+        lines = [["", *(title for _, title, _ in used)]]
+        for name, row in self.figures.items():
+            lines.append([name, *(_number(scale * row[key]) for key, _, scale in used)])
+        widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
+        return "\n".join(
+            "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(line, widths)))
+            for line in lines
+        )
+
+    def plot(self, path=None):
+        """Matplotlib figure of errors, torques and solve times; written to `path` (PNG, SVG, PDF) if given."""
+        from ..pictures.plot.comparison import comparison
+
+        figure = comparison(self)
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+
+def peak_name(robot):
+    """What the figure of the largest torque or force is called."""
+    words = robot.words
+    return f"peak_{words.effort}_{words.effort_unit.replace(' ', '')}"
+
+
+def _figures(run):
+    size, log = np.linalg.norm(run.error, axis=1), run.log
+    nan = float("nan")
+    figures = {
+        "rms_error_m": float(np.sqrt(np.mean(size**2))), "max_error_m": float(size.max()),
+        "final_error_m": float(size[-1]), peak_name(run.robot): float(np.abs(run.tau).max()), "saturated_s": nan,
+        "median_solve_s": nan, "p99_solve_s": nan, "fallbacks": nan,
+    }  # fmt: skip
+    if run.torque_limit is not None:
+        figures["saturated_s"] = float(np.diff(run.t)[run.saturated[:-1].any(axis=1)].sum())
+    if log is not None:
+        figures["median_solve_s"] = float(np.median(log.solve_time))
+        figures["p99_solve_s"] = float(np.percentile(log.solve_time, 99))
+        figures["fallbacks"] = int(np.count_nonzero(log.status))
+    return figures
+
+
+def _number(value):
+    if np.isnan(value):
+        return "-"
+    return f"{value:.0f}" if value >= 1e3 or value == round(value) else f"{value:.3g}"

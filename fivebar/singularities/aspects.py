@@ -1,0 +1,161 @@
+"""Aspects: the singularity-free components of the workspace in each working mode, bounded by the exact loci."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..models.dyads import SINGULAR
+from ..models.geometry import task_pose
+from ..models.robots import Biglide, FiveBar
+from .loci import MODES, singularity_loci
+from .margins import Singularity
+from .regions import Arc, crossings, faces, inside, roomiest
+
+SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
+JOINED = 3e-8  # ends closer than this share of the robot's size are one vertex: so well circles meet that almost touch
+
+
+@dataclass(frozen=True, eq=False)
+class Aspect:
+    """A connected part of the workspace in one working mode without any singularity, from `aspects`.
+
+    number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1; area m^2;
+    point (2,) m: about the point of the aspect that is farthest from its boundary, clearance: its distance from it, m;
+    boundary: loops of regions.Arc with the aspect on their left, the outer one first; punctures (n, 2) m: isolated
+    singular points inside.
+    """
+
+    robot: FiveBar
+    number: int
+    working: tuple
+    assembly: int
+    area: float
+    point: np.ndarray
+    clearance: float
+    boundary: tuple = field(repr=False)
+    punctures: np.ndarray
+
+    @cached_property
+    def polygons(self):
+        """The boundary's loops as points (n, 2), m, between which it turns by less than 1 degree."""
+        return tuple(_pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in self.boundary)
+
+    def contains(self, xi):
+        """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not: bool (*batch,)."""
+        xi = np.asarray(xi, dtype=float)
+        if xi.ndim == 0 or xi.shape[-1] != 2:
+            raise ValueError(f"xi must have shape (2,) or (*batch, 2), not {xi.shape}")
+        z = (xi @ (1, 1j)).ravel()
+        found = -self.assembly * _det_a(self.robot, z, self.working) > SINGULAR  # which no nan is
+        found[found] = inside(self.boundary, z[found])
+        return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
+
+
+def aspects(robot):
+    """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
+
+    Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
+    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997. ValueError for a
+    biglide, whose aspects have no ends.
+    """
+    if isinstance(robot, Biglide):
+        raise ValueError(
+            "aspects: the guides of a biglide have no ends, so its aspects are strips without ends and have no area, "
+            "between the lines of singularity_loci(robot).task; areas need strokes of the feet, which it does not have"
+        )
+    loci = singularity_loci(robot)
+    size = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
+
+    def rank(face):
+        # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then the one to the right.
+        _, _, area, (x, y), *_ = face
+        return tuple(-round(value, 7) for value in (area / size**2, y / size, x / size))
+
+    found = []
+    for working in MODES:
+        if working not in loci.everywhere:
+            found += sorted(_in_mode(robot, loci, working, size), key=rank)
+    areas = [
+        sum(face[2] for face in found if face[0] == working) for working in MODES if working not in loci.everywhere
+    ]
+    if areas and max(areas) - min(areas) > SAME_AREA * max(areas):
+        # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
+        sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
+        raise ArithmeticError(
+            "aspects: loci of this robot touch so closely that they cannot be told apart: the modes' areas are "
+            f"{sums} mm^2 and should be equal; lengths that differ by 1e-4 of their size may help"
+        )
+    return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
+
+
+def aspect(robot, number):
+    """The aspect of that number; ValueError where there is none."""
+    found = aspects(robot)
+    if number not in range(1, len(found) + 1):
+        raise ValueError(f"no aspect {number!r}: this robot has {len(found)}, numbered from 1")
+    return found[number - 1]
+
+
+def _in_mode(robot, loci, working, size):
+    """The aspects of one working mode: all but their numbers, unsorted."""
+    tolerance = JOINED * size
+    active = [piece for piece in loci.task if working in piece.working]
+    isolated = np.array([piece.points[0] @ (1, 1j) for piece in active if len(piece.points) == 1], dtype=complex)
+    arcs = _arcs(robot, [piece for piece in active if len(piece.points) > 1], tolerance)
+    isolated = np.unique(isolated)
+    if len(isolated):
+        isolated = isolated[[all(abs(end - z) > tolerance for arc in arcs for end in arc.z[[0, -1]]) for z in isolated]]
+    for area, boundary in faces(arcs, size, tolerance):
+        punctures = isolated[crossings(boundary, isolated)]
+        found = roomiest(boundary, punctures, area)
+        if not found:
+            continue
+        point, clearance = found[0]
+        det_a = float(_det_a(robot, np.array([point]), working)[0])
+        if abs(det_a) > SINGULAR:  # it is nan in the faces that are holes of the workspace
+            assembly = -1 if det_a > 0 else 1
+            yield working, assembly, area, _pairs(np.array(point)), clearance, boundary, _pairs(punctures)
+
+
+def _arcs(robot, pieces, tolerance):
+    """The pieces cut where others end on them: on the circles, which the other loci touch or meet only there."""
+    # Where a leg is in line on a Type-2 locus all along, this is one of the circles.
+    pieces = [piece for piece in pieces if piece.type != Singularity.SERIAL | Singularity.PARALLEL]
+    ends = [end for piece in pieces for end in piece.points[[0, -1]] @ (1, 1j)]
+    # Two circles can touch in a point on the line of the bases, and it may take two such points to part the workspace.
+    for drive, bar in zip(robot.drives, robot.distal):
+        ends += [drive.x + side * (drive.length + sign * bar) for side in (1, -1) for sign in (1, -1)]
+    circles, arcs = [], []
+    for piece in pieces:
+        low, high = piece.interval
+        whole = Arc(piece, low, high)
+        cuts = [low, high]
+        if piece.type == Singularity.SERIAL:
+            if any(_same(whole, other) for other in circles):
+                continue
+            circles.append(whole)
+            feet = [whole.feet(end, within=tolerance) for end in ends]
+            inner = np.sort(np.concatenate([s[distance <= tolerance] for s, distance in feet]))
+            for s, z in zip(inner, whole.at(inner)):
+                if (np.abs(whole.at(np.array(cuts)) - z) > 2 * tolerance).all():
+                    cuts.append(float(s))
+        cuts.sort()
+        arcs += [Arc(piece, *pair) for pair in zip(cuts, cuts[1:])]
+    return arcs
+
+
+def _same(circle, other):
+    """Whether two closed curves are one: bases in one point can give both legs the same circle."""
+    if not (circle.locus.closed and other.locus.closed):
+        return False
+    thirds = circle.z[:: len(circle.z) // 3]
+    return bool(other.nearest(thirds)[1].max() <= 1e-9 * np.abs(np.diff(other.z)).sum())
+
+
+def _det_a(robot, z, working):
+    return task_pose(robot, (z.real, z.imag), working)._parallel
+
+
+def _pairs(z):
+    return np.stack([z.real, z.imag], axis=-1)

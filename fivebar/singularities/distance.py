@@ -1,0 +1,149 @@
+"""How far a point of the plane is from the nearest singularity locus: on the exact curves, not on their polylines."""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from .._backend import EPS, check_modes, is_symbolic, unpack
+from ..models.geometry import igm
+from .loci import singularity_loci
+from .margins import Singularity
+
+
+def locus_distance(robot, xi, working=None):
+    """Distance in task space to the nearest singularity locus, m, and its type.
+
+    xi: (*batch, 2) m, reachable or not. working: only loci that are active in this working mode, a pair of +1 and -1;
+    None: of all modes. Gives (distance, type), both (*batch,): a float and a Singularity for one point, else float and
+    int arrays. The type is that of the piece on which the nearest point lies.
+    """
+    x, y = unpack(xi, "xi")
+    if is_symbolic(x):
+        raise TypeError("locus_distance needs numbers, not CasADi symbols")
+    if working is not None:
+        working = tuple(int(m) for m in check_modes(working, "working").ravel())
+        if len(working) != 2:
+            raise ValueError(f"working must be one pair of modes, not {len(working)} numbers")
+    points = np.ravel(np.asarray(x) + 1j * np.asarray(y))
+    pieces, everywhere = _active(robot, working)
+    if pieces[0].unbounded:
+        distance, kind = _nearest_line(pieces, points)
+    else:
+        segments = _segments(robot, working)
+        chunk = max(1, 2_000_000 // len(segments.start))
+        found = [_nearest(segments, points[i : i + chunk]) for i in range(0, len(points), chunk)]
+        empty = np.empty(0), np.empty(0, dtype=int)
+        distance, kind = (np.concatenate(each) for each in zip(*found)) if found else empty
+    for mode in everywhere:
+        inside = ~np.isnan(igm(robot, _pair(points), mode, unreachable="nan").q[:, 0])
+        distance, kind = np.where(inside, 0.0, distance), np.where(inside, int(Singularity.PARALLEL), kind)
+    if np.ndim(x) == 0:
+        return float(distance[0]), Singularity(int(kind[0]))
+    return distance.reshape(np.shape(x)), kind.reshape(np.shape(x))
+
+
+@dataclass(frozen=True, eq=False)
+class _Segments:
+    """Parameter intervals [t0, t1] of the loci's pieces, (n,), with the points at their ends and the piece's index."""
+
+    pieces: tuple
+    start: np.ndarray
+    end: np.ndarray
+    t0: np.ndarray
+    t1: np.ndarray
+    piece: np.ndarray
+
+    @cached_property
+    def size(self):
+        return float(np.abs(self.end).max())
+
+    @cached_property
+    def chord(self):
+        return np.abs(self.end - self.start)
+
+    def candidates(self, points):
+        """(row, segment) of all segments on which the point nearest to points[row] may lie, rows in order."""
+        # Roughly by the squares of the distances to all starts, then each by its own length: a segment that turns by
+        # less than 1 degree is hardly longer than its chord.
+        product = _pair(points) @ _pair(self.start).T
+        square = np.abs(self.start) ** 2 - 2 * product
+        offset = np.abs(points) ** 2
+        reach = np.sqrt(np.maximum(square.min(axis=1) + offset, 0)) + 1.02 * self.chord.max() + 1e-7 * self.size
+        row, k = np.nonzero(square <= (reach**2 - offset)[:, None])
+        near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
+        best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
+        keep = near - 0.51 * self.chord[k] <= best[row]
+        return row[keep], k[keep]
+
+    def slope(self, k, t, x):
+        """(xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
+        slope, distance = np.empty(len(t)), np.empty(len(t))
+        piece = self.piece[k]
+        for i in np.unique(piece):
+            chosen = piece == i
+            z, dz = self.pieces[i]._curve(t[chosen])
+            away, speed = z - x[chosen], np.abs(dz)
+            slope[chosen] = (away.conj() * dz).real / np.where(speed == 0, 1.0, speed)
+            distance[chosen] = np.abs(away)
+        return slope, distance
+
+
+@lru_cache(maxsize=32)
+def _active(robot, working):
+    """The pieces of the loci, and the modes that are singular everywhere, that count in this working mode."""
+    loci = singularity_loci(robot)
+    pieces = tuple(p for p in loci.task if working is None or working in p.working)
+    return pieces, tuple(m for m in loci.everywhere if working is None or working == m)
+
+
+def _nearest_line(pieces, points):
+    """Distances and types of points (n,) from lines."""
+    start, along = (np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces)))
+    distance = np.abs((along.conj() * (points - start)).imag) / np.abs(along)
+    nearest = distance.argmin(axis=0)
+    return distance[nearest, np.arange(len(points))], np.array([int(piece.type) for piece in pieces])[nearest]
+
+
+@lru_cache(maxsize=32)
+def _segments(robot, working):
+    pieces, parts = _active(robot, working)[0], []
+    for k, piece in enumerate(pieces):
+        z, t = piece.points @ (1, 1j), piece.parameters
+        first, last = (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
+        parts.append((z[first], z[last], t[first], t[last], np.full(len(t[first]), k)))
+    return _Segments(pieces, *(np.concatenate(each) for each in zip(*parts)))
+
+
+def _nearest(segments, points):
+    """Distances and types of points (n,): the feet of the normals on all candidate segments, by bracketing."""
+    row, k = segments.candidates(points)
+    x, low, high = points[row], segments.t0[k], segments.t1[k]
+    (f_low, d_low), (f_high, d_high) = segments.slope(k, low, x), segments.slope(k, high, x)
+    distance = np.minimum(d_low, d_high)
+    rounding = 2 * EPS * segments.size
+    active = np.flatnonzero((f_low < -rounding) & (f_high > rounding))
+    before = np.zeros(len(x), dtype=int)  # the end that moved last, -1 or +1
+    for _ in range(100):
+        if not len(active):
+            break
+        a, b, fa, fb = low[active], high[active], f_low[active], f_high[active]
+        t = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
+        f, d = segments.slope(k[active], t, x[active])
+        distance[active] = np.minimum(distance[active], d)
+        # Illinois: an end that stays a second time counts half, so that both ends close in.
+        left = f < 0
+        moved = np.where(left, -1, 1)
+        again = np.where(before[active] == moved, 0.5, 1.0)
+        low[active], f_low[active] = np.where(left, t, a), np.where(left, f, again * fa)
+        high[active], f_high[active] = np.where(left, b, t), np.where(left, again * fb, f)
+        before[active] = moved
+        active = active[(np.abs(f) > rounding) & (t > a) & (t < b)]
+    order = np.lexsort((distance, row))
+    first = order[np.searchsorted(row, np.arange(len(points)))]
+    kinds = np.array([int(piece.type) for piece in segments.pieces])
+    return distance[first], kinds[segments.piece[k[first]]]
+
+
+def _pair(z):
+    return np.stack([z.real, z.imag], axis=-1)

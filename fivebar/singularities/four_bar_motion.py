@@ -1,0 +1,185 @@
+"""All motions of a closed chain of four bars, parametrised so that they pass their dead points smoothly.
+
+The chain is base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler), complex numbers.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._backend import EPS
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """A closed chain with free joints: of its directions (e1, e2, u) some turn by t in [0, 2 pi], the others stay."""
+
+    start: tuple
+    turns: tuple
+    period: float = 2 * math.pi
+
+    def __call__(self, t):
+        """Directions (e1, e2, u) and their rates by t."""
+        turn = np.exp(1j * t)
+        directions = [e * turn if turns else np.full(t.shape, complex(e)) for e, turns in zip(self.start, self.turns)]
+        return directions, [np.full(t.shape, float(turns)) for turns in self.turns]
+
+    @property
+    def aligned(self):
+        """Values of t at which a crank and the coupler are in line."""
+        e1, e2, u = self.start
+        crossings = []
+        for e, turns in zip((e1, e2), self.turns):
+            if turns != self.turns[2]:
+                angle = np.angle(e / u) * (1 if self.turns[2] else -1)
+                crossings += [angle % (2 * math.pi), (angle + math.pi) % (2 * math.pi)]
+        return crossings
+
+
+@dataclass(frozen=True, eq=False)
+class FourBar:
+    """One closed component of the motions of a four-bar; t in [0, period] passes all dead points smoothly.
+
+    The diagonal from the base of crank 1 to the end of crank 2 splits it into two triangles. Its square
+    w = lo^2 + (hi^2 - lo^2) sin^2 t runs between the limits of both; the limits of each are the squares of the sum and
+    the difference of its sides, so that cos and sin of half of its angle are sqrt(w - low) and sqrt(high - w), up to
+    scale. A triangle that sets a limit has there a factor sin t or cos t, with the sign that leads through it.
+    """
+
+    base: float
+    r1: float
+    c: float
+    r2: float
+    span: float  # hi^2 - lo^2
+    slack: tuple  # per triangle (lo^2 - its own low, its own high - hi^2), 0 where it sets the limit
+    signs: tuple
+    period: float
+    mirrored: bool  # the sides are those of the mirror image, with the cranks exchanged
+
+    def _half(self, s, c, triangle):
+        """cos and sin of half of a triangle's angle, times the root of 4 x the product of its sides, and its rate."""
+        below, above = self.slack[triangle]
+        x = s if below == 0 else np.sqrt(s * s + below)
+        y = c if above == 0 else np.sqrt(c * c + above)
+        rate = -2.0 * self.signs[triangle] * (1 if below == 0 else s / x) * (1 if above == 0 else c / y)
+        return x + 1j * self.signs[triangle] * y, rate
+
+    def __call__(self, t):
+        """Directions (e1, e2, u) and their rates by t."""
+        root = math.sqrt(self.span)
+        s, c = root * np.sin(t), root * np.cos(t)
+        half2, rate2 = self._half(s, c, 0)
+        half, passive_rate = self._half(s, c, 1)
+        e2, passive = half2 / half2.conj(), half / half.conj()
+        # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a short diagonal.
+        diagonal = self.base - self.r2 + self.r2 * (2 * half2.real / np.abs(half2) ** 2) * half2
+        arms = self.r1 - self.c + self.c * (2 * half.real / np.abs(half) ** 2) * half
+        e1 = diagonal * arms.conj()
+        e1 /= np.abs(e1)
+        u = e1 * passive
+        w = 2 * np.abs(diagonal) ** 2
+        rate1 = (0.5 + (self.r2 - self.base) * (self.r2 + self.base) / w) * rate2 - (
+            0.5 + (self.c - self.r1) * (self.c + self.r1) / w
+        ) * passive_rate
+        directions, rates = (e1, e2, u), (rate1 + 0.0 * t, rate2 + 0.0 * t, rate1 + passive_rate)
+        if self.mirrored:
+            return (-e2.conj(), -e1.conj(), u.conj()), (-rates[1], -rates[0], -rates[2])
+        return directions, rates
+
+    @property
+    def aligned(self):
+        """Values of t at which a crank and the coupler are in line."""
+        below, above = self.slack[1]
+        own = ([0.0, math.pi] if below == 0 else []) + ([math.pi / 2, 1.5 * math.pi] if above == 0 else [])
+        # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its direction.
+        low = min((self.base - self.r2) ** 2 + self.slack[0][0], (self.base + self.r2) ** 2)
+        guesses = []
+        for bar in (self.r2 - self.c, self.r2 + self.c):
+            if self.base * abs(bar) == 0:
+                continue
+            cosine = (self.r1**2 - self.base**2 - bar * bar) / (2 * self.base * bar)
+            if abs(cosine) <= 1 + 1e-9:
+                w = self.base**2 + self.r2**2 + 2 * self.base * self.r2 * cosine
+                t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
+                guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+        if guesses:
+            t = np.array(guesses)
+            for _ in range(2):
+                sine, slope = self._other_sine(t)
+                t = t - np.clip(sine / np.where(slope == 0, np.inf, slope), -0.1, 0.1)
+            own += t[np.abs(self._other_sine(t)[0]) < 1e-12].tolist()
+        return [t % self.period for t in own]
+
+    def _other_sine(self, t):
+        (e1, e2, u), rates = self(t)
+        k = 0 if self.mirrored else 1
+        relative = u / (e1, e2)[k]
+        return relative.imag, relative.real * (rates[2] - rates[k])
+
+
+def _triangle(a, b, c, tolerance):
+    """Unit vectors e with |a + b e| = c: two, one where the triangle is flat, none where it does not close."""
+    if a + b < c - tolerance or abs(a - b) > c + tolerance:
+        return []
+    if a + b <= c + tolerance:
+        return [1.0 + 0j]
+    if abs(a - b) >= c - tolerance:
+        return [-1.0 + 0j]
+    half = complex(math.sqrt((c - (a - b)) * (c + (a - b))), math.sqrt((a + b - c) * (a + b + c)))
+    e = half / half.conjugate()
+    return [e, e.conjugate()]
+
+
+def closures(base, r1, c, r2):
+    """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
+
+    Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no motion is given, but
+    for base = c = 0, whose cranks turn together.
+    """
+    tolerance = 8 * EPS * (base + r1 + c + r2)
+    if base <= tolerance:
+        if c <= tolerance:
+            return [Turning((1, 1, 1), (1, 1, 0))] if abs(r1 - r2) <= tolerance else []
+        if min(r1, r2) <= tolerance:
+            return []
+        return [Turning((1, _unit(r1 + c * u), u), (1, 1, 1)) for u in _triangle(r1, c, r2, tolerance)]
+    if c <= tolerance:
+        return [Turning((_unit(base + r2 * e), e, 1), (0, 0, 1)) for e in _triangle(base, r2, r1, tolerance)]
+    if r1 <= tolerance:
+        return [Turning((1, e, _unit(base + r2 * e)), (1, 0, 0)) for e in _triangle(base, r2, c, tolerance)]
+    if r2 <= tolerance:
+        return [Turning((-e, 1, _unit(base + r1 * e)), (0, 1, 0)) for e in _triangle(base, r1, c, tolerance)]
+    sides = [(base, r1, c, r2), (base, r2, c, r1)]
+    shortest = [max(abs(s[0] - s[3]), abs(s[1] - s[2])) for s in sides]
+    if max(shortest) <= tolerance:  # a rhombus: it folds about either diagonal, or turns as a parallelogram
+        return [Turning((1, 1, 1), (1, 1, 0)), Turning((1, -1, -1), (1, 0, 1)), Turning((1, 1, 1), (0, 1, 1))]
+    mirrored = shortest[1] > shortest[0]  # the longer a diagonal stays, the better its direction is known
+    return _components(*sides[mirrored], mirrored, tolerance)
+
+
+def _components(base, r1, c, r2, mirrored, tolerance):
+    lows, highs = (abs(base - r2), abs(r1 - c)), (base + r2, r1 + c)
+    low, high = max(lows), min(highs)
+    if high < low - tolerance:
+        return []
+    if high - low <= tolerance:  # it closes in one flat pose
+        e2 = 1 if highs[0] - high <= tolerance else -1
+        passive = 1 if highs[1] - high <= tolerance else -1
+        e1 = math.copysign(1, base + r2 * e2) * math.copysign(1, r1 + c * passive)
+        flat = (e1, e2, e1 * passive)
+        return [Turning((-e2, -e1, flat[2]) if mirrored else flat, (0, 0, 0))]
+    below, above = (
+        [0.0 if abs(x - limit) <= tolerance else abs(x - limit) * (x + limit) for x in each]
+        for each, limit in ((lows, low), (highs, high))
+    )
+    # Where both factors of a triangle's angle change sign together, half a turn of t is a whole motion.
+    whole = all((b == 0) == (a == 0) for b, a in zip(below, above))
+    signs = ([(1, 1), (1, -1)] if below[0] == 0 else [(1, 1), (-1, 1)]) if whole else [(1, 1)]
+    span, slack = (high - low) * (high + low), tuple(zip(below, above))
+    period = math.pi if whole else 2 * math.pi
+    return [FourBar(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
+
+
+def _unit(z):
+    return z / abs(z)

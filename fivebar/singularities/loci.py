@@ -1,0 +1,298 @@
+"""Singularity loci in closed form: curves of the end-effector and of the active joints.
+
+Bars in line make the five-bar a four-bar, base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler):
+Type 2 is the four-bar with coupler l12 + l22 (stretched) or |l12 - l22| (folded), Type 1 of a leg the one in which this
+leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors are complex numbers.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._backend import EPS
+from ..models.robots import Biglide, FiveBar
+from .biglide_loci import LineLoci
+from .four_bar_motion import closures
+from .locus import MODES, Locus, TypeThree, modes_of, pairs, type_of, values_of
+from .margins import Singularity
+
+TURN = math.radians(0.8)  # of the tangent from point to point; what is promised is 1 degree
+FINEST = 1e-8  # chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided
+SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A robot moving with bars in line; bars: for u11, u12, u21, u22 which of (e1, e2, u) it is, and its sign."""
+
+    robot: object
+    motion: object
+    bars: tuple
+
+    def _bars(self, t):
+        directions, rates = self.motion(t)
+        return [sign * directions[k] for k, sign in self.bars], [rates[k] for k, _ in self.bars]
+
+    def task(self, t):
+        """Position x + i y of the end-effector and its derivative."""
+        robot = self.robot
+        (u11, u12, _, _), (rate1, rate2, _, _) = self._bars(t)
+        proximal, distal = robot.l11 * u11, robot.l12 * u12
+        return -robot.d / 2 + proximal + distal, 1j * (proximal * rate1 + distal * rate2)
+
+    def joint(self, t):
+        """Active angles q1 + i q2 in (-pi, pi] and their derivatives."""
+        (u11, _, u21, _), (rate1, _, rate2, _) = self._bars(t)
+        return np.angle(u11) + 1j * np.angle(u21), rate1 + 1j * rate2
+
+    def sines(self, t):
+        """sin q12, sin q22 and det A."""
+        (u11, u12, u21, u22), _ = self._bars(t)
+        return np.array([(u11.conj() * u12).imag, (u21.conj() * u22).imag, (u12.conj() * u22).imag])
+
+    @cached_property
+    def edges(self):
+        """Values of t between which the modes do not change; first and last are the same pose."""
+        period = self.motion.period
+        cuts = []
+        for t in sorted(self.motion.aligned):
+            if not cuts or t - cuts[-1] > SHORTEST * period:
+                cuts.append(t)
+        if len(cuts) > 1 and cuts[0] + period - cuts[-1] <= SHORTEST * period:
+            cuts.pop()
+        return np.array([*cuts, cuts[0] + period] if cuts else [0.0, period])
+
+    @cached_property
+    def corners(self):
+        """The end-effector at the edges, from the leg in line there: within its reach to the last digits."""
+        robot, (bars, _) = self.robot, self._bars(self.edges)
+        xi = self.task(self.edges)[0]
+        for base, l1, l2, u1, u2 in (
+            (-robot.d / 2, robot.l11, robot.l12, *bars[:2]),
+            (robot.d / 2, robot.l21, robot.l22, *bars[2:]),
+        ):
+            cosine = u1.conj() * u2
+            xi = np.where(np.abs(cosine.imag) <= SHORTEST, base + (l1 + np.sign(cosine.real) * l2) * u1, xi)
+        return xi
+
+    @cached_property
+    def modes(self):
+        """Signs (pieces, 3) of the working modes and the assembly mode on the pieces, 0 where in line all along."""
+        sines = self.sines((self.edges[:-1] + self.edges[1:]) / 2)
+        return -np.where(np.abs(sines) <= 64 * EPS, 0, np.sign(sines)).astype(int).T
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """Circle that the end-effector follows with a leg in line: `task` as that of a Chain."""
+
+    center: float
+    radius: float
+
+    def task(self, t):
+        radius = self.radius * np.exp(1j * t)
+        return self.center + radius, 1j * radius
+
+
+@dataclass(frozen=True, eq=False)
+class Loci:
+    """All singularity loci of a robot, each space traced when first read.
+
+    task, joint: tuples of Locus; type3: the points where a locus changes its modes; everywhere: working modes that are
+    Type 2 in every pose (coaxial motors and equal legs: the legs coincide).
+    """
+
+    robot: object
+
+    @cached_property
+    def _chains(self):
+        """(kind, Chain) of the two sides of Type 2, self-motions included."""
+        robot, chains = self.robot, []
+        for kind, reach, side in (
+            ("stretched", robot.l12 + robot.l22, -1),
+            ("folded", robot.l12 - robot.l22, 1),
+        ):
+            equal = abs(reach) <= 8 * EPS * (robot.l12 + robot.l22)
+            sign = -1 if reach < 0 else 1
+            bars = (0, 1), (2, sign), (1, 1), (2, side * sign)
+            motions = closures(robot.d, robot.l11, 0.0 if equal else abs(reach), robot.l21)
+            chains += [("self-motion" if equal else kind, Chain(robot, motion, bars)) for motion in motions]
+        return chains
+
+    @property
+    def _scale(self):
+        return self.robot.l11 + self.robot.l12 + self.robot.l21 + self.robot.l22 + self.robot.d
+
+    @cached_property
+    def everywhere(self):
+        differences = self.robot.d, self.robot.l11 - self.robot.l21, self.robot.l12 - self.robot.l22
+        return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self._scale else ()
+
+    @cached_property
+    def task(self):
+        pieces = [piece for leg in (0, 1) for side in (1, -1) for piece in _circle_arcs(self.robot, leg, side)]
+        for kind, chain in self._chains:
+            if kind == "self-motion" and self.everywhere:
+                continue  # it fills the plane
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
+            pieces += _pieces(chain.task, chain.edges, label, self._scale, chain.corners)
+        return tuple(pieces)
+
+    @cached_property
+    def joint(self):
+        pieces = []
+        for leg in (0, 1):
+            for side in (1, -1):
+                kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+                for chain in _serial_chains(self.robot, leg, side):
+                    label = []
+                    for m in chain.modes:
+                        working = [0, m[1]] if leg == 0 else [m[0], 0]
+                        label.append((type_of(m[2:], Singularity.SERIAL), kind, modes_of(working), values_of(m[2])))
+                    pieces += _pieces(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+        for kind, chain in self._chains:
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1)) for m in chain.modes]
+            if kind == "self-motion" and not self.everywhere:
+                working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
+                label = [(Singularity.PARALLEL, kind, working, (1, -1))]
+                pieces += _pieces(chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True)
+            else:
+                pieces += _pieces(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+        return tuple(pieces)
+
+    @cached_property
+    def type3(self):
+        xi, q, working = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty((0, 2), dtype=int)]
+        for kind, chain in self._chains:
+            if chain.motion.aligned and not (kind == "self-motion" and self.everywhere):
+                t = chain.edges[:-1]
+                sines = chain.sines(t)[:2].T
+                xi.append(pairs(chain.corners[:-1]))
+                q.append(pairs(chain.joint(t)[0]))
+                working.append(-np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines)).astype(int))
+        return TypeThree(*map(np.concatenate, (xi, q, working)))
+
+
+def singularity_loci(robot):
+    """The singularity loci in task space and in joint space, in closed form: Loci of a five-bar, LineLoci of a biglide.
+
+    Gosselin and Angeles 1990 (the types), Liu, Wang and Pritschow 2006 (the loci of symmetric five-bars).
+    """
+    if not isinstance(robot, (FiveBar, Biglide)):
+        raise TypeError(f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}")
+    return Loci(robot) if isinstance(robot, FiveBar) else LineLoci(robot)
+
+
+def _serial_chains(robot, leg, side):
+    """Chains in which a leg is in line, stretched (side 1) or folded (-1), and the other leg closes."""
+    proximal, distal, other1, other2 = (
+        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+    )
+    reach = proximal + side * distal
+    sign = -1 if reach < 0 else 1
+    if leg == 0:
+        motions, bars = closures(robot.d, abs(reach), other2, other1), ((0, sign), (0, side * sign), (1, 1), (2, -1))
+    else:
+        motions, bars = closures(robot.d, other1, other2, abs(reach)), ((0, 1), (2, 1), (1, sign), (1, side * sign))
+    return [Chain(robot, motion, bars) for motion in motions]
+
+
+def _circle_arcs(robot, leg, side):
+    """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches."""
+    l1, l2, other1, other2 = (
+        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+    )
+    radius, d, towards = abs(l1 + side * l2), robot.d, 1 if leg == 0 else -1
+    scale = l1 + l2 + other1 + other2 + d
+    tolerance = 8 * EPS * scale
+    low, high = max(abs(other1 - other2), abs(d - radius)), min(other1 + other2, d + radius)
+    if high < low - tolerance:
+        return []
+    kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+    circle = Circle(-towards * d / 2, towards * radius)
+    label = Singularity.SERIAL, kind, MODES, ()
+    if radius <= tolerance:
+        return _pieces(circle.task, np.zeros(2), [label], scale)
+    if d <= tolerance:
+        return _pieces(circle.task, np.array([0, 2 * np.pi]), [label], scale)
+    # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
+    first, last = (
+        2
+        * math.atan2(
+            math.sqrt(max((r - d + radius) * (r + d - radius), 0.0)),
+            math.sqrt(max((d + radius - r) * (d + radius + r), 0.0)),
+        )
+        for r in (low, min(high, d + radius))
+    )
+    whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
+    if whole_in and whole_out:
+        spans = [(0, 2 * np.pi)]
+    elif whole_in:
+        spans = [(-last, last)]
+    elif whole_out:
+        spans = [(first, 2 * np.pi - first)]
+    else:
+        spans = [(first, last), (-last, -first)]
+    return [piece for span in spans for piece in _pieces(circle.task, np.array(span, dtype=float), [label], scale)]
+
+
+def _pieces(curve, edges, labels, scale, corners=None, angles=False):
+    """The Locus of each label between its edges; scale: a length (or angle) of which 1e-13 is rounding error."""
+    t, z = trace(curve, edges, scale, angles)
+    where = np.searchsorted(t, edges)
+    if corners is not None and len(t) > 1:
+        z[where] = corners
+    points = pairs(z)
+    if len(t) == 1:
+        return [Locus(*labels[0], points, t, False, curve, angles)]
+    gap = points[-1] - points[0]
+    turns = np.round(gap / (2 * np.pi)) * (2 * np.pi) if angles else 0.0
+    closes = np.abs(gap - turns).max() <= 1e-12 * scale
+    if closes:
+        points[-1] = points[0] + turns
+    return [
+        Locus(*label, points[i : j + 1], t[i : j + 1], bool(closes and len(labels) == 1), curve, angles)
+        for label, i, j in zip(labels, where, where[1:])
+    ]
+
+
+def trace(curve, edges, scale, angles=False):
+    """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less than 1 degree."""
+    period = edges[-1] - edges[0]
+    if period == 0:
+        return edges[:1], curve(edges[:1])[0]
+    t = _divide(edges, np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int))
+    while True:
+        z, dz = curve(t)
+        speed, step = np.abs(dz), np.diff(t)
+        if speed.max() <= 1e-13 * scale:
+            return t[:1], z[:1]
+        chord, mean = np.diff(z), step * (dz[1:] + dz[:-1]) / 2
+        if angles:
+            excess = (chord - mean) / (2 * np.pi)
+            chord = chord - 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
+        # A cusp, always an edge, has a direction on either side but no derivative to tell it.
+        cusp = np.zeros(len(t), dtype=bool)
+        at = np.searchsorted(t, edges)
+        cusp[at] = speed[at] < 1e-5 * np.maximum(speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)])
+        turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
+        bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
+        counts = np.clip(np.ceil(turn / TURN), 1, 64).astype(int)
+        counts[:-1][bend & (counts[:-1] == 1)] = 2
+        # A loop between two points would turn by 0 but shows in the chord.
+        counts[(np.abs(chord - mean) > 0.05 * np.abs(mean)) & (counts == 1)] = 2
+        counts[(np.abs(chord) < FINEST * scale) | (step < 1e-13 * period)] = 1
+        if counts.max() == 1:
+            break
+        t = _divide(t, counts)
+    if angles:
+        z = z[0] + np.concatenate([[0], np.cumsum(chord)])
+    return t, z
+
+
+def _divide(t, counts):
+    """t with its intervals divided evenly into counts parts; the old values are kept to the last bit."""
+    part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1])

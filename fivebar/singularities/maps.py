@@ -1,0 +1,213 @@
+"""Maps: a margin on a grid of the task space for each working mode, or of the joint space for each assembly mode."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..models.geometry import joint_pose, task_pose
+from ..models.robots import Biglide, FiveBar, robot_of
+from .loci import MODES, singularity_loci
+from .margins import Singularity, singularity_margins
+
+BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
+SHARE = 0.5  # of the machine's memory that a map may fill
+
+FIELDS = {
+    "parallel": ("sin(φ2 − φ1), signed, 0 at Type 2", lambda m: m.parallel),
+    "serial_left": ("sin {passive[0]}, signed, 0 at Type 1 of the left leg", lambda m: m.pose._serial[0]),
+    "serial_right": ("sin {passive[1]}, signed, 0 at Type 1 of the right leg", lambda m: m.pose._serial[1]),
+    "transmission_angle": ("acute angle between the distal bars, rad", lambda m: m.transmission_angle),
+    "manipulability": ("|det J|, scaled, inf at Type 2", lambda m: m.manipulability),
+    "sigma_min_A": ("smallest singular value of A", lambda m: m.sigma_min.A),
+    "sigma_min_B": ("smallest singular value of B, scaled", lambda m: m.sigma_min.B),
+    "sigma_min_J": ("smallest singular value of J = A⁻¹B, scaled", lambda m: m.sigma_min.J),
+    "condition_A": ("condition number of A", lambda m: m.condition.A),
+    "condition_B": ("condition number of B", lambda m: m.condition.B),
+    "condition_J": ("condition number of J = A⁻¹B", lambda m: m.condition.J),
+}
+SIGNED = ("parallel", "serial_left", "serial_right")
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """A margin on a grid, from `singularity_map`.
+
+    space "task": x (nx,), y (ny,) m are the end-effector's; modes: pairs of working modes, one for each layer;
+    space "joint": x (nx,), y (ny,) rad (m of a biglide) are q11, q21; modes: assembly modes. values (modes, ny, nx):
+    nan where the robot cannot close.
+    """
+
+    robot: FiveBar | Biglide
+    field: str
+    space: str
+    x: np.ndarray
+    y: np.ndarray
+    modes: tuple
+    values: np.ndarray
+
+    @property
+    def columns(self):
+        """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
+        own = ("x", "y") if self.space == "task" else self.robot.words.joints
+        return *own, *(f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})" for mode in self.modes)
+
+    @property
+    def description(self):
+        """The field in words."""
+        return FIELDS[self.field][0].format(passive=self.robot.words.passive)
+
+    def _about(self):
+        return json.dumps({"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes})
+
+    def page(self, path, title=None):
+        """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
+        from ..pictures.pages import page
+
+        page(self, path, title=title)
+
+    def to_csv(self, path):
+        """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""
+        x, y = np.meshgrid(self.x, self.y)
+        table = np.column_stack([x.ravel(), y.ravel(), self.values.reshape(len(self.modes), -1).T])
+        table = table[~np.isnan(table[:, 2:]).all(axis=1)]
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            file.write(f"# fivebar map, SI units: {self._about()}\n")
+            file.write(",".join(f'"{name}"' if "," in name else name for name in self.columns) + "\n")
+            file.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
+
+    def to_npz(self, path):
+        """Write the whole map, compressed."""
+        with open(path, "wb") as file:
+            np.savez_compressed(file, x=self.x, y=self.y, values=self.values, about=self._about())
+
+    @classmethod
+    def from_npz(cls, path):
+        """Read what `to_npz` wrote; ValueError for any other file."""
+        try:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+                about = json.loads(str(data["about"]))
+                modes = tuple(tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"])
+                robot = robot_of(about["robot"])
+                return cls(robot, about["field"], about["space"], data["x"], data["y"], modes, data["values"])
+        except (ValueError, KeyError, TypeError, AttributeError, EOFError, BadZipFile) as error:
+            raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
+
+
+def singularity_map(robot, field="parallel", space="task", window=None, shape=(401, 401)):
+    """A margin on a grid: over the task space in the four working modes, or the joint space in both assembly modes.
+
+    field: one of FIELDS; window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by
+    default what the robot reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much
+    along as across them, or a bar's length to either side of q = 0; shape: (nx, ny) nodes, the window's borders among
+    them. Gives a Map. ValueError for an unknown field, a window that misses the workspace, and a grid that memory
+    cannot hold.
+    """
+    if field not in FIELDS:
+        raise ValueError(f"no margin {field!r}: the known ones are {', '.join(FIELDS)}")
+    if space not in ("task", "joint"):
+        raise ValueError(f'space must be "task" or "joint", not {space!r}')
+    modes = MODES if space == "task" else (1, -1)
+    nx, ny = _checked_shape(shape, len(modes))
+    if window is None:
+        window = workspace_window(robot) if space == "task" else 2 * _joint_range(robot)
+    x_min, x_max, y_min, y_max = _checked_window(window)
+    x, y = np.linspace(x_min, x_max, nx), np.linspace(y_min, y_max, ny)
+    close, pick = (task_pose if space == "task" else joint_pose), FIELDS[field][1]
+    values = np.empty((len(modes), ny, nx))
+    rows = max(1, BLOCK // nx)
+    for first in range(0, ny, rows):
+        block = slice(first, first + rows)
+        at = np.broadcast_arrays(x, y[block, None])
+        for layer, mode in zip(values, modes):
+            layer[block] = pick(singularity_margins(close(robot, at, mode)))
+    if np.isnan(values).all():
+        raise ValueError(_missed(robot, space, (x_min, x_max, y_min, y_max), (nx, ny)))
+    return Map(robot, field, space, x, y, modes, values)
+
+
+def turned_into(data, points):
+    """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of the Map."""
+    turn = 2 * np.pi
+    low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
+    first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
+    last = np.floor((high - points.min(axis=0)) / turn).astype(int)
+    for i in range(first[0], last[0] + 1):
+        for j in range(first[1], last[1] + 1):
+            yield points + turn * np.array([i, j])
+
+
+def _joint_range(robot):
+    end = np.pi if robot.turns else max(robot.distal)
+    return -end, end
+
+
+def workspace_window(robot, border=0.04):
+    """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that share around it.
+
+    Of a biglide, what it reaches and its guides across, and as much along these, about 0.
+    """
+    if isinstance(robot, Biglide):
+        low, high = _strip(robot)
+        low, high = min(low, -robot.d / 2), max(high, robot.d / 2)
+        half = (0.5 + border) * (high - low)
+        return (low + high) / 2 - half, (low + high) / 2 + half, -half, half
+    loci = singularity_loci(robot).task
+    points = np.concatenate([piece.points for piece in loci if piece.type & Singularity.SERIAL])
+    low, high = points.min(axis=0), points.max(axis=0)
+    pad = border * max((high - low).max(), 1e-6 * (robot.l11 + robot.l12))
+    return low[0] - pad, high[0] + pad, low[1] - pad, high[1] + pad
+
+
+def _strip(robot):
+    """(x_min, x_max), m, of what a biglide reaches, at any y."""
+    sides = [(drive.x - bar, drive.x + bar) for drive, bar in zip(robot.drives, robot.distal)]
+    return max(low for low, _ in sides), min(high for _, high in sides)
+
+
+def _checked_shape(shape, layers):
+    try:
+        nx, ny = (int(n) if int(n) == n else 0 for n in shape)
+    except (TypeError, ValueError):
+        nx = ny = 0
+    if min(nx, ny) < 2:
+        raise ValueError(f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}")
+    needed = 8 * layers * nx * ny
+    if needed > SHARE * _memory():
+        raise ValueError(
+            f"a map of {nx} x {ny} nodes in {layers} modes needs {needed / 2**30:.3g} GiB; "
+            f"{SHARE:.0%} of this machine's memory are {SHARE * _memory() / 2**30:.3g} GiB"
+        )
+    return nx, ny
+
+
+def _memory():
+    """Bytes of memory of this machine; 8 GiB where it does not tell."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return 8 * 2**30
+
+
+def _checked_window(window):
+    try:
+        x_min, x_max, y_min, y_max = map(float, window)
+    except (TypeError, ValueError):
+        raise ValueError(f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}") from None
+    if not (np.isfinite([x_min, x_max, y_min, y_max]).all() and x_min < x_max and y_min < y_max):
+        raise ValueError(f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}")
+    return x_min, x_max, y_min, y_max
+
+
+def _missed(robot, space, window, shape):
+    nodes = f"none of {shape[0]} x {shape[1]} nodes of the window ({', '.join(f'{w:.6g}' for w in window)})"
+    if space == "joint":
+        unit, pivots = robot.words.unit, robot.words.pivots
+        return f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the distal bars"
+    if isinstance(robot, Biglide):
+        low, high = _strip(robot)
+        return f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to {high:.6g} m"
+    extent = ", ".join(f"{w:.6g}" for w in workspace_window(robot, border=0.0))
+    return f"{nodes} m is in the workspace, which extends over ({extent}) m: x_min, x_max, y_min, y_max"

@@ -1,0 +1,161 @@
+"""Singularities of a pose: their types and their signed margins."""
+
+import enum
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._backend import is_symbolic
+from ..models.dyads import dot
+from ..models.geometry import Pose
+
+
+class Singularity(enum.IntFlag):
+    """What is singular in a pose.
+
+    value  name               type  singular  what is in line                          what is lost
+    0      NONE               -     -         -                                        -
+    1      SERIAL             1     B         a leg's proximal and distal bar          a motion of the end-effector
+    2      PARALLEL           2     A         the two distal bars                      a force on the end-effector
+    3      SERIAL | PARALLEL  3     A and B   the distal bars, and a leg's             both
+
+    A biglide is of Type 1 where a bar is across its guide.
+    """
+
+    NONE = 0
+    SERIAL = 1
+    PARALLEL = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """How far a pose is from being singular, from `singularity_margins`; nan where the pose is.
+
+    serial (*batch, 2): sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|), 0 at Type 1; parallel
+    (*batch,): sin(phi2 - phi1), 0 at Type 2; both signed: minus the working and the assembly modes. transmission_angle
+    (*batch,): the acute angle between the distal bars, rad; length: the mean length of the proximal bars (1 of a
+    biglide, whose B has no unit), by which B and J are divided so that sigma_min and manipulability have no unit (a
+    condition number has none); manipulability (*batch,): |det J|, inf at Type 2; sigma_min, condition: of A, B and J.
+    """
+
+    pose: Pose
+
+    @cached_property
+    def _b(self):
+        return tuple(np.abs(b) / self.length for b in self.pose._b)
+
+    @cached_property
+    def _cosine(self):
+        return np.asarray(dot(*self.pose._distal))
+
+    @cached_property
+    def length(self):
+        return sum(drive.length for drive in self.pose.robot.drives) / 2
+
+    @cached_property
+    def serial(self):
+        return np.stack(self.pose._serial, axis=-1)
+
+    @cached_property
+    def parallel(self):
+        return np.asarray(self.pose._parallel)
+
+    @cached_property
+    def transmission_angle(self):
+        return np.arctan2(np.abs(self.parallel), np.abs(self._cosine))
+
+    @cached_property
+    def manipulability(self):
+        return _ratio(self._b[0] * self._b[1], np.abs(self.parallel))
+
+    @cached_property
+    def sigma_min(self):
+        return Matrices(self._sigma_min_a, self._sigma_min_b, self._sigma_min_j)
+
+    @cached_property
+    def condition(self):
+        return Matrices(self._condition_a, self._condition_b, self._condition_j)
+
+    # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, sigma_min sigma_max = |det A|.
+    def _sigma_min_a(self):
+        return np.abs(self.parallel) / np.sqrt(1 + np.abs(self._cosine))
+
+    def _condition_a(self):
+        return _ratio(1 + np.abs(self._cosine), np.abs(self.parallel))
+
+    def _sigma_min_b(self):
+        return np.minimum(*self._b)
+
+    def _condition_b(self):
+        return _ratio(np.maximum(*self._b), np.minimum(*self._b))
+
+    # J = A^-1 B has columns of lengths |b_i / det A|, so that with g^2 + det A^2 = 1
+    # 2 (sigma_max det A)^2 = b1^2 + b2^2 + hypot(b1^2 - b2^2, 2 g b1 b2), and sigma_min sigma_max = |b1 b2 / det A|.
+    @cached_property
+    def _stretch(self):
+        """sigma_max |det A| of J."""
+        b1, b2 = self._b
+        return np.sqrt((b1 * b1 + b2 * b2 + np.hypot((b1 - b2) * (b1 + b2), 2 * self._cosine * b1 * b2)) / 2)
+
+    def _sigma_min_j(self):
+        b1, b2 = self._b
+        return np.where(self._stretch == 0, 0.0, b1 * b2 / np.where(self._stretch == 0, 1.0, self._stretch))
+
+    def _condition_j(self):
+        return _ratio(self._stretch, self._sigma_min_j() * np.abs(self.parallel))
+
+
+@dataclass(frozen=True, eq=False)
+class Matrices:
+    """One number (*batch,) for each of the matrices A, B and J = A^-1 B, computed when read."""
+
+    _of_a: object
+    _of_b: object
+    _of_j: object
+
+    @cached_property
+    def A(self):
+        return self._of_a()
+
+    @cached_property
+    def B(self):
+        return self._of_b()
+
+    @cached_property
+    def J(self):
+        return self._of_j()
+
+
+def singularity_margins(pose):
+    """Signed distances of a pose (or of a batch of poses) from its singularities: Margins, each computed when read."""
+    return Margins(_numeric(pose, "singularity_margins"))
+
+
+def singularity(pose, tol=1e-9):
+    """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for a batch.
+
+    tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector at the limit of its
+    reach has its sine to the root of rounding, 1e-8. NONE where the pose is nan. Gosselin and Angeles 1990.
+    """
+    if not (isinstance(tol, (int, float)) and 0 <= tol < math.inf):
+        raise ValueError(f"tol must be finite and >= 0, not {tol!r}")
+    _numeric(pose, "singularity")
+    s1, s2 = pose._serial
+    serial = (np.abs(s1) <= tol) | (np.abs(s2) <= tol)
+    kind = serial * int(Singularity.SERIAL) + (np.abs(pose._parallel) <= tol) * int(Singularity.PARALLEL)
+    return Singularity(int(kind)) if np.ndim(kind) == 0 else kind
+
+
+def _numeric(pose, name):
+    if not isinstance(pose, Pose):
+        raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}")
+    if is_symbolic(pose._xi[0]):
+        raise TypeError(f"{name} needs numbers, not CasADi symbols")
+    return pose
+
+
+def _ratio(x, y):
+    """x / y, inf where y is 0."""
+    return np.where(y == 0, np.inf, x / np.where(y == 0, 1.0, y))

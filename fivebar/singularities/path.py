@@ -1,0 +1,239 @@
+"""Whether a trajectory of the end-effector can be followed: reach, singularities, and how it meets the first one."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._backend import EPS, check_modes
+from ..models.dyads import cross, dot
+from ..models.geometry import Pose, igm, task_pose
+from ..models.kinematics import Rates
+from .margins import Singularity
+
+SAMPLES = 2049
+TOUCH = 1e-9  # a sine as small as this counts as 0, as in `singularity`
+TOUCH_REACH = 32 * EPS  # a square of a sine, whose rounding error is of this size
+HOLDS = 1e-6  # of the largest inertial force on the path: a criterion as small as this counts as 0
+
+
+@dataclass(frozen=True, eq=False)
+class PathCheck:
+    """What `check_path` found.
+
+    reachable: the whole path is in the workspace; singularity_free: reachable, and no pose on it is singular;
+    leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose, s, or None;
+    pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there without changing sign;
+    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere, and
+    criterion_holds whether it is 0, so that the torque stays finite; min_margin: the smallest |sin q_i2| (of a biglide
+    |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time.
+    """
+
+    reachable: bool
+    singularity_free: bool
+    leaves: float | None
+    time: float | None
+    pose: Pose | None
+    type: Singularity
+    touching: bool
+    criterion: float | None
+    criterion_holds: bool | None
+    min_margin: float
+    min_margin_time: float
+
+
+def check_path(robot, path, working=(-1, -1)):
+    """Check a trajectory in one working mode: PathCheck.
+
+    path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
+    working: (2,), +1 or -1. A margin is a smooth function of time of which 2049 samples are taken with its rate, more
+    where it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the rate.
+    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one.
+    """
+    start, stop = _times(path)
+    working = check_modes(working, "working")
+    if working.shape != (2,):
+        raise ValueError(f"working must have shape (2,), not {working.shape}")
+    modes = tuple(int(m) for m in working)
+
+    legs = zip(robot.drives, robot.distal)
+    reaches = [_reach(path, drive, bar, *limit) for drive, bar in legs for limit in drive.limits(bar)]
+    t = np.linspace(start, stop, SAMPLES)
+    found = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]
+    leaving = min((zero.time for zeros in found for zero in zeros if not zero.touching), default=None)
+    end = stop if leaving is None else leaving
+    if end > start:
+        inner = np.linspace(start, end, SAMPLES)
+        parallel = _parallel(robot, path, modes)
+        found.append(list(_zeros(parallel, inner, TOUCH)))
+    first = min((zeros[0] for zeros in found if zeros), key=lambda zero: zero.time, default=None)
+    margin, margin_time = _smallest(robot, path, modes, start, end) if end > start else (0.0, start)
+    if first is None:
+        return PathCheck(True, True, None, None, None, Singularity.NONE, False, None, None, margin, margin_time)
+    kind = Singularity.NONE
+    for k, zeros in enumerate(found):
+        if zeros and zeros[0].time - first.time <= 1e-9 * (stop - start):
+            kind |= Singularity.PARALLEL if k == len(reaches) else Singularity.SERIAL
+    pose = _pose_at(robot, path, modes, first.time)
+    criterion = holds = None
+    if kind & Singularity.PARALLEL:
+        criterion = float(robot.m * cross(pose._distal[0], path(np.array([first.time]))[2][0]))
+        largest = np.linalg.norm(path(t)[2], axis=1).max()
+        holds = bool(abs(criterion) <= HOLDS * robot.m * largest)
+    return PathCheck(
+        leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time
+    )
+
+
+def _pose_at(robot, path, modes, time):
+    for steps in (0, 2, 8, 32):  # the limit of reach may be rounded to beyond it
+        xi = path(np.array([time - steps * EPS * max(abs(time), path.duration)]))[0][0]
+        pose = igm(robot, xi, modes, unreachable="nan")
+        if np.isfinite(pose.q).all():
+            break
+    return pose
+
+
+@dataclass(frozen=True)
+class _Zero:
+    time: float
+    touching: bool
+
+
+def _reach(path, drive, bar, limit, outer):
+    """t -> (margin, rate) of one limit of a leg's reach: differences of squares, smooth through the limit."""
+    scale = max(abs(distance) for distance, _ in drive.limits(bar)) ** 2
+    sign = -1 if outer else 1
+
+    def margin(t):
+        xi, velocity, _ = path(t)
+        x, y = drive.apart(xi[:, 0], xi[:, 1])
+        value = sign * (x * x + y * y - limit * limit) / scale
+        return value, sign * 2 * (x * velocity[:, 0] + y * velocity[:, 1]) / scale
+
+    return margin
+
+
+def _parallel(robot, path, modes):
+    """t -> (margin, rate) of det A = sin(phi2 - phi1), nan where the path is out of reach."""
+
+    def margin(t):
+        xi, velocity, _ = path(t)
+        pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
+        velocity = velocity[:, 0], velocity[:, 1]
+        # At the limit of reach the bars turn infinitely fast: the rate there only has to have a sign.
+        b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose._b]
+        q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose._distal, b))
+        rates = Rates(pose, q_dot, velocity)
+        turn = [swing / bar for swing, bar in zip(rates._swing, robot.distal)]
+        return cross(*pose._distal), dot(*pose._distal) * (turn[1] - turn[0])
+
+    return margin
+
+
+def _zeros(margin, t, touch, limit=False):
+    """The zeros of a margin on the samples t and between them, in order, up to the first that it passes.
+
+    limit: below 0 there is nothing, so that a start there, or on 0 and then downwards, is a passage.
+    """
+    value, rate = margin(t)
+    for _ in range(3):
+        step = np.diff(t)
+        near = np.minimum(np.abs(value[1:]), np.abs(value[:-1])) < step * np.maximum(
+            np.abs(rate[1:]), np.abs(rate[:-1])
+        )
+        counts = np.where(near, 8, 1)
+        if counts.sum() > 4 * SAMPLES * 8:
+            break
+        part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        t = np.append(np.repeat(t[:-1], counts) + part * np.repeat(step / counts, counts), t[-1])
+        value, rate = margin(t)
+    known = np.isfinite(value)
+    t, value, rate = t[known], value[known], rate[known]
+    if len(t) == 0:
+        return
+    at = np.abs(value) <= touch
+    if limit and value[np.argmin(at)] < -touch and at[: np.argmin(at)].all():
+        yield _Zero(float(t[0]), False)
+        return
+    low, high = value[:-1], value[1:]
+    apart = ~(at[:-1] | at[1:])
+    crossing = apart & (low * high < 0)
+    turning = apart & (low * high > 0) & (low * rate[:-1] < 0) & (high * rate[1:] > 0)
+    arriving = at & ~np.append(False, at[:-1])
+    for i in np.flatnonzero(np.append(crossing | turning, False) | arriving):
+        first, last = i, i + 1
+        if at[i]:
+            last = i + int(np.argmin(np.append(at[i:], False)))
+            if i == 0:  # it starts there
+                yield _Zero(float(t[0]), True)
+                continue
+            if last == len(t):
+                yield _Zero(float(t[i + np.argmin(np.abs(value[i:]))]), True)
+                continue
+            first = i - 1
+        zero = _zero_between(margin, t[first], t[last], value[first], value[last], touch)
+        if zero:
+            yield zero
+            if not zero.touching:
+                return
+
+
+def _zero_between(margin, a, b, at_a, at_b, touch):
+    """The first zero between two samples, of which the margin has another sign or a minimum of its size."""
+    if at_a * at_b > 0:
+        rate_a, rate_b = margin(np.array([a, b]))[1]
+        lowest = _root(lambda t: margin(t)[1], a, b) if rate_a * rate_b < 0 else (a + b) / 2
+        value = margin(np.array([lowest]))[0][0]
+        if abs(value) <= touch:
+            return _Zero(lowest, True)
+        if value * at_a > 0:
+            return None
+        b = lowest
+    time = _root(lambda t: margin(t)[0], a, b)
+    # Else it jumps: a leg of equal bars passes its base joint.
+    return _Zero(time, False) if abs(margin(np.array([time]))[0][0]) < 1e-6 else None
+
+
+def _root(f, a, b):
+    from scipy.optimize import brentq
+
+    def margin(s):
+        value = f(np.array([s]))[0]
+        return 0.0 if np.isnan(value) else value  # a leg folded on its base joint: its sine is a zero there
+
+    return float(brentq(margin, a, b, xtol=1e-300, rtol=4 * EPS, maxiter=500))
+
+
+def _smallest(robot, path, modes, start, end):
+    """The smallest of both |sin q_i2| (|sin phi_i|) and |det A| on [start, end], and its time."""
+    from scipy.optimize import minimize_scalar
+
+    def margins(t):
+        xi = path(t)[0]
+        pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
+        return np.abs(np.stack([*pose._serial, pose._parallel]))
+
+    t = np.linspace(start, end, SAMPLES)
+    values = margins(t)
+    best = (math.inf, start)
+    for k, each in enumerate(values):
+        i = int(np.nanargmin(each))
+        best = min(best, (float(each[i]), float(t[i])))
+        low, high = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
+        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=(low, high), method="bounded")
+        if np.isfinite(refined.fun):
+            best = min(best, (float(refined.fun), float(refined.x)))
+    return best
+
+
+def _times(path):
+    if not callable(path) or not hasattr(path, "duration"):
+        raise ValueError(f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {path!r}")
+    start, duration = float(getattr(path, "start", 0.0)), float(path.duration)
+    if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
+        raise ValueError(f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}")
+    answer = path(np.array([start, start + duration]))
+    if len(answer) != 3 or any(np.shape(v) != (2, 2) or not np.isfinite(v).all() for v in answer):
+        raise ValueError("path: for times (n,) it must give finite xi, xi_dot and xi_ddot, each (n, 2)")
+    return start, start + duration

@@ -1,0 +1,70 @@
+"""The lab's control task 2 meets a Type-2 singularity: exact inverse dynamics there, and a motion made to cross it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.dynamics import inverse_dynamics
+from ...models.geometry import igm
+from ...models.kinematics import ikm, ikm2
+from ...planning.trajectory import line, polynomial
+from ...singularities.path import check_path
+
+START, GOAL, DURATION = (0.09, 0.06796322), (0.05, 0.0), 4.0
+
+
+def straight():
+    """The lab's quintic from START to GOAL."""
+    return line(START, GOAL, DURATION)
+
+
+def compliant(robot, speed=0.05):
+    """A polynomial of degree 8 between the same points, on the singularity at half time with zero acceleration.
+
+    There it passes with `speed`, m/s, along the line. Its inertial force then has no component along the direction
+    that the bars leave free, which is the criterion of Briot and Arakelian 2008: the torque stays finite.
+    """
+    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+    place = check_path(robot, straight()).pose.xi
+    along = np.subtract(GOAL, START)
+    velocity = speed * along / np.linalg.norm(along)
+    middle = {0: tuple(place), 1: tuple(velocity), 2: (0.0, 0.0)}
+    return polynomial([(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})])
+
+
+def torque(robot, reference, t):
+    """Exact inverse dynamics along a reference, (n, 2) N m at t (n,) s, working modes (-1, -1)."""
+    xi, xi_dot, xi_ddot = reference(t)
+    return inverse_dynamics(ikm2(ikm(igm(robot, xi), xi_dot), xi_ddot))
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """A controller that applies the reference's own torque, taken in the middle of each control period (s)."""
+
+    robot: object
+    period: float
+
+    def __call__(self, t, q, q_dot, reference):
+        return torque(self.robot, reference, t + self.period / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """Torque of a reference beside its crossing: t - t_crossing (n,) s, without 0, and torque (n, 2) N m."""
+
+    crossing: float
+    offset: np.ndarray
+    torque: np.ndarray
+
+    @property
+    def peak(self):
+        return float(np.abs(self.torque).max())
+
+
+def beside_crossing(robot, reference, closest=1e-6, count=400):
+    """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both sides."""
+    when = check_path(robot, reference).time
+    sides = [-np.geomspace(when, closest, count), np.geomspace(closest, reference.duration - when, count)]
+    offset = np.concatenate(sides)
+    return Crossing(when, offset, torque(robot, reference, when + offset))

@@ -1,0 +1,52 @@
+"""Velocities and accelerations as differences of positions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.geometry import dgm
+from ...models.kinematics import dkm, dkm2
+
+OURS = 2e-15  # bound of the analytic rates' relative error, which the tests check against 50 digits
+
+
+def swing(t):
+    """A smooth motion of both cranks within the robot's regular region: q, q', q'' (n, 2) at t (n,) s."""
+    t = np.asarray(t, dtype=float)[..., None]
+    size, rate, phase = np.array([0.3, 0.25]), np.array([3.0, 4.0]), np.array([0.4, 1.1])
+    angle = rate * t + phase
+    return size * np.sin(angle), size * rate * np.cos(angle), -size * rate**2 * np.sin(angle)
+
+
+def analytic(robot, t):
+    """xi', xi'' (n, 2) of the end-effector at t, by the first- and second-order models."""
+    q, q_dot, q_ddot = swing(t)
+    rates = dkm(dgm(robot, q), q_dot)
+    return rates.xi_dot, dkm2(rates, q_ddot).xi_ddot
+
+
+def differences(robot, t, step):
+    """The same at t as MechAnalyzer's eq. 23 and 25: V2 = (P2 - P1) / dt, A2 = (V2 - V1) / dt."""
+    p0, p1, p2 = (dgm(robot, swing(t - k * step)[0]).xi for k in (2, 1, 0))
+    v1, v2 = (p1 - p0) / step, (p2 - p1) / step
+    return v2, (v2 - v1) / step
+
+
+@dataclass(frozen=True, eq=False)
+class Differentiation:
+    """Relative errors (n,) of the differences for each step (n,) s: the largest over 50 times in 2 s."""
+
+    step: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+def error_curve(robot, steps):
+    """How far differences with these steps are from the analytic rates, in parts of the largest rate."""
+    t = np.linspace(0, 2, 50)
+    exact = analytic(robot, t)
+    errors = [
+        [np.abs(found - true).max() / np.abs(true).max() for found, true in zip(differences(robot, t, step), exact)]
+        for step in steps
+    ]
+    return Differentiation(np.asarray(steps, dtype=float), *np.array(errors).T)

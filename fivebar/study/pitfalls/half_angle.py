@@ -1,0 +1,50 @@
+"""The tangent half-angle formula on the inverse geometric model of a leg."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.geometry import igm
+
+
+def half_angle(a, b, c, branch):
+    """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 - c^2)) / (b - c)).
+
+    Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is then theta = pi,
+    and the other one, at which nothing happens, is computed as 0 / 0.
+    """
+    return 2 * np.arctan((a + branch * np.sqrt(a * a + b * b - c * c)) / (b - c))
+
+
+def half_angle_igm(robot, xi, working=-1):
+    """q11 (n,) rad of the left leg that reaches xi (n, 2) m, by the half-angle formula."""
+    (x, y), l1, l2 = np.moveaxis(np.asarray(xi, dtype=float), -1, 0), robot.l11, robot.l12
+    x = x + robot.d / 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return half_angle(-2 * l1 * y, -2 * l1 * x, x * x + y * y + l1 * l1 - l2 * l2, -working)
+
+
+def dyad_igm(robot, xi, working=-1):
+    """The same by the RRR dyad."""
+    return igm(robot, xi, (working, -1), unreachable="nan").q[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class HalfAngle:
+    """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by either method."""
+
+    distance: np.ndarray
+    xi: np.ndarray
+    formula: np.ndarray
+    dyad: np.ndarray
+
+
+def approach(robot, distances, angle, working=-1):
+    """Move the end-effector along +x towards a place that the left leg also reaches with its crank at 180 degrees.
+
+    distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture that is wanted.
+    """
+    place = np.array([-robot.d / 2 - robot.l11, 0.0]) + robot.l12 * np.array([np.cos(angle), np.sin(angle)])
+    distances = np.asarray(distances, dtype=float)
+    xi = place + np.stack([distances, np.zeros_like(distances)], axis=-1)
+    return HalfAngle(distances, xi, half_angle_igm(robot, xi, working), dyad_igm(robot, xi, working))

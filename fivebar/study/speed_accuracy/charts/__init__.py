@@ -1,0 +1,1 @@
+"""The charts, what they measure on (exact, motions) and what they share."""

@@ -1,0 +1,76 @@
+"""Motions of the AMORO robot, free and driven, their ends known to 20 digits."""
+
+import math
+from dataclasses import dataclass
+
+from ...._backend import cos
+from ....models.geometry import dgm
+from ....models.kinematics import Rates, dkm
+from ....models.robots import FiveBar
+from ...pitfalls.joint_space import free_start
+
+ROBOT = FiveBar()
+DURATION = 2.0  # s
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """Where a motion begins, a function of the robot to Rates, and the end-effector (2,) m after DURATION.
+
+    Ends are by extrapolation with 40 digits in redundant coordinates; tests compute them again.
+    """
+
+    words: str
+    start: object
+    end: tuple
+
+    def begin(self) -> Rates:
+        return self.start(ROBOT)
+
+    def torque(self, t):
+        return 0.0, 0.0
+
+
+def from_home(*q_dot):
+    return lambda robot: dkm(dgm(robot, (0.0, 0.0)), q_dot)
+
+
+MOTIONS = {
+    "regular": FreeMotion(
+        "regular motion", from_home(-0.3, 1.1), (-0.07056483037979482713031, 0.0864695450628668164328)
+    ),
+    "grazing": FreeMotion(
+        "motion that grazes Type 2", from_home(1.0, -1.728), (-0.06751875805022503989051, -0.03602829464741189173294)
+    ),
+    "through": FreeMotion("motion through Type 2", free_start, (0.008761892391526353677414, 0.1480740333256244810279)),
+}
+
+
+@dataclass(frozen=True)
+class DrivenMotion:
+    """Where a motion begins; torque: t -> (2,) N m, of floats and of CasADi's symbols; the active joints at its end."""
+
+    words: str
+    start: object
+    torque: object
+    end: tuple
+
+    def begin(self) -> Rates:
+        return self.start(ROBOT)
+
+
+def swinging(t):
+    wave = cos(2 * math.pi * t)
+    return 0.02 * wave, -0.016 * wave
+
+
+DRIVEN = {
+    "forced": DrivenMotion(
+        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0), swinging,
+        (-0.4412563579119373769925, 0.4231774641911981802441),
+    ),
+    "through": DrivenMotion(
+        "free motion through Type 2", free_start, MOTIONS["through"].torque,
+        (0.7014519181150669347598, 2.416130451821391023409)
+    ),
+}  # fmt: skip

@@ -1,0 +1,1 @@
+"""The same motions in other simulators: packages that fivebar itself does not need."""

@@ -1,0 +1,178 @@
+"""The five-bar in other simulators: each from a start, under torques, in so many steps; installed by `fivebar[peers]`.
+
+A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. Both distal bars carry half of the
+end-effector's mass at their ends, which the loop holds together: the dynamics is the robot's.
+"""
+
+import numpy as np
+
+from ..charts.motions import DURATION, ROBOT
+
+# Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
+# damped: searched over powers of ten by `python -m tests.benchmarks.peers`.
+MUJOCO_STIFFNESS = {25: 1e0, 50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5, 3200: 1e5, 6400: 1e6}
+
+MUJOCO_LEG = """
+<body pos="{base} 0 0"><joint name="q{leg}" type="hinge" axis="0 0 1"/>
+  <inertial pos="0 0 0" mass="1e-12" diaginertia="{zz} {zz} {zz}"/>
+  <body pos="{l1} 0 0"><joint name="passive{leg}" type="hinge" axis="0 0 1"/>
+    <inertial pos="{l2} 0 0" mass="{half}" diaginertia="1e-13 1e-13 1e-13"/><site name="tip{leg}" pos="{l2} 0 0"/>
+  </body>
+</body>"""
+MUJOCO_LIGHT = """
+<body pos="{x} {y} 0"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+  <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-13 1e-13 1e-13"/><site name="light"/>
+</body>"""
+MUJOCO = """
+<mujoco>
+  <option timestep="{step}" gravity="0 0 0" {option}><flag contact="disable" {flag}/></option>
+  <worldbody>{legs}</worldbody>
+  <equality>{equality}</equality>
+  <actuator><motor joint="q0"/><motor joint="q1"/></actuator>
+</mujoco>"""
+
+
+def legs_of(robot):
+    """Base, proximal and distal length, inertia of each leg."""
+    half = robot.d / 2
+    return (-half, robot.l11, robot.l12, robot.zz1), (half, robot.l21, robot.l22, robot.zz2)
+
+
+def joints(rates):
+    """(q11, q12, q21, q22) and their rates: the order of the trees below."""
+    q, passive, w, turning = rates.pose.q, rates.pose.q_passive, rates.q_dot, rates.q_passive_dot
+    return np.array([q[0], passive[0], q[1], passive[1]]), np.array([w[0], turning[0], w[1], turning[1]])
+
+
+def read(q):
+    """Active joints (2,) and how far the two tips are apart, m."""
+    tips = [
+        base + l1 * np.exp(1j * q[2 * k]) + l2 * np.exp(1j * (q[2 * k] + q[2 * k + 1]))
+        for k, (base, l1, l2, _) in enumerate(legs_of(ROBOT))
+    ]
+    return q[[0, 2]], abs(tips[0] - tips[1])
+
+
+def mujoco_run(motion, count, stiffness=None, held=False, light=False):
+    """call () -> final joints, and call () that only steps. stiffness: None for MuJoCo's own settings and Euler's
+    method with the torque set before each step; else RK4, torques at every stage.
+
+    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg.
+    """
+    import mujoco
+
+    legs = "".join(
+        MUJOCO_LEG.format(leg=k, base=base, l1=l1, l2=l2, zz=zz, half=ROBOT.m / 2)
+        for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT))
+    )
+    tuned = stiffness is not None
+    by_step = held or not tuned
+    damping = 2 * np.sqrt(stiffness or 0)
+    constraint = f'solref="{-stiffness} {-damping}" solimp="0.9999 0.9999 0.001"' if tuned else ""
+    ties = [("tip0", "tip1")]
+    if light:
+        x, y = motion.begin().pose.xi
+        legs += MUJOCO_LIGHT.format(x=x, y=y)
+        ties = [("tip0", "light"), ("tip1", "light")]
+    text = MUJOCO.format(
+        step=DURATION / count, legs=legs, flag='refsafe="disable"' if tuned else "",
+        option='integrator="RK4" solver="Newton" iterations="50" tolerance="0"' if tuned else "",
+        equality="".join(f'<connect site1="{a}" site2="{b}" {constraint}/>' for a, b in ties),
+    )  # fmt: skip
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    q, q_dot = joints(motion.begin())
+
+    def reset():
+        mujoco.mj_resetData(model, data)
+        data.qpos[:4] = q
+        data.qvel[:] = (*q_dot, *motion.begin().xi_dot)[: model.nv]
+
+    def set_torque(_, data):
+        data.ctrl[:] = motion.torque(data.time)
+
+    def run():
+        reset()
+        mujoco.set_mjcb_control(None if by_step else set_torque)
+        try:
+            for _ in range(count):
+                if by_step:
+                    set_torque(model, data)
+                mujoco.mj_step(model, data)
+        finally:
+            mujoco.set_mjcb_control(None)
+        return data.qpos[:4].copy()
+
+    def step_only():
+        reset()
+        mujoco.mj_step(model, data, nstep=count)
+
+    return run, step_only
+
+
+def pinocchio_run(motion, count, method):
+    """The same by Pinocchio's constraintDynamics: method "semi-implicit Euler", "rk4" or "dop8", loops in Python."""
+    import pinocchio as pin
+
+    model, tips = pin.Model(), []
+    for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT)):
+        first = model.addJoint(0, pin.JointModelRZ(), _at(pin, base), f"q{k}")
+        model.appendBodyToJoint(first, pin.Inertia(0.0, np.zeros(3), zz * np.eye(3)), pin.SE3.Identity())
+        second = model.addJoint(first, pin.JointModelRZ(), _at(pin, l1), f"passive{k}")
+        half = pin.Inertia(ROBOT.m / 2, np.array([l2, 0, 0]), np.zeros((3, 3)))
+        model.appendBodyToJoint(second, half, pin.SE3.Identity())
+        tips += [second, _at(pin, l2)]
+    model.gravity.linear[:] = 0
+    contact, frame = pin.ContactType.CONTACT_3D, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    constraints, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    constraints.append(pin.RigidConstraintModel(contact, model, *tips, frame))
+    datas.append(constraints[0].createData())
+    data = model.createData()
+    pin.initConstraintDynamics(model, data, constraints, datas)
+    settings = pin.ProximalSettings(1e-14, 1e-8, 20)
+    torque, h = np.zeros(4), DURATION / count
+
+    def acceleration(t, q, v):
+        torque[0], torque[2] = motion.torque(t)
+        return pin.constraintDynamics(model, data, q, v, torque, constraints, datas, settings).copy()
+
+    start = joints(motion.begin())
+    stages = {"semi-implicit Euler": 1, "rk4": 4, "dop8": 12}[method]
+
+    def run():
+        if stages > 1:
+            return runge_kutta(method, acceleration, count, h, *start)
+        q, v = start
+        for k in range(count):
+            v = v + h * acceleration(k * h, q, v)
+            q = q + h * v
+        return q
+
+    def step_only():
+        q, v = start
+        dynamics = pin.constraintDynamics
+        for _ in range(count * stages):
+            dynamics(model, data, q, v, torque, constraints, datas, settings)
+
+    return run, step_only
+
+
+def _at(pin, x):
+    return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
+
+
+def runge_kutta(method, acceleration, count, h, q, v):
+    """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
+    from ....simulation.steps import tableau
+
+    a, b, c = tableau(method)
+    for k in range(count):
+        rates, forces = [], []
+        for row, fraction in zip(a, c):
+            rate = v + h * sum((w * f for w, f in zip(row, forces) if w), np.zeros(4))
+            place = q + h * sum((w * r for w, r in zip(row, rates) if w), np.zeros(4))
+            rates.append(rate)
+            forces.append(acceleration((k + fraction) * h, place, rate))
+        q = q + h * sum(w * r for w, r in zip(b, rates))
+        v = v + h * sum(w * f for w, f in zip(b, forces))
+    return q

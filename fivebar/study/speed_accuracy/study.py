@@ -1,0 +1,73 @@
+"""Charts made: measured, written, drawn."""
+
+import io
+from importlib import import_module
+
+from PIL import Image
+
+from . import findings, picture, runner
+from .page import write_page
+from .store import from_csv
+from .table import CHARTS, PEERS, load, module_of
+
+DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
+
+
+def chart_names(peers=False):
+    """All charts, those of other simulators only if asked for."""
+    return tuple(name for name in CHARTS if peers or name not in PEERS)
+
+
+def make(names, folder, quick=False):
+    """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
+
+    quick: every other knob and less time for each. An interrupted run goes on where it was.
+    """
+    from tqdm import tqdm
+
+    partials, modules = [], {name: module_of(name) for name in names}
+    folder.mkdir(parents=True, exist_ok=True)
+    others = [name for name in CHARTS if name not in modules and (folder / f"{name}.csv").exists()]
+    results = {name: redraw(folder / f"{name}.csv", name) for name in others}
+    total = sum(len(load(module).jobs(quick)) for module in modules.values())
+    with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
+        for name in modules:
+            bar.set_description(name)
+            results[name], partial = runner.run(name, folder, quick, bar.update)
+            results[name].to_csv(folder / f"{name}.csv")
+            partials.append(partial)
+    ordered = {name: results[name] for name in CHARTS if name in results}
+    pictures, captions = {}, {}
+    for name, result in ordered.items():
+        pictures[name], captions[name] = draw(result, folder), module_with(result.chart).caption(result)
+    write_page(folder / "index.html", ordered, pictures, captions)
+    for partial in partials:  # not before all are done: an interrupted run of several charts keeps the finished ones
+        partial.done()
+    return {name: results[name] for name in modules}
+
+
+def redraw(path, name):
+    """The Result of a CSV file that `make` wrote."""
+    return from_csv(path, load(module_of(name)))
+
+
+def draw(result, folder):
+    """NAME.png and .svg of a Result; the PNG's bytes."""
+    figure = module_with(result.chart).figure(result)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    small = io.BytesIO()
+    Image.open(buffer).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, "png", optimize=True)
+    (folder / f"{result.chart.name}.png").write_bytes(small.getvalue())
+    figure.savefig(folder / f"{result.chart.name}.svg")
+    return small.getvalue()
+
+
+class _Usual:
+    figure = staticmethod(picture.figure)
+    caption = staticmethod(findings.caption)
+
+
+def module_with(chart):
+    """What has figure(result) and caption(result) for a chart."""
+    return import_module(f".charts.{chart.picture}", __package__) if chart.picture else _Usual

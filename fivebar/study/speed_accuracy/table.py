@@ -1,0 +1,119 @@
+"""What a chart is: problems, methods with their knob, and panels. Declared here, run and drawn elsewhere."""
+
+from dataclasses import dataclass
+from importlib import import_module
+
+from ...errors import UsageError
+
+# Name -> module with a function `chart()`.
+CHARTS = {
+    name: f"{__package__}.charts.{module}"
+    for name, module in {
+        "geometry": "geometry",
+        "derivatives": "derivatives",
+        "integrators": "integrators",
+        "trackers": "trackers",
+        "singularity-map": "contours",
+        "stability": "stability",
+        "simulators": "simulators",
+    }.items()
+}
+PEERS = ("simulators",)  # need packages that fivebar does not: only when asked for
+
+
+class Failed(Exception):
+    """A method gave a result that does not count; the message is the word for it on the chart."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A method made ready: call () -> result is what is timed; judge (result) -> {measure: value}, or raises Failed.
+
+    per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call has measured its own.
+    """
+
+    call: object
+    judge: object
+    per: int = 1
+    times: object = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to solve the chart's problems: prepare (problem, knob) -> Attempt, run for each knob of each problem.
+
+    knobs: (number, ...), or {problem: (number, ...)} for those that it is tried on. family: methods of one colour;
+    needs: keys of `machine.NEEDED` without which it is left out; order: of convergence in the knob, where it has one.
+    """
+
+    name: str
+    family: str
+    prepare: object
+    knobs: object = (0,)
+    needs: tuple = ()
+    order: int | None = None
+
+    def knobs_of(self, problem, quick):
+        """The knobs, in a quick run every other one, the first among them."""
+        knobs = self.knobs.get(problem, ()) if isinstance(self.knobs, dict) else self.knobs
+        return tuple(k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes: a problem's measures x and y by all methods.
+
+    levels: values of y at which the caption compares the times; rounding: below 100 of it an error has no order.
+    """
+
+    problem: str
+    title: str
+    y: str = "error"
+    ylabel: str = "error"
+    x: str = "seconds"
+    xlabel: str = "time of one run (s)"
+    levels: tuple = ()
+    rounding: float = 1e-15
+    floor: float = 1e-17  # an error of 0 is drawn here
+    ceiling: float = float("inf")  # a larger error counts as a failure
+    each: bool = False  # whether the caption lists every method's time over ours
+    guide: tuple | None = None  # (factor, words): the line y = factor x
+
+
+OURS = "fivebar"  # the family that the captions compare with all others
+LIMIT = "the limit"  # the family of what nobody would write by hand for every model
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A chart: its name; title, a sentence; how to read it; problems {name: words}; methods; rows of panels."""
+
+    name: str
+    title: str
+    reading: str
+    problems: dict
+    methods: tuple
+    panels: tuple  # of rows, tuples of Panel
+    step: object = None  # knob -> step, in which the methods that have an order converge
+    apart: tuple = (LIMIT,)  # families that the caption compares apart from the others
+    picture: str | None = None  # module with figure(result) and caption(result) where the usual ones do not fit
+    limit: float = 60.0  # s, for one attempt with all its repeats
+
+    def jobs(self, quick):
+        """(problem, method, knob) of all attempts, in the order in which they are made."""
+        return [(p, m, knob) for p in self.problems for m in self.methods for knob in m.knobs_of(p, quick)]
+
+    def method(self, name):
+        return next(m for m in self.methods if m.name == name)
+
+
+def module_of(name):
+    """The module of a chart; UsageError, with the known ones, for a name that is none."""
+    if name not in CHARTS:
+        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(CHARTS)}, and all")
+    return CHARTS[name]
+
+
+def load(module):
+    """The Chart that a module declares."""
+    return import_module(module).chart()

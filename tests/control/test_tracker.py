@@ -1,0 +1,425 @@
+"""The model-predictive tracker: its derivatives, its QP and the check of it, and what it does in closed loop."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+from scipy.optimize import lsq_linear
+
+import fivebar as fb
+from fivebar.control.prediction import CHARTS, Model, choose_chart
+from fivebar.control.qp import QP, TOLERANCE, Condenser, Status, optimality, riccati, stage_lengths
+from fivebar.control.tracker import Tracker
+from fivebar.models.charts import CHARTS as PLANT_CHARTS
+from fivebar.simulation.cases import CASES, case
+from tests.benchmarks import qp_solvers
+from tests.conftest import UNEQUAL
+
+ROBOT = fb.FiveBar()
+TASK_1 = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
+
+
+def rms(run):
+    return float(np.sqrt(np.mean(np.sum(run.error**2, axis=1))))
+
+
+def largest(run):
+    return float(np.linalg.norm(run.error, axis=1).max())
+
+
+# Prediction and condensing.
+
+
+def start_in(robot, chart, xi=(0.03, 0.09), xi_dot=(0.05, -0.08)):
+    c, c_dot, modes = chart.coordinates(fb.ikm(fb.igm(robot, xi), xi_dot))
+    return np.array([*c, *c_dot]), np.array(modes, dtype=float)
+
+
+@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
+def test_prediction_is_the_plant_and_of_second_order(robot, chart):
+    state, modes = start_in(robot, chart)
+    tau, errors = np.array([0.01, -0.02]), []
+    for h in (0.02, 0.01):
+        model = Model(robot, chart, (h, h), (1e-6, 1e-4, 1e-4, 1e-4), False, False)
+        after = model.step(state, tau, modes)[0].copy()
+        rates = chart.rates(robot, tuple(after[:2].tolist()), tuple(after[2:].tolist()), tuple(int(m) for m in modes))
+        run = fb.simulate(robot, lambda *_: tau, start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
+                          duration=h, control_period=h, step=h / 20)  # fmt: skip
+        errors.append(np.linalg.norm(np.array(rates._xi_dot) - fb.dkm(fb.dgm(robot, run.q[-1]), run.q_dot[-1]).xi_dot))
+    assert errors[1] < 1e-4
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.2)  # of one step
+
+
+@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
+def test_condensed_gradient_is_the_cost_s(robot, chart):
+    """H v + g at the predicted motion: the derivative of the nonlinear cost, but for the midpoint's inexact slopes."""
+    lengths = (1e-3, 1e-3, 2e-3, 3e-3)
+    N, scale, weights = len(lengths), 0.05, (1e4, 10.0, 100.0)
+    model = Model(robot, chart, lengths, (1e-6, 1e-4, 1e-4, 1e-4), False, False)
+    condense = Condenser(lengths, *weights, scale)
+    state, modes = start_in(robot, chart)
+    rng = np.random.default_rng(3)
+    guess, previous = rng.normal(size=2 * N), rng.normal(size=2)
+    target = np.array([0.03, 0.09, 0.05, -0.08]) + 1e-3 * rng.normal(size=(N + 1, 4))
+    terminal = np.kron(riccati(lengths[0], *weights[:2]), np.eye(2))
+
+    def predict(v):
+        states, AB, *more = (a.copy() for a in model.rollout(state, scale * v.reshape(N, 2), modes))
+        motion, C = (states, None) if model.task else (more[0], more[1].reshape(N, 4, 4))
+        return motion, AB.reshape(N, 4, 6), C
+
+    now = model.look(state, modes)[0].copy() - target[0]
+
+    def cost(v):
+        e = predict(v)[0] - target[1:]
+        share = np.array(lengths) / lengths[0]
+        acceleration = np.diff(np.vstack([now, e])[:, 2:], axis=0) / np.array(lengths)[:, None]
+        total = (share[:-1] * np.sum((weights[0] * e[:-1, :2]) ** 2, axis=1)).sum() + e[-1] @ terminal @ e[-1]
+        total += (share * np.sum((weights[1] * acceleration) ** 2, axis=1)).sum()
+        change = np.diff(np.vstack([previous, v.reshape(N, 2)]), axis=0)
+        return 0.5 * (total + np.sum((weights[2] * scale * change) ** 2))
+
+    motion, AB, C = predict(guess)
+    H, g = condense(now, motion - target[1:], AB, C, previous, guess)
+    steps = 1e-3 * np.eye(2 * N)
+    central = np.array([(cost(guess + s) - cost(guess - s)) / 2e-3 for s in steps])
+    np.testing.assert_allclose(H @ guess + g, central, rtol=0, atol=1e-3 * np.abs(central).max())
+    assert np.linalg.eigvalsh(H).min() > 0
+
+
+def test_terminal_cost_solves_the_riccati_equation():
+    h, position, acceleration = 0.01, 1e4, 10.0
+    A, B = np.array([[1, h], [0, 1]]), np.array([[h * h / 2], [h]])
+    expected = solve_discrete_are(A, B, np.diag([position**2, 0]), np.array([[acceleration**2]]))
+    np.testing.assert_allclose(riccati(h, position, acceleration), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("horizon", "period", "seconds"), [(20, 0.01, 1.0), (20, 0.01, 0.2), (2, 0.1, 3.0)])
+def test_stages_cover_the_horizon(horizon, period, seconds):
+    lengths = stage_lengths(horizon, period, seconds)
+    assert len(lengths) == horizon and lengths[0] == period and (np.diff(lengths) >= 0).all()
+    assert sum(lengths) == pytest.approx(seconds, rel=1e-9)
+
+
+def test_stages_are_never_too_long_to_predict_unless_asked():
+    assert max(stage_lengths(20, 0.001)) == pytest.approx(0.14)
+    assert sum(stage_lengths(20, 0.01)) == pytest.approx(1.0)
+    assert stage_lengths(200, 0.01) == pytest.approx((0.01,) * 200)
+
+
+@pytest.mark.parametrize(
+    ("margins", "present", "chosen"),
+    [((0.9, 0.7), None, 0), ((0.9, 0.1), None, 2), ((0.1, -0.9), None, 1), ((0.9, 0.3), 0, 0), ((0.9, 0.3), 2, 2),
+     ((0.9, 0.2), 0, 2), ((0.3, 0.9), 1, 1), ((0.05, 0.2), 2, 1)],
+)  # fmt: skip
+def test_charts_change_with_hysteresis(margins, present, chosen):
+    assert choose_chart(margins, None if present is None else CHARTS[present]) is CHARTS[chosen]
+
+
+# The QP and the check of it.
+
+
+def random_qp(seed, n=12):
+    rng = np.random.default_rng(seed)
+    R, r = rng.normal(size=(2 * n, n)), rng.normal(size=2 * n)
+    return R, r, R.T @ R, R.T @ r, np.full(n, -0.1), np.full(n, 0.1), np.zeros((0, n)), np.zeros(0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_solution_is_an_independent_solver_s(seed):
+    R, r, H, g, low, high, rows, upper = random_qp(seed)
+    v, iterations, status = QP(12, 0)(H, g, rows, upper, low, high)
+    assert status == Status.SOLVED
+    np.testing.assert_allclose(v, lsq_linear(R, -r, (low, high), method="bvls").x, atol=1e-9)
+    assert iterations == 1 + np.sum(np.abs(np.abs(v) - 0.1) < 1e-12) > 1
+
+
+def test_check_accepts_rows_in_force():
+    _, _, H, g, low, high, _, _ = random_qp(1)
+    rows, upper = np.ones((2, 12)), np.array([-0.3, 5.0])
+    qp = QP(12, 2)
+    v, _, status = qp(H, g, rows, upper, low, high)
+    assert status == Status.SOLVED and rows[0] @ v == pytest.approx(-0.3)
+    forces = qp.call.outputs[2]
+    assert optimality(H, g, rows, upper, low, high, v, forces) < 1e-10 < 1e-3 < forces[0]
+    assert optimality(H, g, rows, upper, low, high, v, 0 * forces) > 1e-3
+
+
+@pytest.mark.parametrize("corrupt", ["moved", "outside", "nan", "huge", "stale"])
+def test_check_catches_a_corrupted_solution(corrupt):
+    *_, H, g, low, high, rows, upper = random_qp(0)
+    qp = QP(12, 0)
+    call = qp.call
+
+    class Corrupted:
+        stats = call.stats
+
+        def __call__(self, *arguments):
+            results = call(*arguments)
+            if corrupt == "stale":
+                return call(*random_qp(9)[2:4], *arguments[2:])
+            values = {"moved": results[0][3] * 0.99 + 1e-3, "outside": 0.2, "nan": np.nan, "huge": 1e308}
+            results[0][3] = values[corrupt]
+            return results
+
+    assert qp(H, g, rows, upper, low, high)[2] == Status.SOLVED
+    qp.call = Corrupted()
+    assert qp(H, g, rows, upper, low, high)[2] == Status.CHECK_FAILED
+
+
+def test_infeasible_problem_is_reported():
+    _, _, H, g, low, high, _, _ = random_qp(2)
+    rows = np.ones((1, 12))
+    assert QP(12, 1)(H, g, rows, np.array([-100.0]), low, high)[2] in (Status.QP_FAILED, Status.CHECK_FAILED)
+
+
+# In closed loop.
+
+BETTER = {"task-1": 5, "torque-limit": 3, "mass": 10, "delay": 10, "encoder": 1.5, "crossing": 20}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_case_is_tracked_better_than_by_computed_torque(name):
+    chosen = case(name)
+    runs = {controller: chosen.simulate(controller) for controller in ("ctc", "ctc-stiff", "mpc")}
+    run = runs["mpc"]
+    assert not run.log.status.any()
+    assert rms(run) * BETTER[name] < min(rms(runs["ctc"]), rms(runs["ctc-stiff"]))
+    if limit := chosen.options.get("torque_limit"):
+        assert np.abs(run.control.commanded).max() <= limit
+    if name == "crossing":
+        assert largest(run) < 5e-6 and [int(event.type) for event in run.events] == [2]
+        assert set(run.log.chart) == {0, 2}  # the right leg is almost in line there: the left one's are regular
+
+
+def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
+    """The degree-8 polynomial comes within sin q22 = 0.06 of Type 1 where it crosses, 20 times faster than the plan."""
+    rest, singular = {1: (0, 0), 2: (0, 0)}, (0.0525327138758270, 0.00430328475849708)
+    midway = {0: singular, 1: (-0.0253611967131164, -0.0430907147919202), 2: (0, 0)}
+    reference = fb.polynomial([(0, {0: (0.09, 0.06796322), **rest}), (2, midway), (4, {0: (0.05, 0.0), **rest})])
+    tracker, estimates = Tracker(ROBOT, torque_limit=0.1), []
+
+    def controller(t, q, q_dot, reference):
+        tau = tracker(t, q, q_dot, reference)
+        c, c_dot = tuple(tracker.state[:2].tolist()), tuple(tracker.state[2:].tolist())
+        estimates.append(tracker.model.chart.rates(ROBOT, c, c_dot, tuple(int(m) for m in tracker.modes)).pose.xi)
+        return tau
+
+    run = fb.simulate(ROBOT, controller, reference, torque_limit=0.1)
+    assert largest(run) < 1e-4 and not tracker.log.status.any()
+    assert [(round(event.t, 1), int(event.type)) for event in run.events] == [(2.0, 2)]
+    # The end-effector is known throughout, though at Type 2 the joints do not tell it.
+    assert np.linalg.norm(np.array(estimates) - run.xi[:-1:10], axis=1).max() < 1e-6
+
+
+def test_constant_disturbance_leaves_no_offset_at_rest():
+    tracker, offset = Tracker(ROBOT, torque_limit=0.05), np.array([0.003, -0.002])
+    run = fb.simulate(fb.FiveBar(m=0.6), lambda *a: tracker(*a) + offset, TASK_1, duration=3.0)
+    assert np.linalg.norm(run.error[-1]) < 1e-9
+    np.testing.assert_allclose(tracker.log.disturbance[-1], offset, atol=1e-7)
+    held = fb.simulate(ROBOT, lambda *a: fb.ComputedTorque(ROBOT, 100, 20)(*a) + offset, TASK_1, duration=3.0)
+    assert np.linalg.norm(held.error[-1]) > 1e-4  # which computed torque leaves
+
+
+@pytest.mark.parametrize("reference", [TASK_1, fb.line((0.0, 0.1), (0.09, 0.06796322), 2.0)], ids=["there", "back"])
+def test_limits_of_torque_and_speed_are_kept(reference):
+    tracker = Tracker(ROBOT, torque_limit=0.006, speed_limit=1.0)
+    run = fb.simulate(ROBOT, tracker, reference, duration=2.5)
+    assert np.abs(run.control.commanded).max() <= 0.006
+    assert 0.99 < np.abs(run.q_dot).max() < 1.001
+    assert not tracker.log.status.any() and tracker.log.iterations.max() > 10
+
+
+def test_speed_limit_across_type_2():
+    chosen = case("crossing")
+    asked = np.abs(fb.simulate(ROBOT, Tracker(ROBOT), chosen.reference).q_dot).max()
+    tracker = Tracker(ROBOT, torque_limit=0.05, speed_limit=0.8 * asked)
+    run = chosen.simulate(tracker)
+    assert np.abs(run.q_dot).max() < 0.8 * asked * 1.001 and not tracker.log.status.any() and len(run.events) == 1
+
+
+def test_one_millisecond_and_other_robots(robot):
+    reference = fb.line((0.05, 0.09), (0.03, 0.11), 0.4)
+    for period, better in ((0.01, 10), (0.001, 2)):
+        runs = [
+            fb.simulate(robot, controller, reference, control_period=period)
+            for controller in (Tracker(robot, period=period), fb.ComputedTorque(robot, 100, 20))
+        ]
+        assert rms(runs[0]) < rms(runs[1]) / better
+
+
+@pytest.mark.parametrize("working", [(1, 1), (1, -1), (-1, 1)])
+def test_other_modes(working):
+    reference = fb.line((0.02, 0.1), (-0.03, 0.12), 1.0)
+    start = fb.ikm(fb.igm(ROBOT, (0.02, 0.1), working), (0.0, 0.0))
+    tracker = Tracker(ROBOT, assembly=int(start.pose.assembly))
+    assert largest(fb.simulate(ROBOT, tracker, reference, start=start)) < 2e-5 and not tracker.log.status.any()
+
+
+def test_start_in_motion_and_a_stop_that_is_no_motion():
+    """A circle ends at full speed: its last second is not trackable, and no step fails for it."""
+    for robot in (ROBOT, UNEQUAL):
+        circle, tracker = fb.circle((0.0, 0.1), 0.03, 1.0), Tracker(robot)
+        run = fb.simulate(robot, tracker, circle)
+        assert not tracker.log.status.any()
+        assert np.linalg.norm(run.error[:600], axis=1).max() < 2e-4
+
+
+def test_a_new_simulation_starts_afresh():
+    tracker = Tracker(ROBOT, delay=1)
+    runs = [fb.simulate(ROBOT, tracker, TASK_1, duration=0.3, delay=1) for _ in range(2)]
+    np.testing.assert_array_equal(runs[0].tau, runs[1].tau)
+    assert len(tracker.log.t) == 30
+    tracker.reset()
+    assert len(tracker.log.t) == 0 and tracker.log.disturbance.shape == (0, 2)
+
+
+# What goes wrong.
+
+
+def failing(tracker, when):
+    """Make the tracker's QP fail in its steps number `when`."""
+    solve, count = tracker.qp, iter(range(10**6))
+
+    def hook(*arguments):
+        return (None, 7, Status.QP_FAILED) if next(count) in when else solve(*arguments)
+
+    tracker.qp = hook
+
+
+def test_fallback_is_clipped_computed_torque_and_reported():
+    tracker, limit, when = Tracker(ROBOT, torque_limit=0.004), 0.004, range(20, 60)
+    failing(tracker, when)
+    run = fb.simulate(ROBOT, tracker, TASK_1, duration=1.0, torque_limit=limit)
+    status = tracker.log.status
+    assert (status[20:60] == Status.QP_FAILED).all() and not status[:20].any() and not status[60:].any()
+    assert (tracker.log.iterations[20:60] == 7).all()
+    computed = fb.ComputedTorque(ROBOT, 100, 20)
+    for k in when:
+        asked = computed(run.control.t[k], run.control.q[k], run.control.q_dot[k], TASK_1)
+        np.testing.assert_allclose(run.control.commanded[k], np.clip(asked, -limit, limit), atol=1e-12)
+
+
+def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
+    chosen = case("crossing")
+    tracker = Tracker(ROBOT, torque_limit=0.05)
+    failing(tracker, [*range(295, 310), *range(380, 390)])
+    run = chosen.simulate(tracker)
+    assert (tracker.log.status[295:310] == Status.QP_FAILED).all() and not tracker.log.status[310:380].any()
+    controllers = {302: fb.PD(ROBOT, 100 * tracker.inertia, 20 * tracker.inertia)}
+    controllers |= dict.fromkeys(range(380, 390), fb.ComputedTorque(ROBOT, 100, 20, assembly=1))
+    for k, controller in controllers.items():
+        asked = controller(run.control.t[k], run.control.q[k], run.control.q_dot[k], chosen.reference)
+        np.testing.assert_allclose(run.control.commanded[k], np.clip(asked, -0.05, 0.05), atol=1e-9)
+    assert np.abs(run.control.commanded).max() <= 0.05 and np.linalg.norm(run.error[-1]) < 1e-6
+
+
+def test_reference_out_of_reach_is_approached_with_bounded_torque():
+    reference = fb.line((0.02, 0.1), (0.08, 0.12), 1.0)  # the left leg cannot reach its end
+    tracker = Tracker(ROBOT, torque_limit=0.05)
+    run = fb.simulate(ROBOT, tracker, reference, duration=1.2)
+    assert np.isfinite(run.tau).all() and np.abs(run.control.commanded).max() <= 0.05
+    assert np.linalg.norm(run.error[-1]) < 0.01
+
+
+def test_a_jump_of_the_measurement_is_taken_for_a_new_motion():
+    tracker, home = Tracker(ROBOT, torque_limit=0.05), np.zeros(2)
+    tracker(0.0, home, home, TASK_1)
+    tracker(0.01, home, home, TASK_1)
+    elsewhere = fb.igm(ROBOT, (-0.05, 0.12))
+    tracker(0.02, elsewhere.q, home, TASK_1)
+    np.testing.assert_allclose(tracker.state[:2], (-0.05, 0.12), atol=1e-9)
+
+
+def test_full_turns_of_the_measured_angles_do_not_matter():
+    torques = []
+    for turns in (0, 1):
+        tracker = Tracker(ROBOT)
+        tracker(0.0, np.zeros(2), np.zeros(2), TASK_1)
+        angles = np.array([0.0, -2 * np.pi * turns])
+        torques.append([tracker(0.01 * k, angles, np.zeros(2), TASK_1) for k in (1, 2, 3)])
+    np.testing.assert_allclose(torques[1], torques[0], atol=1e-12)
+
+
+def test_warm_start_is_the_last_plan_shifted():
+    tracker, plans = Tracker(ROBOT, seconds=0.2), []
+    solve = tracker.qp
+    tracker.qp = lambda *arguments: plans.append(solve(*arguments)) or plans[-1]
+    tracker(0.0, np.zeros(2), np.zeros(2), TASK_1)
+    np.testing.assert_array_equal(tracker.guess[:-2], plans[0][0][2:])
+    np.testing.assert_array_equal(tracker.guess[-2:], plans[0][0][-2:])
+
+
+def test_uncertainty_stays_the_same_in_another_chart():
+    tracker = Tracker(ROBOT)
+    for k in range(3):
+        tracker(0.01 * k, np.zeros(2), np.zeros(2), TASK_1)
+    seen = []
+    for chart in (CHARTS[0], CHARTS[2], CHARTS[1], CHARTS[0]):
+        tracker._change(chart)
+        C = np.eye(6)
+        C[:4, :4] = tracker.model.look(tracker.state, tracker.modes)[1]
+        seen.append(C @ tracker.covariance @ C.T)
+    for other in seen[1:]:
+        np.testing.assert_allclose(other, seen[0], rtol=0, atol=1e-9 * np.abs(seen[0]).max())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"horizon": 1}, "horizon must be a whole number >= 2"),
+        ({"horizon": 20.0}, "horizon must be a whole number"),
+        ({"delay": -1}, "delay must be a whole number >= 0"),
+        ({"period": 0.0}, "period must be finite and > 0"),
+        ({"seconds": 0.1}, "seconds = 0.1 is less than horizon = 20 periods"),
+        ({"torque_limit": -1.0}, "torque_limit must be finite and > 0 or None"),
+        ({"speed_limit": np.inf}, "speed_limit must be finite"),
+        ({"encoder_resolution": 0}, "encoder_resolution must be finite and > 0 or None"),
+        ({"position": 0.0}, "position must be finite and > 0"),
+        ({"acceleration": np.nan}, "acceleration must be finite"),
+        ({"torque_rate": "much"}, "torque_rate"),
+        ({"assembly": 0}, "assembly must be"),
+    ],
+)
+def test_options_that_make_no_sense(options, message):
+    with pytest.raises(ValueError, match=message):
+        Tracker(ROBOT, **options)
+
+
+def test_reference_of_one_time():
+    def reference(t):
+        return np.array([0.09, 0.06796322]), np.zeros(2), np.zeros(2)
+
+    with pytest.raises(ValueError, match="reads its reference at 21 times at once"):
+        Tracker(ROBOT)(0.0, np.zeros(2), np.zeros(2), reference)
+
+
+def test_wrong_period_and_massless_robot():
+    tracker = Tracker(ROBOT, period=0.01)
+    with pytest.raises(ValueError, match="made for a period of 0.01 s was called again after 0.001 s"):
+        fb.simulate(ROBOT, tracker, TASK_1, control_period=0.001)
+    with pytest.raises(ValueError, match="m must be finite and > 0"):
+        Tracker(fb.FiveBar(m=0.0))
+
+
+def test_casadi_comes_with_the_first_tracker():
+    code = "import fivebar.control.tracker, sys; print('casadi' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "False\n"
+
+
+def test_compiled_is_the_same(compiler):
+    runs = [fb.simulate(ROBOT, Tracker(ROBOT, jit=jit), TASK_1, duration=0.5) for jit in (False, True)]
+    np.testing.assert_allclose(runs[0].tau, runs[1].tau, atol=1e-9)
+
+
+def test_benchmark_runs(compiler, capfd):
+    qp_solvers.main(quick=True)
+    rows = [line.split() for line in capfd.readouterr().out.splitlines() if line.startswith("daqp condensed")]
+    assert len(rows) == 3 and all(row[5:7] == ["0", "0"] for row in rows)  # none failed, none silently
+
+
+def test_charts_are_the_plant_s_kind():
+    assert set(CHARTS) <= {chart for charts in PLANT_CHARTS.values() for chart in charts}
+    assert TOLERANCE < 1e-5

@@ -1,0 +1,255 @@
+"""A folder of submissions: found, graded by several processes, interrupted at any moment, gone on with."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from fivebar.cli import main
+from fivebar.grading import grade as graded
+from fivebar.grading.course import worker_loop
+from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
+from fivebar.grading.course.submissions import Entry, find_submissions
+from fivebar.grading.grade import Task, grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.worker.sandbox import IsolationError
+from tests.helpers import ROOT
+
+from ..helpers.grading_lab import CRASHES, HALF, HANGS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
+
+
+@pytest.fixture
+def labs(tmp_path):
+    return write_lab(tmp_path / "mylabs")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return tmp_path / "submissions"
+
+
+def command(labs, folder, out, *options):
+    return ["grade", "elbow", str(folder), "--labs", str(labs), "--out", str(out), "--isolate", "process", *options]
+
+
+def points(out):
+    return {path.stem: json.loads(path.read_text())["points"] for path in (out / "students").glob("*.json")}
+
+
+def test_who_handed_in_what(tmp_path):
+    for name in (
+        "anna.py", "ben/my_lab.py", "carl.ipynb", "Ada Lovelace_4711_assignsubmission_file_/lab.py",
+        "turingalan_LATE_123_4567_lab1.py", "Twin_1_assignsubmission_file_/a.py", "Twin_2_assignsubmission_file_/a.py",
+        "two/a.py", "two/b.ipynb", "dora/__MACOSX/._a.py", "dora/.ipynb_checkpoints/a-checkpoint.ipynb", "dora/a.ipynb",
+        "none/readme.txt", "readme.txt", ".hidden.py", "results/old.py", "=1+1\n.py", "eve.py", "eve/x.py",
+    ):  # fmt: skip
+        written(tmp_path / name, "")
+    ids = [entry.student for entry in find_submissions(tmp_path, tmp_path / "results")]
+    written(tmp_path / "eve.py_1_2_x.py", "")  # as Canvas packs the file of one who calls himself like another's file
+    assert {entry.student for entry in find_submissions(tmp_path, tmp_path / "results")} == {*ids, "eve.py_1_2_x.py"}
+    (tmp_path / "eve.py_1_2_x.py").unlink()
+    (tmp_path / "linked.py").symlink_to(tmp_path / "anna.py")
+    (tmp_path / "linked").symlink_to(tmp_path / "ben")
+    found = {entry.student: entry for entry in find_submissions(tmp_path, tmp_path / "results")}
+    assert {name: entry.path.name for name, entry in found.items() if not entry.trouble} == {
+        "anna": "anna.py", "ben": "my_lab.py", "carl": "carl.ipynb", "Ada Lovelace": "lab.py",
+        "turingalan": "turingalan_LATE_123_4567_lab1.py", "Twin_1_assignsubmission_file_": "a.py",
+        "Twin_2_assignsubmission_file_": "a.py", "dora": "a.ipynb", "=1+1\n": "=1+1\n.py", "eve.py": "eve.py",
+        "eve": "x.py",
+    }  # fmt: skip
+    assert found["two"].trouble == "the folder holds 2 programs (a.py, b.ipynb): leave one"
+    assert found["none"].trouble == "the folder holds no .py, no .ipynb"
+    assert {name for name, entry in found.items() if "symbolic link" in entry.trouble} == {"linked", "linked.py"}
+
+
+def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
+    for name, source in {
+        "anna": RIGHT, "ben": SHIFTED, "carl": HALF, "dora": UNTOUCHED, "emil": CRASHES,
+        "gina": HANGS, "fred": "import os\nos._exit(0)\n", "=HYPERLINK(1)": RIGHT,
+        "<img src=x onerror=alert(1)>": RIGHT,
+    }.items():  # fmt: skip
+        written(folder / f"{name}.py", source)
+    (folder / "latin.py").write_bytes(b"x = '\xff'\n")
+    (folder / "empty").mkdir()
+    out = tmp_path / "out"
+    assert main(command(labs, folder, out, "--jobs", "2", "--time-limit", "0.3")) == 0
+    printed = capsys.readouterr()
+    assert "elbow: 11 students" in printed.out and "elbow: origin in the base joint" in printed.out
+    for words in (
+        "emil: The file has a line that fails",
+        "gina: timeout in 3 checks",
+        "latin.py is not UTF-8",
+        "empty: The file",
+    ):
+        assert words in printed.err
+    got = points(out)
+    assert len(got) == 11 and got["anna"] == got["emil"] == 4 and got["ben"] == 1 and 0 < got["carl"] < 3
+    assert got["dora"] == got["fred"] == got["gina"] == got["latin"] == got["empty"] == 0
+    assert {path.name for path in out.iterdir()} == {
+        STATE, "students", "checks.csv", "scores.csv", "items.csv", "misconceptions.csv", "summary.html",
+    }  # fmt: skip
+    assert len((out / "checks.csv").read_text().splitlines()) == 1 + 3 * 11
+    assert "'=HYPERLINK(1)," in (out / "scores.csv").read_text()
+    page = (out / "summary.html").read_text()
+    assert "<img" not in page and "&lt;img src=x onerror=alert(1)&gt;" in page and 'href="students/anna.html"' in page
+    assert all((out / "students" / f"{stem}.html").exists() for stem in got)
+    stamps = {path: path.stat().st_mtime_ns for path in (out / "students").glob("*.json")}
+    written(folder / "ben.py", RIGHT)
+    assert main(command(labs, folder, out, "--time-limit", "0.3", "--json", "--fail-under", "1")) == 1
+    printed = capsys.readouterr()
+    assert "9 of 11 are graded already" in printed.err and "5 of 11 below 1 %" in printed.err
+    assert len(json.loads(printed.out)) == 11 and points(out)["ben"] == 4
+    again = {path.stem for path, stamp in stamps.items() if path.stat().st_mtime_ns != stamp}
+    assert again == {"ben", "empty"}  # what has changed, and what there was no file of
+
+
+def test_what_is_graded_again(labs, folder, tmp_path):
+    entry = Entry("anna", written(folder / "anna.py", RIGHT))
+    lab, out = find_lab("elbow", labs), tmp_path / "out"
+    first = begin(lab, out, None, None, "process", None)
+    assert first.done(entry) is None
+    run_cohort(first, [entry], 1)
+    assert first.done(entry).points == 4
+    assert begin(lab, out, None, None, "process", None).seed == first.seed  # of the earlier run
+    assert begin(lab, out, first.seed, b"a secret", "process", None).done(entry) is None  # another robot
+    assert begin(lab, out, "other", None, "process", None).done(entry) is None
+    first.file(entry, ".json").write_text("{}")
+    assert first.done(entry) is None
+    run_cohort(first, [entry], 1)
+    lab.tests.write_text(lab.tests.read_text() + "\n")
+    assert first.done(entry) is None
+    (out / STATE).write_text("[]")
+    assert main(command(labs, folder, out)) == 2
+    (out / STATE).write_text('{"lab": "wrist", "seed": "1"}')
+    assert main(command(labs, folder, out)) == 2
+
+
+def wait_for(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def descendants(pid):
+    """Processes below pid, from /proc/*/stat, whose fourth field is the parent."""
+    parents = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
+        except (FileNotFoundError, ProcessLookupError):
+            continue  # it has ended
+    found, new = set(), {pid}
+    while new:
+        new = {child for child, parent in parents.items() if parent in new}
+        found |= new
+    return found
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
+    for k in range(12):
+        written(folder / f"s{k:02d}.py", RIGHT if k % 2 else SHIFTED)
+    out = tmp_path / "out"
+    run = subprocess.Popen(
+        [sys.executable, "-m", "fivebar", *command(labs, folder, out)], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    )
+    wait_for(lambda: len(list((out / "students").glob("*.json"))) >= 3)
+    started = descendants(run.pid)
+    assert started
+    run.send_signal(number)
+    err = run.communicate(timeout=30)[1]
+    wait_for(lambda: not any(Path(f"/proc/{process}").exists() for process in started), 20)
+    kept = points(out)  # each file is whole
+    assert 3 <= len(kept) < 12 and not (out / "summary.html").exists()
+    if number == signal.SIGINT:
+        assert run.returncode == 1 and "interrupted" in err and "goes on from there" in err and "Traceback" not in err
+    seeds = {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")}
+    run = subprocess.run(
+        [sys.executable, "-m", "fivebar", *command(labs, folder, out)], cwd=ROOT, capture_output=True, text=True
+    )
+    assert run.returncode == 0 and f"{len(kept)} of 12 are graded already" in run.stderr
+    assert points(out) == {f"s{k:02d}": (4 if k % 2 else 1) for k in range(12)}
+    assert {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")} == seeds
+
+
+def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
+    """Constants that no float holds, and a line that takes Python's parser minutes, in the grader's own process."""
+    written(folder / "a.py", RIGHT.replace("l11 = 0.09", f"l11 = 1{'0' * 400}"))
+    written(folder / "b.py", RIGHT + "x=1;" * 200_000)
+    written(folder / "c.py", RIGHT)
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    assert [report.points for report in run_cohort(cohort, find_submissions(folder), 1)][::2] == [1, 4]
+
+
+@pytest.mark.parametrize("error, key", [(ValueError("strange"), "failed"), (IsolationError("no room"), "error")])
+def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_it(
+    labs, folder, tmp_path, monkeypatch, error, key
+):
+    def fails_unless_told(lab, task):
+        if task.trouble:
+            return grade(lab, task)
+        raise error
+
+    monkeypatch.setattr(worker_loop, "grade", fails_unless_told)
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    entry = Entry("a", written(folder / "a.py", RIGHT))
+    direct = SimpleNamespace(ask=lambda request: worker_loop._graded(dict(request)))
+    assert key in direct.ask(cohort.request(entry))
+    if key == "error":
+        with pytest.raises(GraderError, match="no room"):
+            _one(cohort, entry, direct)
+    else:
+        assert "ValueError: strange" in _one(cohort, entry, direct).trouble
+
+
+def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_path, monkeypatch):
+    entry = Entry("a", written(folder / "a.py", SHIFTED))
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    run = graded.run_checks
+    monkeypatch.setattr(graded, "run_checks", lambda *a: entry.path.write_text(RIGHT) and run(*a))
+    report = grade(cohort.lab, Task(entry.path, "a", "s", cohort.robot(entry)))
+    written(cohort.file(entry, ".json"), json.dumps(report.as_json()))
+    assert report.points < report.max_points and cohort.done(entry) is None
+    entry.path.write_text(SHIFTED)
+    assert cohort.done(entry).points == report.points
+
+
+def test_an_enormous_file_is_refused_without_reading_it(tmp_path):
+    with open(tmp_path / "a.py", "wb") as file:
+        file.truncate(1 << 40)
+    assert graded.file_hash(tmp_path / "a.py") == ""
+
+
+def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path):
+    """The lab itself kills the process that grades: only for one student, who is marked for a look by hand."""
+    tests = labs / "elbow" / "test_lab.py"
+    code = "import os\n    if abs(ask.call('elbow', 0.0)[0] - 7) < 1:\n        os.kill(os.getpid(), 9)\n"
+    tests.write_text(tests.read_text() + f"\n\ndef test_deadly(ask):\n    {code}")
+    written(folder / "a.py", RIGHT)
+    written(folder / "b.py", RIGHT.replace("-d / 2 +", "7 +"))
+    written(folder / "c.py", RIGHT)
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    a, b, c = run_cohort(cohort, find_submissions(folder), 1)
+    assert a.points == c.points == 5 and b.points == 0 and len(b.checks) == 4
+    assert "the grader's own process ended" in trouble_of(b)
+
+
+def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(labs, folder, tmp_path, capsys):
+    written(folder / "anna.py", SHIFTED)
+    written(folder / "ben.py", SHIFTED)
+    out = tmp_path / "out"
+    assert main(command(labs, folder, out)) == 0
+    anna, ben = (json.loads((out / "students" / f"{name}.json").read_text()) for name in ("anna", "ben"))
+    assert [check["asked"] for check in anna["checks"]] == [check["asked"] for check in ben["checks"]]
+    capsys.readouterr()
+    again = ["grade", "elbow", str(folder / "anna.py"), "--labs", str(labs), "--seed", anna["seed"], "--json"]
+    assert main(again) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert {**data, "seconds": 0} == {**anna, "seconds": 0}
+    assert anna["seed"] not in (out / "students" / "anna.html").read_text()

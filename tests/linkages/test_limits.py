@@ -1,0 +1,240 @@
+"""What turns, what locks, where; and what is refused, with by how much."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.linkages import (
+    PRINTED,
+    REPAIRED,
+    Body,
+    FiveBarLinkage,
+    FourBar,
+    SixBarPress,
+    SliderCrank,
+    coupler_curves,
+    crank_range,
+    dead_centres,
+    move,
+    straight_line,
+    transmission_range,
+    type_2_curves,
+    verdict,
+)
+from fivebar.linkages.straight_line import roberts
+from fivebar.singularities.loci import singularity_loci
+from fivebar.singularities.margins import Singularity
+from tests.conftest import UNEQUAL
+
+TABLE_2 = FourBar(0.2, 0.06, 0.16, 0.14)
+
+
+def random_four_bars(count=60):
+    rng = np.random.default_rng(3)
+    while count:
+        sides = rng.uniform(0.05, 1.0, 4)
+        if 2 * sides.max() < sides.sum():
+            count -= 1
+            yield FourBar(*sides.tolist(), tilt=float(rng.uniform(-3, 3)))
+
+
+def random_slider_cranks(count=80):
+    rng = np.random.default_rng(4)
+    while count:
+        crank, rod, offset = rng.uniform(0.02, 1, 2).tolist() + [float(rng.uniform(-1, 1))]
+        if abs(offset) < crank + rod:
+            count -= 1
+            yield SliderCrank(crank, rod, offset, ("guide", "crank", "rod", "slider")[count % 4])
+
+
+PRESSES = [
+    PRINTED,
+    REPAIRED,
+    SixBarPress(0.1, 0.5, 0.4, 0.3, 0.5, 0.6, 0.2),
+    SixBarPress(0.3, 0.5, 0.45, 0.2, 0.4, 0.6, 0),
+]
+
+
+@pytest.mark.parametrize("linkage", [*random_four_bars(), *random_slider_cranks(), *PRESSES], ids=lambda x: x.title)
+def test_crank_range_is_where_poses_exist(linkage):
+    """Every angle is inside of the closed-form range exactly if a pose exists there; just beyond its ends none does."""
+    q = np.linspace(-np.pi, np.pi, 1441) + 1e-3
+    for branch in (1, -1) if linkage.usual_branch == 1 else ((-1, -1), (1, 1), (1, -1)):
+        allowed = crank_range(linkage, branch)
+        exists = np.isfinite(linkage.chain(q, branch).found)
+        assert np.array_equal(exists, [allowed.contains(x) for x in q])
+        if allowed.full:
+            continue
+        for low, high in allowed.intervals:
+            ends = np.array([low + 1e-9, high - 1e-9, low - 1e-9, high + 1e-9])
+            assert np.isfinite(linkage.chain(ends, branch).found).tolist() == [True, True, False, False]
+
+
+def test_grashof_turning_links_against_full_turns():
+    """A link turns fully exactly if its angle covers all directions as the chain moves through all of its poses."""
+    for four_bar in random_four_bars(40):
+        if abs(four_bar.grashof) < 0.02 * sum(four_bar.sides):
+            continue
+        allowed = crank_range(four_bar)
+        turns = dict.fromkeys(("crank", "coupler", "rocker"), False)
+        intervals = [(0, 2 * np.pi)] if allowed.full else allowed.intervals
+        for low, high in intervals:
+            s = np.linspace(0, 2 * np.pi, 4001)
+            q = low + s if allowed.full else (low + high) / 2 - (high - low) / 2 * (1 - 1e-12) * np.cos(s)
+            for branch in (1, -1) if allowed.full else (np.where(s < np.pi, 1, -1),):
+                motion = move(four_bar, q, branch=branch)
+                for name in turns:
+                    way = np.unwrap(motion.angle(name))
+                    turns[name] |= bool(np.ptp(way) > 2 * np.pi - 1e-3)
+        assert tuple(name for name, full in turns.items() if full) == four_bar.turning, four_bar
+
+
+def test_dead_centres_and_transmission_of_any_four_bar():
+    for four_bar in random_four_bars():
+        for branch in (1, -1):
+            for end in dead_centres(four_bar, branch):
+                motion = move(four_bar, end.crank, branch=branch)
+                aligned = math.remainder(motion.angle("crank") - motion.angle("coupler"), math.pi)
+                assert aligned == pytest.approx(0, abs=1e-7) and motion.rate("rocker") == pytest.approx(0, abs=1e-6)
+                assert math.cos(motion.angle("rocker") - end.rocker) == pytest.approx(1, abs=1e-12)
+        low, high = transmission_range(four_bar)
+        s = np.cos(np.linspace(0, np.pi, 2001))
+        allowed = crank_range(four_bar)
+        pieces = [(-np.pi, np.pi)] if allowed.full else allowed.intervals
+        q = np.concatenate([(a + b) / 2 + (b - a) / 2 * s for a, b in pieces])
+        if allowed.full:  # the extremes are where the crank is in line with the ground
+            q = np.append(q, [four_bar.tilt, four_bar.tilt + np.pi])
+        angles = move(four_bar, q, unreachable="nan").transmission_angle()
+        assert low - 1e-9 <= np.nanmin(angles) and np.nanmax(angles) <= high + 1e-9
+        assert np.nanmin(angles) < low + 0.01 and np.nanmax(angles) > high - 0.01
+
+
+def test_change_points():
+    square, kite = FourBar(2, 1, 2, 1), FourBar(2, 2, 1, 1)
+    assert (square.kind, square.turning) == ("change point", ("crank", "rocker"))
+    assert kite.kind == "change point" and crank_range(kite).full == ("crank" in kite.turning)
+    assert FourBar(0.3, 0.1, 0.2, 0.4).grashof == 0.0  # in spite of rounding
+    assert any("pass to the other branch" in line for line in verdict(square))
+
+
+@pytest.mark.parametrize(
+    "linkage, words",
+    [
+        (TABLE_2, ["crank-rocker", "0.04 m less", "turns fully: crank", "38.572651", "swings by 50.802591 deg"]),
+        (TABLE_2.inversion("crank"), ["drag link", "turns fully: crank, coupler, rocker"]),
+        (FourBar(0.2, 0.1, 0.11, 0.12), ["non-Grashof triple-rocker", "no link can turn", "it locks at"]),
+        (SliderCrank(0.05, 0.15, 0.02), ["turns through full turns", "stroke 0.101018 m"]),
+        (SliderCrank(0.15, 0.05), ["crank cannot turn fully", "it locks at", "rod comes perpendicular to the guide"]),
+        (SliderCrank(0.05, 0.06, 0.02, "crank"), ["rod cannot turn fully", "guide comes perpendicular"]),
+        (PRINTED, ["0.058 m more", "locks at 336.825007 deg after 1.471542 s", "45.174993"]),
+        (REPAIRED, ["0.092 m less", "turns through full turns", "160.241851 deg"]),
+        (FiveBarLinkage(), ["motors at joints 1 and 5", "joint 3 (passive) can turn"]),
+        (FiveBarLinkage(fb.FiveBar(d=0.3), (1, 4)), ["motors at joints 1 and 4", "joint 1 (motor) cannot turn"]),
+    ],
+)
+def test_verdicts(linkage, words):
+    text = "\n".join(verdict(linkage))
+    assert [word for word in words if word not in text] == []
+
+
+def test_lengths_that_cannot_be():
+    for make, message in (
+        (
+            lambda: FourBar(1, 1, 1, 5),
+            r"can never close: rocker = 5 m is longer than ground \+ crank \+ coupler = 3 m, by 2",
+        ),
+        (lambda: FourBar(1, 0, 1, 1), "crank must be finite and > 0, not 0"),
+        (lambda: FourBar(1, 1, "long", 1), "coupler must be a number, not 'long'"),
+        (lambda: FourBar(1, 1, 1, math.nan), "rocker must be finite"),
+        (lambda: FourBar(1, 1, 1, 1, point=(0.1, math.nan)), "point must be finite, two numbers"),
+        (lambda: FourBar(1, 1, 1, 1, base=(1, 2, 3)), "base must be finite, two numbers"),
+        (lambda: FourBar(1, 1, 1, 1, tilt=math.inf), "tilt must be finite, not inf"),
+        (lambda: SliderCrank(0.1, 0.2, "left"), "offset must be a number, not 'left'"),
+        (lambda: SliderCrank(0.1, 0.2, 0.35), r"offset = 0.35 m is more than crank \+ rod = 0.3 m, by 0.05"),
+        (lambda: SliderCrank(0.1, 0.2, held="piston"), "no link 'piston' to hold; the known ones are guide, crank"),
+        (lambda: TABLE_2.inversion("piston"), "no link 'piston' to hold; the known ones are ground, crank"),
+        (lambda: SixBarPress(0.1, 0.1, 0.1, 0.4, 0.5, 0.6, 0), "l11 = 0.5 m is longer than l2"),
+        (lambda: SixBarPress(0.1, 0.5, 0.4, 0.0, 0.5, 0.6, 0), "l5 must be finite and > 0"),
+        (lambda: Body(-1.0), "mass must be finite and >= 0"),
+        (lambda: FiveBarLinkage(motors=(1, 1)), "motors must be two of the joints 1 to 5"),
+        (lambda: FiveBarLinkage(motors=(0, 3)), "motors must be two of the joints 1 to 5"),
+        (lambda: straight_line("peaucellier"), "known ones are evans, chebyshev, watt, hoeken, roberts"),
+        (lambda: roberts(1.0), "at least 1.18615"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            make()
+
+
+def test_branches_that_cannot_be():
+    for linkage, branch in ((TABLE_2, 0), (TABLE_2, 2), (REPAIRED, (1, 0)), (REPAIRED, 1), (TABLE_2, (1, -1, 3))):
+        with pytest.raises(ValueError, match=r"branch .*must be"):
+            move(linkage, np.zeros(3), branch=branch)
+
+
+def test_forbidden_crank_angles_name_the_nearest_allowed_one():
+    with pytest.raises(
+        fb.UnreachableError, match=r"crank cannot stand at 0 deg.*nearest allowed angle is -23.1749929 deg"
+    ) as e:
+        move(PRINTED, 0.0)
+    assert e.value.index is None
+    span = PRINTED.l11 - PRINTED.l2  # the pivots' distance at about 11 degrees, too short for bars 3 and 4
+    assert 0 < e.value.gap < PRINTED.l3 - PRINTED.l4 - span + 0.01
+    with pytest.raises(fb.UnreachableError, match=r"2 of 4 poses, the first at index \(1,\).*cannot stand at 5.7") as e:
+        move(PRINTED, np.array([2.0, 0.1, 0.2, 3.0]))
+    assert e.value.index == (1,)
+    values = move(PRINTED, np.array([2.0, 0.1]), unreachable="nan").position("E")
+    assert np.isfinite(values[0]).all() and np.isnan(values[1]).all()
+    with pytest.raises(fb.UnreachableError, match="the rod cannot stand at 90 deg"):
+        move(SliderCrank(0.05, 0.15, 0.02, "slider"), math.pi / 2)
+    with pytest.raises(fb.UnreachableError, match="bars cannot meet"):
+        move(FiveBarLinkage(), (math.pi, 0.0))
+    with pytest.raises(ValueError, match="q must be finite"):
+        move(TABLE_2, math.nan)
+    with pytest.raises(ValueError, match='must be "raise" or "nan"'):
+        move(TABLE_2, 0.0, unreachable="ignore")
+    with pytest.raises(ValueError, match="no link 'arm'; the known ones are crank, coupler, rocker"):
+        move(TABLE_2, 0.0).angle("arm")
+
+
+def test_singular_poses_have_positions_but_no_rates():
+    for linkage, q, words in (
+        (FourBar(2, 1, 2, 1), 0.0, "coupler and rocker are in line"),
+        (SliderCrank(0.1, 0.1), math.pi / 2, "the rod is perpendicular"),
+        (SliderCrank(0.25, 0.375, 0.125, "rod"), 0.0, "the guide is perpendicular"),
+    ):
+        motion = move(linkage, q)
+        assert np.isfinite(motion.position(motion.points[1])).all()
+        with pytest.raises(fb.SingularityError, match=words):
+            motion.rate(motion.links[1])
+    with pytest.raises(fb.SingularityError, match=r"2 of 3 poses, the first at index \(0,\)"):
+        move(FourBar(2, 1, 2, 1), np.array([0.0, 1.0, 0.0])).rate("rocker")
+
+
+@pytest.mark.parametrize(
+    "robot", [fb.FiveBar(), UNEQUAL, fb.FiveBar(l12=0.1, l22=0.13)], ids=["amoro", "unequal", "folded"]
+)
+def test_type_2_locus_is_a_coupler_curve(robot):
+    """The curves lie on the exact locus, cover it, and every point of theirs is a singular pose."""
+    curves = type_2_curves(robot)
+    exact = [piece for piece in singularity_loci(robot).task if Singularity.PARALLEL in piece.type]
+    cloud = np.concatenate([piece.points for piece in exact])
+    mine = np.concatenate([curve.points for curve in curves])
+    dense = np.concatenate([np.linspace(a, b, 8) for p in exact for a, b in zip(p.points, p.points[1:])])
+
+    def farthest(points, others):
+        return max(np.hypot(*(others - p).T).min() for p in points)
+
+    assert farthest(mine[::7], dense) < 2e-4 and farthest(cloud[::3], mine) < 2e-3
+    for curve in curves:
+        assert curve.points[0] == pytest.approx(curve.points[-1], abs=1e-7)
+
+
+def test_coupler_curves_cover_both_branches():
+    assert len(coupler_curves(TABLE_2)) == 2  # the crank turns: a curve for each branch
+    assert len(coupler_curves(TABLE_2.inversion("rocker"))) == 2  # two ranges of the crank
+    assert len(coupler_curves(FourBar(0.2, 0.1, 0.11, 0.12))) == 1  # one range, there and back
+    for curve in coupler_curves(TABLE_2.inversion("rocker"), "drag"):
+        assert curve.label == "drag" and curve.points[0] == pytest.approx(curve.points[-1], abs=1e-7)
+        assert np.isfinite(curve.points).all() and len(curve.points) > 1400

@@ -1,0 +1,235 @@
+"""Compiled models against the NumPy ones, the cache of machine code, compiled closed loops against the Python loop."""
+
+import multiprocessing
+import shutil
+
+import casadi
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.models import machine_code
+from fivebar.models.charts import CHARTS
+from fivebar.models.compiled import Buffered, batch
+from fivebar.simulation.steps import propagate
+from tests.helpers import oracle
+
+ROBOT = fb.FiveBar()
+TASK_1 = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
+EPS = np.finfo(float).eps
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_poses_cost_no_velocity_and_no_dynamics():
+    alone = fb.compile(ROBOT, ["q"], ["xi"]).n_instructions()
+    assert alone < 50
+    moving = fb.compile(ROBOT, ["q", "q_dot"], ["xi", "xi_dot"]).n_instructions()
+    assert alone < moving < fb.compile(ROBOT, ["q", "q_dot"], ["xi", "xi_dot", "M", "c"]).n_instructions()
+    assert fb.compile(ROBOT, ["q", "q_dot", "tau"], ["xi"]).n_instructions() == alone
+    massless = fb.FiveBar(zz1=0, zz2=0)
+    assert (
+        fb.compile(massless, ["q", "q_dot"], ["M"]).n_instructions()
+        < fb.compile(ROBOT, ["q", "q_dot"], ["M"]).n_instructions()
+    )
+
+
+OUTPUTS = ["xi", "q_passive", "A", "B", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "q_ddot", "xi_ddot"]
+
+
+def test_compiled_models_equal_numpy(compiler):
+    """10^5 poses of 8 robots, a third close to a singularity: within 16 eps kappa |f|, kappa from the oracle."""
+    count = 12500
+    robots, p = oracle.draw_all(8, count, 3)
+    kappa = oracle.condition(p, "q")
+    for k, lengths in enumerate(robots):
+        for assembly in (-1, 1):
+            chosen = np.flatnonzero(p["assembly"][k * count : (k + 1) * count] == assembly) + k * count
+            q, q_dot, tau = (p[name][:, chosen].T for name in ("q", "q_dot", "tau"))
+            rates = fb.dkm(fb.dgm(fb.FiveBar(**lengths), q, assembly), q_dot)
+            acc, (M, c), pose = fb.forward_dynamics(rates, tau), fb.dynamic_model(rates), rates.pose
+            numbers = [pose.xi, pose.q_passive, pose.A, pose.B, rates.xi_dot, rates.q_passive_dot, rates.d, M, c]
+            numbers += [fb.energy(rates), acc.q_ddot, acc.xi_ddot]
+            for jit in (False, True) if k in (0, 7) else (False,):
+                function = fb.compile(fb.FiveBar(**lengths), ["q", "q_dot", "tau"], OUTPUTS, assembly=assembly, jit=jit)
+                for name, value, number in zip(OUTPUTS, batch(function, q, q_dot, tau), numbers):
+                    assert value.shape == number.shape
+                    error = (value - number).reshape(len(q), -1)
+                    error = np.angle(np.exp(1j * error)) if name == "q_passive" else error
+                    level = "q" if name in ("xi", "q_passive", "A", "B") else "q_dot"
+                    key = (f"forward {name}" if name.endswith("ddot") else name, "q", "q_dot")[
+                        : 2 if level == "q" else 3
+                    ]
+                    assert (np.linalg.norm(error, axis=1) <= 16 * EPS * kappa[key][chosen]).all(), (name, jit)
+
+
+@pytest.mark.parametrize(
+    "inputs, outputs, message",
+    [
+        (["q"], ["speed"], "no output 'speed'; the known ones are q, xi"),
+        (["angle"], ["xi"], "no input 'angle'; the known ones are q, xi, q_dot"),
+        (["q", "xi"], ["A"], "inputs have two of position: q and xi"),
+        (["q_dot"], ["xi_dot"], "need also one of q, xi"),
+        (["q", "tau"], ["xi"], "need also one of q_dot, xi_dot"),
+        (["q"], ["xi_dot"], "output xi_dot needs one of q_dot, xi_dot among the inputs"),
+        (["q"], ["q"], "output q is an input already"),
+        (["q"], [], "outputs must name at least one"),
+    ],
+)
+def test_names_that_do_not_fit(inputs, outputs, message):
+    with pytest.raises(ValueError, match=message):
+        fb.compile(ROBOT, inputs, outputs)
+
+
+def test_batches_of_one_and_bad_shapes():
+    function = fb.compile(ROBOT, ["q"], ["xi", "A"])
+    xi, A = batch(function, [[0.0, 0.0]])
+    assert xi == pytest.approx(fb.dgm(ROBOT, [[0, 0]]).xi) and A.shape == (1, 2, 2)
+    assert np.isnan(batch(function, [[np.pi, 0.0], [0, 0]])[0][0]).all()
+    for bad in ([0.0, 0.0], np.zeros((0, 2))):
+        with pytest.raises(ValueError, match="input q must have shape|at least one row"):
+            batch(function, bad)
+
+
+def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
+    def compiled():
+        return fb.compile(ROBOT, ["q"], ["xi"], jit=True)
+
+    first = compiled()
+    (folder,) = compiler.iterdir()
+    before = (folder / "model.so").stat().st_mtime_ns
+    assert compiled()((0, 0)).full().ravel() == pytest.approx(first((0, 0)).full().ravel())
+    assert (folder / "model.so").stat().st_mtime_ns == before
+    damaged = compiler / "damaged"  # a new file: the old one is still in use by this process
+    damaged.write_bytes((folder / "model.so").read_bytes()[:1000])
+    damaged.replace(folder / "model.so")
+    assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
+    assert [path.name for path in compiler.iterdir()] == [folder.name]
+
+
+def _build(_):
+    return fb.compile(fb.FiveBar(m=0.77), ["q", "q_dot"], ["M"], jit=True)((0, 0), (0, 0)).full().tolist()
+
+
+def test_processes_that_build_at_once_do_not_meet(compiler):
+    with multiprocessing.get_context("spawn").Pool(3) as pool:
+        results = pool.map(_build, range(6), chunksize=1)
+    assert all(result == results[0] for result in results)
+    assert len(list(compiler.iterdir())) == 1
+
+
+def test_without_a_compiler_it_says_so(cache, monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(RuntimeError, match="no C compiler found"):
+        fb.compile(ROBOT, ["q"], ["xi"], jit=True)
+    with pytest.warns(RuntimeWarning, match="going on in CasADi's virtual machine"):
+        assert fb.compile(ROBOT, ["q"], ["xi"], jit="auto").class_name() == "SXFunction"
+    with pytest.raises(ValueError, match='jit must be False, True or "auto"'):
+        fb.compile(ROBOT, ["q"], ["xi"], jit="yes")
+
+
+def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "file" / "cache"))
+    with pytest.raises(OSError, match="compiled models cannot be kept in .*set FIVEBAR_CACHE"):
+        fb.compile(ROBOT, ["q"], ["xi"], jit=True)
+    monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CC", shutil.which("false"))
+    with pytest.raises(RuntimeError, match="false failed"):
+        fb.compile(ROBOT, ["q"], ["xi"], jit=True)
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_cache_folder_follows_the_platform(monkeypatch):
+    monkeypatch.delenv("FIVEBAR_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
+    monkeypatch.setattr(machine_code.sys, "platform", "linux")
+    assert str(machine_code.cache_folder()) == "/somewhere/fivebar"
+
+
+def forced(t):
+    return 0.02 * casadi.cos(2 * np.pi * t), -0.016 * casadi.cos(2 * np.pi * t)
+
+
+@pytest.mark.parametrize(
+    "name, method, order, counts",
+    [
+        ("joint", "rk4", 4, (800, 1600)),
+        ("task", "rk4", 4, (800, 1600)),
+        ("joint", "dop8", 8, (48, 72)),
+        ("task", "dop8", 8, (96, 128)),
+    ],
+)
+def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, counts):
+    (chart,) = CHARTS[name]
+    c, c_dot, modes = chart.coordinates(fb.dkm(fb.dgm(ROBOT, (0.0, 0.0)), (0.0, 0.0)))
+    modes = [int(mode) for mode in modes]
+    end = five_bar_numbers["forced_motion"]
+
+    def last(count):
+        state = Buffered(propagate(ROBOT, chart, modes, method, 2 / count, count, forced))([*c, *c_dot])[0].copy()
+        return chart.rates(ROBOT, tuple(state[:2].tolist()), tuple(state[2:].tolist()), modes)
+
+    exact = [float(end[key]) for key in ("q11", "q21", "q11_dot", "q21_dot")]
+    fine = last(6400 if method == "rk4" else 400)
+    assert [*fine.pose.q, *fine.q_dot] == pytest.approx(exact, abs=2e-12 if method == "dop8" else 1e-10)
+    errors = [np.abs(last(count).pose.q - fine.pose.q).max() for count in counts]
+    slope = np.log(errors[0] / errors[1]) / np.log(counts[1] / counts[0])
+    assert slope == pytest.approx(order, abs=0.1 if method == "rk4" else 0.4)  # order 8 ends in rounding too soon
+
+
+@pytest.mark.parametrize("chart", ["joint", "task"])
+@pytest.mark.parametrize(
+    "options", [{}, {"torque_limit": 0.006}, {"delay": 2}, {"duration": 1.2345}, {"method": "dop8"}]
+)
+@pytest.mark.parametrize("controller", [fb.ComputedTorque(ROBOT, 100, (20, 21)), fb.PD(ROBOT, 0.4, 0.08)])
+def test_a_compiled_loop_is_the_python_loop(controller, chart, options):
+    xi = TASK_1(0.0)[0] + [(0.0, 0.0), (1e-3, -2e-3)]
+    runs = fb.simulate_many(ROBOT, controller, TASK_1, fb.ikm(fb.igm(ROBOT, xi), (0, 0)), chart=chart, **options)
+    for k, run in enumerate(runs):
+        start = fb.ikm(fb.igm(ROBOT, xi[k]), (0, 0))
+        one = fb.simulate(ROBOT, controller, TASK_1, start=start, chart=chart, **options)
+        for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
+            np.testing.assert_allclose(getattr(run, name), getattr(one, name), atol=1e-13, err_msg=name)
+        for ours, theirs in zip(run.control, one.control):
+            np.testing.assert_allclose(ours, theirs, atol=1e-13)
+
+
+def test_many_runs_in_several_calls(compiler):
+    rng = np.random.default_rng(2)
+    starts = fb.ikm(fb.igm(ROBOT, TASK_1(0.0)[0] + rng.normal(scale=1e-3, size=(70, 2))), (0.0, 0.0))
+    controller = fb.ComputedTorque(ROBOT, 100, 20)
+    runs = fb.simulate_many(ROBOT, controller, TASK_1, starts, jit=True)
+    assert len(runs) == 70 and all(np.linalg.norm(run.error[-1]) < 5e-5 for run in runs)
+    assert runs[69].xi[0] == pytest.approx(starts.pose.xi[69], abs=1e-16)
+
+
+def test_bad_loops():
+    starts = fb.ikm(fb.igm(ROBOT, [(0.09, 0.06796322)]), (0, 0))
+    controller = fb.ComputedTorque(ROBOT, 100, 20)
+    for change, message in (
+        (dict(controller=lambda *_: (0, 0)), "needs a PD or ComputedTorque controller, not function"),
+        (dict(chart="auto"), "chart must be one of joint, task, not 'auto'"),
+        (dict(starts=fb.ikm(fb.igm(ROBOT, (0.09, 0.068)), (0, 0))), r"the Rates of a batch \(n,\)"),
+    ):
+        given = dict(controller=controller, reference=TASK_1, starts=starts) | change
+        with pytest.raises(ValueError, match=message):
+            fb.simulate_many(ROBOT, **given)
+    with pytest.raises(fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"):
+        fb.simulate_many(ROBOT, controller, fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0), starts)
+
+
+def test_tolerance_halves_the_step():
+    free = fb.ikm(fb.igm(ROBOT, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
+    exact = fb.simulate(ROBOT, duration=0.5, start=free, step=2e-5)
+    for tolerance in (1e-6, 1e-9):
+        run = fb.simulate(ROBOT, duration=0.5, start=free, step=4e-3, tolerance=tolerance)
+        assert run.step_error <= tolerance
+        assert np.abs(run.q[-1] - exact.q[-1]).max() <= 2 * tolerance
+    with pytest.raises(ArithmeticError, match="tolerance = 1e-20 rad is not reached"):
+        fb.simulate(ROBOT, duration=0.02, start=free, tolerance=1e-20)

@@ -1,0 +1,454 @@
+"""Scenes without a browser: what is computed, what is refused, and what is written."""
+
+import io
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import fivebar as fb
+from fivebar import linkages
+from fivebar.pictures import view
+from fivebar.pictures.view import page, scenes, sources
+from fivebar.pictures.view.frames import MOST, choose
+from fivebar.pictures.view.layers import Area, Arrows, Ghost, Line, Turning
+from fivebar.pictures.view.machine import Machine
+from fivebar.pictures.view.solids import dashed
+from fivebar.singularities import loci
+from fivebar.study.pitfalls import crossing
+
+ROBOT = fb.FiveBar()
+HOSTILE = '</title></script><script>window.hacked = 1</script><img src=x onerror="hacked = 1"> $half ${x} & é'
+
+
+@pytest.fixture(scope="module")
+def crossing_run():
+    reference = crossing.compliant(ROBOT)
+    return fb.simulate(ROBOT, crossing.FeedForward(ROBOT, 0.002), reference, control_period=0.002)
+
+
+@pytest.fixture(scope="module")
+def run():
+    reference = fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5)
+    return fb.simulate(ROBOT, fb.PD(ROBOT, 1.0, 0.1), reference)
+
+
+def layers(scene, kind=object):
+    return [layer for machine in scene.machines for layer in machine.layers if isinstance(layer, kind)]
+
+
+# What is computed.
+
+
+def test_a_scene_computes_only_what_it_draws(run, monkeypatch):
+    called = []
+
+    def counted(module, name):
+        own = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *given, **options: called.append(name) or own(*given, **options))
+
+    for name in ("dkm", "ikm", "ikm2", "forward_dynamics", "inverse_dynamics", "igm", "four_joint_pose"):
+        counted(sources, name)
+    counted(loci, "singularity_loci")
+    plan = fb.line((0.09, 0.068), (0.0, 0.1), 1.0)
+    for motion, show, expected in [
+        (run, ["trace", "reference", "elbow-circles"], []),
+        (run, ["velocity"], ["dkm", "four_joint_pose"]),
+        (run, ["acceleration"], ["dkm", "forward_dynamics", "four_joint_pose"]),
+        (run, ["torques"], []),
+        (run, ["workspace"], ["singularity_loci"]),
+        (run, ["loci"], ["four_joint_pose", "singularity_loci"]),
+        (run, ["ghost"], ["four_joint_pose", "igm"]),
+        (plan, ["trace", "velocity", "acceleration"], ["igm"]),
+        (plan, ["torques"], ["igm", "ikm", "ikm2", "inverse_dynamics"]),
+    ]:
+        called.clear()
+        view.scene(ROBOT, motion, show)
+        assert sorted(set(called)) == expected, show
+
+
+def test_vectors_of_a_run_are_those_of_its_own_differences():
+    run = fb.simulate(ROBOT, lambda t, q, q_dot, reference: (0.002, -0.0016), None, duration=0.5)
+    scene = view.scene(ROBOT, run, ["velocity", "acceleration", "bar-forces"])
+    velocity, acceleration, left, right = layers(scene, Arrows)
+    index, step, xi = scene.machines[0].frames.index[1:-1], run.t[1], run.xi
+    np.testing.assert_allclose(velocity.vectors[1:-1], (xi[index + 1] - xi[index - 1]) / (2 * step), atol=1e-6)
+    second = (xi[index + 1] - 2 * xi[index] + xi[index - 1]) / step**2
+    np.testing.assert_allclose(acceleration.vectors[1:-1], second, atol=1e-5)
+    np.testing.assert_allclose(left.vectors + right.vectors, ROBOT.m * acceleration.vectors, atol=1e-12)
+    index = scene.machines[0].frames.index
+    for forces, elbow in zip((left.vectors, right.vectors), np.moveaxis(run.points[index][:, [1, 3]], 1, 0)):
+        bar = xi[index] - elbow
+        np.testing.assert_allclose(bar[:, 0] * forces[:, 1] - bar[:, 1] * forces[:, 0], 0, atol=1e-12)
+    assert left.largest == right.largest == np.linalg.norm([left.vectors, right.vectors], axis=2).max()
+
+
+def test_bar_forces_are_finite_across_a_singularity(crossing_run):
+    forces = np.stack([layer.vectors for layer in layers(view.scene(ROBOT, crossing_run, "bar-forces"), Arrows)])
+    assert np.isfinite(forces).all() and np.abs(forces).max() < 0.1
+
+
+def test_torques_turn_as_the_motors_do(run):
+    scene = view.scene(ROBOT, run, "torques")
+    tau = run.tau[scene.machines[0].frames.index]
+    for leg, layer in enumerate(layers(scene, Turning)):
+        np.testing.assert_allclose(layer.sweeps(), np.radians(300) * tau[:, leg] / np.abs(tau).max())
+
+
+def test_loci_are_singular_and_change_with_the_working_modes(crossing_run):
+    free = fb.simulate(
+        ROBOT, None, None, duration=0.7, start=fb.ikm(fb.igm(ROBOT, (0.01, 0.12), (1, -1)), (0.02, -0.3))
+    )
+    assert len({event.after[:2] for event in free.events}) > 1
+    scene = view.scene(ROBOT, free, "loci")
+    lines = layers(scene, Line)
+    assert all(line.good is not None for line in lines)
+    shown = np.stack([line.good for line in lines if line.dash is None])
+    assert (shown.sum(axis=0) == 1).all(), "one mode's loci at a time"
+    for line in layers(view.scene(ROBOT, crossing_run, "loci"), Line):
+        points = np.concatenate([path for path in line.paths if np.ptp(path, axis=0).max() > 0.01])
+        pose = fb.igm(ROBOT, points * (1 - 1e-9), (-1, -1), unreachable="nan")
+        margins = np.nanmin(np.abs([*pose._serial, pose._parallel]), axis=0)
+        assert np.nanmax(margins) < 1e-3
+
+
+@pytest.mark.parametrize("robot", [ROBOT, fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)])
+def test_workspace_is_what_can_be_reached(robot):
+    (area,) = layers(view.scene(robot, fb.line((0.05, 0.12), (0.0, 0.12), 1.0), "workspace"), Area)
+    size = 0.0
+    for rows in area.strips:
+        width = rows[:, 1, 0] - rows[:, 0, 0]
+        size += float((np.diff(rows[:, 0, 1]) * (width[1:] + width[:-1]) / 2).sum())
+    assert size == pytest.approx(sum(a.area for a in fb.aspects(robot) if a.working == (-1, -1)), rel=2e-3)
+
+
+def test_ghost_is_the_reference_in_the_modes_of_the_run(run):
+    (ghost,) = layers(view.scene(ROBOT, run, "ghost"), Ghost)
+    index = view.scene(ROBOT, run).machines[0].frames.index
+    pose = fb.igm(ROBOT, run.xi_ref[index])
+    np.testing.assert_allclose(
+        ghost.mechanism[:, [0, 2, 4]], np.stack([pose.xi, *np.moveaxis(pose.elbows, 1, 0)], axis=1)
+    )
+
+
+def test_plans_and_references_have_events_and_gaps():
+    straight = view.scene(ROBOT, crossing.straight()).machines[0]
+    assert [event.t for event in straight.events] == pytest.approx([3.172591], abs=2e-4)
+    assert "Type 2 singularity (det A = 0)" in straight.events[0].text
+    out = view.scene(ROBOT, fb.line((0.0, 0.1), (0.0, 0.3), 2.0))
+    ((low, high),) = out.machines[0].frames.gaps
+    edge = np.sqrt(0.18**2 - 0.059**2)
+    assert fb.line((0.0, 0.1), (0.0, 0.3), 2.0)(low)[0][1] == pytest.approx(edge, abs=5e-3) and high == 2.0
+    assert "out of reach" in out.notes[0]
+
+
+def test_plans_show_their_own_torques_and_forces():
+    plan = fb.plan(ROBOT, (0.09, 0.068), (0.05, 0.0), 1.5)
+    scene = view.scene(ROBOT, plan, ["trace", "loci", "velocity", "acceleration", "torques", "bar-forces"])
+    (machine,), t = scene.machines, scene.machines[0].frames.t
+    xi, xi_dot, xi_ddot = plan(t)
+    np.testing.assert_array_equal(machine.points[:, machine.traced], xi)
+    velocity, acceleration, *forces = layers(scene, Arrows)
+    np.testing.assert_array_equal([velocity.vectors, acceleration.vectors], [xi_dot, xi_ddot])
+    np.testing.assert_array_equal([layer.values for layer in layers(scene, Turning)], plan.tau(t).T)
+    u = plan.accelerations(t).rates.pose.A
+    for leg, layer in enumerate(forces):
+        expected = plan.bar_forces(t)[:, leg, None] * u[:, leg]
+        np.testing.assert_allclose(layer.vectors, expected, atol=1e-3 * layer.largest)
+    assert [event.text.split(" at ")[0] for event in machine.events] == ["Type 2 singularity (det A = 0)"]
+
+
+# Frames.
+
+
+def test_a_million_samples_are_thinned_with_a_note(tmp_path):
+    t = np.arange(1_000_000) * 1e-3
+    frames = choose(t, np.zeros(len(t)))
+    assert len(frames.index) == MOST and frames.index[[0, -1]].tolist() == [0, 999_999]
+    assert "3600 of 1000000 samples" in frames.notes[0]
+    assert choose(t[:10_001], t[:10_001]).notes == ()
+    q = np.stack([0.3 * np.sin(t / 50), 0.2 * np.sin(t / 70)], axis=1)
+    run = long_run(t, q)
+    path = tmp_path / "long.html"
+    view.scene(ROBOT, run, ["trace", "velocity", "torques"]).save(path)
+    assert path.stat().st_size < 2_000_000 and "3600 of 1000000 samples" in path.read_text("utf-8")
+
+
+def long_run(t, q, **changes):
+    xi = np.zeros((len(t), 2))
+    good = np.isfinite(q).all(axis=1)
+    xi[good], xi[~good] = fb.dgm(ROBOT, q[good]).xi, np.nan
+    zero = np.zeros_like(q)
+    return replace(fb.Run(ROBOT, t, q, zero, xi, zero, zero[:, 0]), **changes)
+
+
+def test_samples_that_are_not_numbers_are_a_gap():
+    t = np.linspace(0, 2, 201)
+    q = np.stack([np.sin(t), np.cos(t)], axis=1) * 0.2
+    q[50:60] = np.nan
+    q[100, 1] = np.inf
+    scene = view.scene(ROBOT, long_run(t, q))
+    frames = scene.machines[0].frames
+    np.testing.assert_allclose(frames.gaps, [(0.495, 0.595), (0.995, 1.005)])
+    assert not set(frames.index) & {*range(50, 60), 100} and {49, 60, 99, 101} <= set(frames.index)
+    times, shown = frames.switches
+    assert times.tolist() == pytest.approx([0, 0.495, 0.595, 0.995, 1.005]) and shown.tolist() == [1, 0, 1, 0, 1]
+    assert scene.notes[0].startswith("11 of 201 samples are not numbers")
+    (trace,) = layers(scene, Line)
+    assert len(trace.paths) == 3 and all(np.isfinite(path).all() for path in trace.paths)
+
+
+def test_only_what_is_not_known_is_left_out(run, tmp_path):
+    """The mechanism goes on where only its rates, torques or reference are not numbers."""
+    tau, q_dot, xi_ref = run.tau.copy(), run.q_dot.copy(), run.xi_ref.copy()
+    tau[100:200], q_dot[250:300], xi_ref[300:350], xi_ref[400:] = np.nan, np.nan, np.nan, (1, 1)
+    scene = view.scene(ROBOT, replace(run, tau=tau, q_dot=q_dot, xi_ref=xi_ref), view.SHOWS)
+    index, whole = scene.machines[0].frames.index, view.scene(ROBOT, run, view.SHOWS)
+    assert scene.notes == ()
+    lost = {"tau": (index >= 100) & (index < 200), "q_dot": (index >= 250) & (index < 300)}
+    lost["xi_ref"] = (index >= 300) & (index < 350) | (index >= 400)
+    for layer, full in zip(layers(scene), layers(whole)):
+        if isinstance(layer, (Arrows, Turning, Ghost)):
+            name = {Ghost: "mechanism", Arrows: "vectors", Turning: "values"}[type(layer)]
+            values, expected = (getattr(x, name).reshape(len(index), -1) for x in (layer, full))
+            missing = {"velocity": lost["q_dot"], "ghost": lost["xi_ref"]}.get(layer.name, lost["tau"])
+            if layer.name in ("acceleration", "bar-forces"):
+                missing = lost["tau"] | lost["q_dot"]
+            np.testing.assert_allclose(values[~missing], expected[~missing], atol=1e-12)
+            assert np.isnan(values[missing]).all(), layer.name
+    (reference,) = (layer for layer in layers(scene, Line) if layer.name == "reference")
+    assert len(reference.paths) == 2
+    nothing = replace(run, tau=tau * np.nan, q_dot=q_dot * np.nan, xi_ref=xi_ref * np.nan)
+    scene = view.scene(ROBOT, nothing, view.SHOWS)
+    assert "NaN" not in scene.html.split("<script", 4)[3] and scene.png
+
+
+def test_dashes_begin_and_end_a_path():
+    path = np.array([(0, 0), (1, 0), (1, 1.0)])
+    pieces = dashed(path, 0.2, 0.1)
+    np.testing.assert_allclose([pieces[0][0], pieces[-1][-1]], path[[0, -1]], atol=1e-15)
+    lengths = [np.hypot(*np.diff(piece, axis=0).T).sum() for piece in pieces]
+    np.testing.assert_allclose(lengths, lengths[0])
+    assert lengths[0] == pytest.approx(0.2, rel=0.1)
+
+
+# What is refused.
+
+
+def test_names_are_known_and_fit_the_motion(run):
+    study = linkages.study(linkages.SliderCrank(0.1, 0.3))
+    free = replace(run, xi_ref=None)
+    for motion, show, message in [
+        (run, ["trace", "sparkle"], "nothing named 'sparkle' can be shown; the known names are trace, reference, loci"),
+        (study, ["loci"], "a slider-crank, guide held has no 'loci' to show, but trace, velocity"),
+        (free, ["ghost"], "no reference, so no 'ghost'"),
+        (free, "reference", "no reference, so no 'reference'"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            view.scene(getattr(motion, "linkage", ROBOT), motion, show)
+    with pytest.raises(ValueError, match="another robot"):
+        view.scene(fb.FiveBar(d=0.1), run)
+    with pytest.raises(ValueError, match="names has 1 texts for 2 motions"):
+        view.scene(ROBOT, run, beside=run, names=["one"])
+    with pytest.raises(TypeError, match="a reference needs the robot that follows it, not None"):
+        view.strip(fb.line((0.05, 0.1), (0.0, 0.1), 1.0))
+    with pytest.raises(TypeError, match="needs a Run, a Plan or other reference, or a Study, not ndarray"):
+        view.scene(ROBOT, run.xi)
+
+
+@pytest.mark.parametrize(
+    ("t", "numbers", "message"),
+    [
+        ([], np.zeros((0, 2)), "has 0 samples: a motion needs at least 2"),
+        ([0.0], np.zeros((1, 2)), "has 1 samples: a motion needs at least 2"),
+        ([0, 1, np.nan], np.zeros((3, 2)), r"t\[2\] is nan, not finite"),
+        ([0, 1, 1], np.zeros((3, 2)), r"t\[2\] = 1.0 is not after t\[1\] = 1.0"),
+        ([[0, 1]], np.zeros((1, 2)), r"t has shape \(1, 2\), not \(n,\)"),
+        ([0, 1, 2], np.zeros((2, 2)), "t has 3 samples and the motion 2"),
+        ([0, 1, 2], np.full((3, 2), np.nan), "all 3 samples are not numbers: nothing can be drawn"),
+    ],
+)
+def test_motions_that_cannot_be_drawn(t, numbers, message):
+    with pytest.raises(ValueError, match=message):
+        choose(t, numbers)
+
+
+def test_joints_that_do_not_exist():
+    frames = choose([0, 1], np.zeros(2))
+    for words, message in [
+        ({"bars": ((0, 1), (1, 3))}, r"bars\[1\] names joint 3, but points has joints 0 to 2"),
+        ({"bars": (), "grounded": (-1,)}, "grounded names joint -1"),
+        ({"bars": (), "traced": 3}, "traced names joint 3"),
+        ({"bars": (), "blocks": ((0, 5, True),)}, r"blocks\[0\] names joint 5"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            Machine(frames, np.zeros((2, 3, 2)), **words)
+
+
+def test_files_that_cannot_be_written(run, tmp_path):
+    with pytest.raises(ValueError, match=r"\.html \(a page\), \.gif \(an animation\), .* not as 'run.mp4'"):
+        run.animate(tmp_path / "run.mp4")
+    with pytest.raises(FileNotFoundError, match="there is no folder .*nowhere"):
+        run.animate(tmp_path / "nowhere" / "run.html")
+    (tmp_path / "taken.html").mkdir()
+    with pytest.raises(IsADirectoryError):
+        run.animate(tmp_path / "taken.html")
+
+
+def test_missing_viewer_is_told(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match="pip install meshcat"):
+        run.animate(tmp_path / "run.html")
+    assert not (tmp_path / "run.html").exists()
+
+
+# What is written.
+
+
+def test_ten_seconds_are_small_and_quick(tmp_path):
+    t = np.linspace(0, 10, 601)
+    q = np.stack([0.4 * np.sin(3 * t), 0.3 * np.cos(2 * t)], axis=1)
+    run = long_run(t, q, xi_ref=np.zeros((601, 2)))
+    run.animate(tmp_path / "first.html")  # packs the viewer, once for a process
+    start = time.process_time()
+    run.animate(tmp_path / "run.html")
+    assert time.process_time() - start < 5  # no timing, but no blunder either
+    assert (tmp_path / "run.html").stat().st_size < 600_000
+    view.scene(ROBOT, run, view.SHOWS).save(tmp_path / "all.html")
+    assert (tmp_path / "all.html").stat().st_size < 1_000_000
+
+
+def test_pages_of_the_same_motion_are_the_same(run):
+    assert view.scene(ROBOT, run).html == view.scene(ROBOT, run).html
+
+
+def test_texts_are_escaped(run):
+    scene = view.scene(ROBOT, run, title=HOSTILE, beside=run, names=[HOSTILE, "b"])
+    assert "<script>window.hacked" not in scene.html and "<img" not in scene.html
+    assert scene.html.count("</script>") == scene.html.count("<script")
+
+
+class Sanitized(HTMLParser):
+    """What is left of a picture where frames, scripts and styles are taken out."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.left, self.inside = [], 0
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("iframe", "script", "style"):
+            self.left.append((tag, {name: value for name, value in attributes if name != "style"}))
+
+
+def test_notebooks_get_the_page_and_a_picture(run):
+    scene = view.scene(ROBOT, run, title='a "b" <c>')
+    bundle = scene._repr_mimebundle_()
+    assert bundle.keys() == {"text/html", "image/png", "text/plain"}
+    assert bundle["text/html"].count("<iframe") == 1 and 'srcdoc="&lt;!DOCTYPE html&gt;' in bundle["text/html"]
+    _, (tag, attributes) = Sanitized(bundle["text/html"]).left
+    assert tag == "img" and attributes["alt"] == 'a "b" <c>'
+    assert attributes["src"] == "data:image/png;base64," + bundle["image/png"]
+    picture = np.asarray(Image.open(io.BytesIO(scene.png)).convert("RGB"), dtype=float)
+    assert picture.shape[1] > picture.shape[0] and (np.ptp(picture, axis=2) > 80).mean() > 0.005
+    assert scene._repr_mimebundle_(include=["text/plain"]) == {"text/plain": "Scene('a \"b\" <c>', 0.5 s)"}
+    assert "image/png" not in scene._repr_mimebundle_(exclude={"image/png"})
+
+
+def test_gif_plays_the_motion(run, tmp_path):
+    view.scene(ROBOT, run, ["trace", "torques", "velocity"], title=HOSTILE).save(tmp_path / "run.gif")
+    picture = Image.open(io.BytesIO((tmp_path / "run.gif").read_bytes()))
+    assert picture.n_frames == 10 and picture.info["duration"] == 50
+    frames = []
+    for k in (0, 9):
+        picture.seek(k)
+        frames.append(np.asarray(picture.convert("RGB"), dtype=float))
+    assert (np.abs(frames[0] - frames[1]).max(axis=2) > 60).mean() > 0.01
+
+
+def test_long_gifs_are_shown_faster(tmp_path, monkeypatch):
+    from fivebar.pictures.plot import poses
+
+    monkeypatch.setattr(poses, "MOST_PICTURES", 4)
+    linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14)).animate(tmp_path / "slow.gif")
+    assert Image.open(io.BytesIO((tmp_path / "slow.gif").read_bytes())).n_frames == 4
+
+
+@pytest.mark.parametrize("poses", [1, 6, 7])
+def test_strips_have_their_poses(crossing_run, tmp_path, poses):
+    figure = view.strip(crossing_run, tmp_path / "strip.png", poses, show=view.SHOWS)
+    assert len(figure.axes) == poses
+    assert (tmp_path / "strip.png").read_bytes()[:4] == b"\x89PNG"
+    assert figure.axes[0].get_title() == "0 s" and (poses == 1 or figure.axes[-1].get_title() == "4 s")
+
+
+@pytest.mark.parametrize("poses", [0, -1, 2.5, True, 100])
+def test_strips_of_no_poses(run, poses):
+    with pytest.raises(ValueError, match="poses must be a whole number from 1 to 48"):
+        view.strip(run, poses=poses)
+
+
+@pytest.mark.parametrize("held", ["guide", "crank", "rod", "slider"])
+def test_linkages_slide_where_they_do(held):
+    study = linkages.study(linkages.SliderCrank(0.1, 0.3, held=held), drive="swing" if held == "slider" else "turn")
+    machine = view.scene(study.linkage, study, ["trace", "velocity"]).machines[0]
+    assert len(machine.rails) == 1 and len(machine.blocks) == (held != "slider")
+    for i, j, _ in machine.blocks:  # the block lies on the line of its guide
+        (g, h), middle = machine.rails[0], (machine.points[:, i] + machine.points[:, j]) / 2
+        span, to = machine.points[:, h] - machine.points[:, g], middle - machine.points[:, g]
+        np.testing.assert_allclose(span[:, 0] * to[:, 1] - span[:, 1] * to[:, 0], 0, atol=1e-12)
+
+
+def test_lines_without_ends_are_drawn_where_the_biglide_is():
+    reference = fb.line((0.0, 5.2), (0.06, 5.25), 2.0)
+    scene = view.scene(fb.Biglide(), reference, "loci")
+    for line in layers(scene, Line):
+        assert [sorted(path[:, 1]) for path in line.paths] == [pytest.approx([4.86, 5.39], abs=0.01)] * len(line.paths)
+        assert all(abs(path[0, 0]) == pytest.approx(0.0828427) and np.ptp(path[:, 0]) == 0 for path in line.paths)
+    assert scene.window[1][1] - scene.window[0][1] < 0.7
+
+
+def test_biglide_has_driven_feet_on_rails():
+    robot = fb.Biglide()
+    reference = fb.line((0.0, 0.2), (0.05, 0.15), 0.5)
+    run = fb.simulate(robot, fb.PD(robot, 200.0, 30.0), reference)
+    scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
+    (machine,), index = scene.machines, scene.machines[0].frames.index
+    assert scene.title == "biglide robot" and len(set(machine.colours)) == 2
+    for leg, ((foot, tip), block, rail) in enumerate(zip(machine.bars, machine.blocks, machine.rails)):
+        np.testing.assert_allclose(machine.points[:, foot, 0], (-0.2, 0.2)[leg])
+        np.testing.assert_allclose(machine.points[:, foot, 1], run.q[index, leg])
+        np.testing.assert_array_equal(machine.points[:, tip], run.xi[index])
+        np.testing.assert_allclose(machine.points[:, block[:2]].mean(axis=1), machine.points[:, foot])
+        low, high = machine.points[0, rail, 1]
+        assert low < run.q[:, leg].min() and run.q[:, leg].max() < high and block[2] is True
+    forces = [layer for layer in layers(scene, Arrows) if layer.name == "forces"]
+    np.testing.assert_array_equal([layer.vectors[:, 1] for layer in forces], run.tau[index].T)
+    assert "forces (longest" in scene.html and scene.png
+    for item, message in [("workspace", "has no end"), ("elbow-circles", "are for cranks")]:
+        with pytest.raises(ValueError, match=message):
+            view.scene(robot, run, item)
+
+
+def test_no_server_is_started_or_loaded(tmp_path):
+    script = f"""
+import socket, sys, threading
+def refuse(*arguments): raise AssertionError("a server was started")
+socket.socket.bind = socket.socket.listen = refuse
+import fivebar as fb
+from fivebar import view
+assert not {{"meshcat", "umsgpack", "matplotlib", "scipy", "casadi", "PIL"}} & sys.modules.keys(), "too early"
+robot = fb.FiveBar()
+view.scene(robot, fb.line((0.05, 0.1), (0.0, 0.1), 1.0)).save({str(tmp_path / "page.html")!r})
+assert not {{"meshcat", "zmq", "tornado", "matplotlib", "casadi"}} & sys.modules.keys()
+assert threading.active_count() == 1
+"""
+    folder = Path(scenes.__file__).parents[2]
+    subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, cwd=folder, env={**os.environ})

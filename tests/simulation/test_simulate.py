@@ -1,0 +1,201 @@
+"""Simulated motion against the reference's numbers, its own power balance, and the singularities it meets."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from tests.helpers import DATA
+
+ROBOT = fb.FiveBar()
+TASK_1 = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
+FREE_END = (0.0087618923917, 0.1480740333255)  # of the free motion at 2 s, good to 5e-13 m
+
+
+@pytest.fixture(scope="module")
+def free_start():
+    return fb.ikm(fb.igm(ROBOT, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
+
+
+def kinetic(run):
+    """Energy along a run from its joint rates, by a difference formula for xi' that no model of ours enters."""
+    xi_dot = np.gradient(run.xi, run.t, axis=0, edge_order=2)
+    return 0.5 * (run.q_dot**2 @ (run.robot.zz1, run.robot.zz2) + run.robot.m * np.sum(xi_dot**2, axis=1))
+
+
+def test_sampled_computed_torque_of_the_reference():
+    import json
+
+    data = json.loads((DATA / "sampled_control.json").read_text())
+    for case in data["computed_torque_lab_task_1"]["runs"]:
+        controller = fb.ComputedTorque(ROBOT, case["Kp"], case["Kd"])
+        run = fb.simulate(ROBOT, controller, TASK_1, duration=2.5, delay=case["delay_samples"])
+        sampled = run.q_error[10::10]
+        assert np.abs(sampled).max(axis=0) == pytest.approx(case["max_abs_joint_error_rad"], rel=1e-9)
+        assert np.sqrt(np.mean(sampled**2, axis=0)) == pytest.approx(case["rms_joint_error_rad"], rel=1e-9)
+        assert np.abs(sampled[-1]) == pytest.approx(case["final_joint_error_rad"], rel=1e-6)
+        assert np.linalg.norm(run.error[10::10], axis=1).max() == pytest.approx(case["max_tip_error_m"], rel=1e-9)
+        assert np.abs(run.tau).max(axis=0) == pytest.approx(case["max_abs_tau_Nm"], rel=1e-9)
+        assert run.control.t == pytest.approx(run.t[:-1:10])
+        assert run.control.q == pytest.approx(run.q[:-1:10], abs=1e-15)
+
+
+def test_power_balance_along_a_driven_motion():
+    def torque(t, q, q_dot, reference):
+        return 0.02 * np.cos(t), -0.016 * np.cos(t)
+
+    run = fb.simulate(ROBOT, torque, duration=1.0, control_period=0.001, step=1e-3)
+    work = np.concatenate([[0], np.cumsum(np.sum(np.diff(run.q, axis=0) * run.tau[:-1], axis=1))])
+    assert run.energy == pytest.approx(work, rel=1e-9, abs=1e-16)
+    assert kinetic(run)[5:-5] == pytest.approx(work[5:-5], rel=2e-4, abs=1e-8)
+
+
+def test_energy_of_the_free_motion(free_start):
+    for step, bound in ((5e-4, 1e-8), (1e-4, 1e-10)):
+        energy = fb.simulate(ROBOT, duration=10.0, start=free_start, step=step).energy
+        assert energy[0] == pytest.approx(fb.energy(free_start), rel=1e-14)
+        assert np.abs(energy / energy[0] - 1).max() <= bound
+
+
+@pytest.mark.parametrize("chart", ["joint", "task", "auto"])
+def test_rk4_has_order_4(chart):
+    def torque(t, q, q_dot, reference):
+        return 0.008 * np.cos(2 * np.pi * t), -0.006 * np.cos(2 * np.pi * t)
+
+    def end(step):
+        return fb.simulate(ROBOT, torque, duration=1.28, control_period=0.16, step=step, chart=chart).q[-1]
+
+    exact = end(0.16 / 512)
+    errors = [np.linalg.norm(end(0.16 / n) - exact) for n in (16, 32, 64)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.1)
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(4, abs=0.1)
+
+
+def test_free_motion_passes_all_its_singularities(free_start):
+    run = fb.simulate(ROBOT, duration=2.0, start=free_start, step=1e-4)
+    assert run.xi[-1] == pytest.approx(FREE_END, abs=1e-11)
+    assert [(event.margin, int(event.type)) for event in run.events[:3]] == [("det A", 2), ("det A", 2), ("sin q22", 1)]
+    assert [event.t for event in run.events[:3]] == pytest.approx([0.1164, 0.604, 0.6768], abs=4e-4)
+    assert run.events[0].before == (1, -1, -1) and run.events[0].after == (1, -1, 1)
+    assert np.abs(np.diff(run.q, axis=0)).max() < 0.1  # continuous
+
+
+@pytest.mark.parametrize("chart, name", [("joint", "det A"), ("task", "sin q22")])
+def test_a_chart_held_fast_refuses_to_jump(free_start, chart, name):
+    for step in np.linspace(4e-4, 4e-3, 25):
+        with pytest.raises(fb.SingularityError, match=f"jumps the singularity of the {chart} chart \\({name}"):
+            fb.simulate(ROBOT, duration=2.0, start=free_start, step=float(step), chart=chart)
+
+
+def test_torque_limit_delay_and_encoder():
+    controller = fb.ComputedTorque(ROBOT, 100, 20)
+    run = fb.simulate(ROBOT, controller, TASK_1, torque_limit=0.006)
+    assert np.abs(run.tau).max() == 0.006 and np.abs(run.control.commanded).max() > 0.006
+    assert run.control.applied == pytest.approx(np.clip(run.control.commanded, -0.006, 0.006))
+    run = fb.simulate(ROBOT, controller, TASK_1, delay=2)
+    assert not run.control.applied[:2].any()
+    assert (run.control.applied[2:] == run.control.commanded[:-2]).all()
+    resolution = 2 * np.pi / 4096
+    run = fb.simulate(ROBOT, controller, TASK_1, encoder_resolution=resolution)
+    counts = run.control.q / resolution
+    assert counts == pytest.approx(np.round(counts), abs=1e-9)
+    assert run.control.q_dot[1:] == pytest.approx(np.diff(run.control.q, axis=0) / 0.01, abs=1e-12)
+    assert np.linalg.norm(run.error, axis=1).max() < 1e-3
+
+
+def test_model_mismatch_costs_accuracy():
+    heavy = fb.ComputedTorque(fb.FiveBar(m=0.6), 100, 20)
+    worst = [
+        np.linalg.norm(fb.simulate(ROBOT, c, TASK_1).error, axis=1).max()
+        for c in (fb.ComputedTorque(ROBOT, 100, 20), heavy)
+    ]
+    assert 3 * worst[0] < worst[1] < 1e-3
+
+
+def test_pd_tracks_less_well():
+    run = fb.simulate(ROBOT, fb.PD(ROBOT, 0.4, 0.08), TASK_1)
+    assert 1e-4 < np.linalg.norm(run.error, axis=1).max() < 2e-2
+
+
+def test_other_robots_and_modes(robot, reachable):
+    xi, working = reachable
+    start = fb.ikm(fb.igm(robot, xi[3], tuple(working[3].tolist())), (0.05, 0.02))
+    coarse, fine = (fb.simulate(robot, duration=0.5, start=start, step=step) for step in (1e-3, 2.5e-4))
+    assert coarse.xi[-1] == pytest.approx(fine.xi[-1], abs=1e-8)
+
+
+def test_run_is_saved_and_read_back(tmp_path, free_start):
+    for run in (
+        fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1, torque_limit=0.006),
+        fb.simulate(ROBOT, duration=0.7, start=free_start),
+    ):
+        run.to_csv(tmp_path / "run.csv")
+        back = fb.Run.from_csv(tmp_path / "run.csv")
+        assert back.robot == run.robot and back.torque_limit == run.torque_limit and back.events == run.events
+        for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
+    (tmp_path / "other.csv").write_text("t,x,y\n0,0,0\n")
+    with pytest.raises(ValueError, match="line 1: not a file written by Run.to_csv"):
+        fb.Run.from_csv(tmp_path / "other.csv")
+    with pytest.raises(ValueError, match="no reference"):
+        run.error  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (dict(step=0), "step must be finite and > 0"),
+        (dict(step=0.003), "control_period = 0.01 s must be a multiple of step = 0.003 s"),
+        (dict(delay=-1), "delay must be a whole number"),
+        (dict(delay=1.5), "delay must be a whole number"),
+        (dict(delay=True), "delay must be a whole number"),
+        (dict(duration=1e7), r"duration = 1e\+07 s is 1e\+10 steps of 0.001 s: at most 1e\+07"),
+        (dict(torque_limit=-1.0), "torque_limit must be finite and > 0"),
+        (dict(encoder_resolution=0), "encoder_resolution must be"),
+        (dict(duration=np.inf), "duration must be finite"),
+        (dict(chart="polar"), "chart must be one of joint, task, auto"),
+        (dict(controller=lambda *_: (1, 2, 3)), r"must return two torques, not an array of shape \(3,\)"),
+        (dict(controller=lambda *_: (np.nan, 0)), r"the controller's torque is \[nan, 0.0\] N m at t = 0 s"),
+        (dict(reference=None), "needs a duration"),
+        (dict(controller=lambda *_: (1e8, -1e8)), "too fast for steps of 0.001 s"),
+        (dict(reference=None, duration=0.1), "ComputedTorque needs a reference to track"),
+        (dict(controller=fb.FeedForward(ROBOT, 1, 1)), "FeedForward needs a Plan as the reference"),
+        (dict(start=fb.dkm(fb.dgm(fb.FiveBar(d=0.1), (0, 0)), (0, 0))), "start is of another robot"),
+        (dict(start=fb.dkm(fb.dgm(ROBOT, np.zeros((3, 2))), (0, 0))), "start must be the Rates of a single pose"),
+    ],
+)
+def test_bad_simulations(options, message):
+    given = dict(controller=fb.ComputedTorque(ROBOT, 100, 20), reference=TASK_1) | options
+    with pytest.raises((ValueError, ArithmeticError), match=message):
+        fb.simulate(ROBOT, **given)
+
+
+def test_a_reference_out_of_reach_says_when():
+    with pytest.raises(fb.UnreachableError, match="controller at t = 0.[0-9]+ s: unreachable: left leg"):
+        fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.3, 0.0), 2.0))
+
+
+def test_one_step_and_a_start_at_type_1():
+    assert len(fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1, duration=1e-10).t) == 2
+    stretched = fb.igm(ROBOT, (-0.059 + 0.18 * np.cos(0.9), 0.18 * np.sin(0.9)))
+    run = fb.simulate(ROBOT, None, TASK_1, duration=0.01, start=fb.dkm(stretched, (0.5, 0.1)))
+    assert np.isfinite(run.q_error).all()
+
+
+@pytest.mark.parametrize("gain", [-1, np.nan, (1, 2, 3)])
+def test_bad_gains(gain):
+    with pytest.raises(ValueError, match="kp must be one number or one per joint"):
+        fb.PD(ROBOT, gain, 1)
+
+
+def test_the_start_is_in_the_controllers_working_modes(robot):
+    working = (1, -1)
+    reference = fb.line((0.0, 0.1), (0.02, 0.12), 1.0)
+    run = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20, working=working), reference)
+    assert fb.igm(robot, reference(0.0)[0], working).q == pytest.approx(run.q[0], abs=1e-14)
+    assert np.abs(run.error).max() < 1e-3 and not run.events
+
+
+def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
+    plan = fb.plan(robot, (0.0, 0.1), (0.02, 0.12), 1.0, working=(1, -1))
+    with pytest.raises(ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"):
+        fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), plan)

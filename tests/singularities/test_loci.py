@@ -1,0 +1,367 @@
+"""The closed-form loci against definitions that share nothing with them: the sextic, and the signs of det A."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fivebar as fb
+from fivebar.singularities.distance import locus_distance
+from fivebar.singularities.loci import singularity_loci
+from fivebar.singularities.margins import Singularity
+from tests.helpers import DATA
+
+REFERENCE = json.loads((DATA / "workspace.json").read_text())
+MODES = tuple(itertools.product((-1, 1), repeat=2))
+GENERIC = {
+    "amoro": fb.FiveBar(),
+    "grashof": fb.FiveBar(0.2, 0.5, 0.45, 0.3, 0.25),
+    "not grashof": fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1),
+    "double crank": fb.FiveBar(0.3, 0.2, 0.25, 0.28, 0.06),
+    "double rocker": fb.FiveBar(0.4, 0.1, 0.35, 0.15, 0.6),
+    "long distal bars": fb.FiveBar(0.3, 1.1, 0.5, 0.4, 0.55),
+    "tiny distal bar": fb.FiveBar(0.3, 0.25, 0.35, 0.002, 0.2),
+    "almost equal distal bars": fb.FiveBar(0.12, 0.1, 0.08, 0.1 + 1e-7, 0.1),
+    "almost a change point": fb.FiveBar(0.3, 0.2, 0.25, 0.35 - 1e-7, 0.5),
+    **{name: fb.ROBOTS[name].robot for name in ("hoang-2015", "liu-2006-a", "liu-2006-b", "liu-2006-c", "liu-2006-f")},
+}
+DEGENERATE = {
+    "coaxial": fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0),
+    "coaxial, equal bars in each leg": fb.FiveBar(0.12, 0.12, 0.1, 0.1, 0),
+    "nearly coaxial": fb.FiveBar(0.12, 0.1, 0.08, 0.15, 1e-9),
+    "change point": fb.FiveBar(0.3, 0.2, 0.25, 0.35, 0.5),
+    "parallelogram": fb.FiveBar(0.1, 0.15, 0.1, 0.05, 0.2),
+    "kite, left": fb.FiveBar(0.3, 0.1, 0.2, 0.2, 0.2),
+    "kite, right": fb.FiveBar(0.2, 0.1, 0.3, 0.2, 0.2),
+    "folded kite": fb.FiveBar(0.1, 0.3, 0.2, 0.2, 0.2),
+    "rhombus": fb.FiveBar(0.2, 0.1, 0.2, 0.1, 0.2),
+    "one pose only is stretched": fb.FiveBar(0.1, 0.3, 0.2, 0.2, 0.2),
+    "base joint at the limit of reach": fb.FiveBar(0.1, 0.1, 0.15, 0.05, 0.2),
+    "long base": fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4),
+}
+ROBOTS = GENERIC | DEGENERATE
+
+
+def size(robot):
+    return robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
+
+
+def det_a(robot, xi, working):
+    return fb.igm(robot, xi, working, unreachable="nan")._parallel
+
+
+def condition(robot, xi, working):
+    """sum |d det A / dp| |p| over xi and the lengths by the complex step, from elbows written out anew."""
+    names = ("l11", "l12", "l21", "l22", "d")
+    given_ = {name: getattr(robot, name) for name in names} | {"x": xi[:, 0], "y": xi[:, 1]}
+
+    def det(p):
+        bars = []
+        for side, leg, mode in ((-1, "l1", working[0]), (1, "l2", working[1])):
+            x, y, l1, l2 = p["x"] - side * p["d"] / 2, p["y"], p[leg + "1"], p[leg + "2"]
+            w = x * x + y * y
+            along = (w + l1 * l1 - l2 * l2) / (2 * w)
+            across = mode * np.sqrt(l1 * l1 / w - along * along + 0j)
+            bars.append(((x - along * x + across * y) / l2, (y - along * y - across * x) / l2))
+        (ax, ay), (bx, by) = bars
+        return ax * by - ay * bx
+
+    return sum(np.abs(p * det(given_ | {name: p + 1e-30j}).imag / 1e-30) for name, p in given_.items())
+
+
+def sign_changes(f, low, high, samples=48):
+    """Points where f changes its sign along the segments from low to high (n, 2), by bisection to rounding."""
+    s = np.linspace(0, 1, samples)[:, None, None]
+    x = low + s * (high - low)
+    sign = np.sign(f(x))
+    changes = sign[:-1] * sign[1:] == -1
+    a, b, at_a = x[:-1][changes], x[1:][changes], sign[:-1][changes]
+    for _ in range(56):
+        middle = (a + b) / 2
+        same = (np.sign(f(middle)) == at_a)[:, None]
+        a, b = np.where(same, middle, a), np.where(same, b, middle)
+    return (a + b) / 2
+
+
+def segments(robot, count, seed):
+    reach = max(robot.l11 + robot.l12, robot.l21 + robot.l22)
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-reach, reach, (count, 2)), rng.uniform(-reach, reach, (count, 2))
+
+
+def interior(locus, count=24):
+    return locus.at(np.linspace(*locus.interval, count + 2)[1:-1])
+
+
+def wrapped(angle):
+    return np.angle(np.exp(1j * angle))
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_sextic(robot):
+    for locus in singularity_loci(robot).task:
+        if locus.kind not in ("stretched", "folded", "self-motion"):
+            continue
+        d, (x, y), s = robot.d, locus.points.T, 1 if locus.kind == "stretched" else -1
+        p = ((x + d / 2) ** 2 + y**2 + robot.l12**2 - robot.l11**2) / (2 * robot.l12)
+        q = -s * ((x - d / 2) ** 2 + y**2 + robot.l22**2 - robot.l21**2) / (2 * robot.l22)
+        residual = (y * (p - q)) ** 2 + (p * d - (p - q) * (x + d / 2)) ** 2 - (y * d) ** 2
+        # Relative to what is added up, p and q included.
+        p_sum = ((x + d / 2) ** 2 + y**2 + robot.l12**2 + robot.l11**2) / (2 * robot.l12)
+        q_sum = ((x - d / 2) ** 2 + y**2 + robot.l22**2 + robot.l21**2) / (2 * robot.l22)
+        total = (y * (p_sum + q_sum)) ** 2 + (p_sum * d + (p_sum + q_sum) * np.abs(x + d / 2)) ** 2 + (y * d) ** 2
+        assert (np.abs(residual) <= 1e-12 * total).all(), (locus.kind, np.max(np.abs(residual) / total))
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("mode", MODES, ids=str)
+def test_det_a_changes_sign_on_the_loci_only(robot, mode):
+    """1000 random segments in each working mode."""
+    if mode in singularity_loci(robot).everywhere:
+        return
+    points = sign_changes(lambda x: det_a(robot, x, mode), *segments(robot, 1000, 1))
+    if len(points):
+        distance, kind = locus_distance(robot, points, working=mode)
+        assert distance.max() <= 1e-10 * max(1, size(robot)), points[np.argmax(distance)]
+
+
+@pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
+def test_every_type_2_piece_is_one_in_its_modes_and_no_other(robot):
+    for locus in singularity_loci(robot).task:
+        if locus.type != Singularity.PARALLEL:
+            continue
+        s = np.linspace(*locus.interval, 27)[1:-1]
+        xi, tangent = locus.at(s), locus.tangent(s)
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
+        normal *= 1e-7 * size(robot) / np.linalg.norm(tangent, axis=1, keepdims=True)
+        assert len(locus.working) == 1
+        for mode in MODES:
+            sides = det_a(robot, xi + normal, mode) * det_a(robot, xi - normal, mode)
+            inside = np.isfinite(sides)
+            changes = sides[inside] < 0
+            if mode in locus.working:
+                assert inside.any() and changes.all()
+                # With the pose's own sines far from 0 the modes of both sides are the locus' own.
+                pose = fb.igm(robot, xi[inside], mode)
+                good = np.min(np.abs(pose._serial), axis=0) > 1e-3
+                assert (np.abs(pose._parallel[good]) <= 1e-12 * condition(robot, xi[inside][good], mode)).all()
+            else:
+                assert not changes.any() or np.mean(changes) < 0.2, (locus.kind, mode)
+                assert np.nanmedian(np.abs(det_a(robot, xi, mode))) > 1e-6
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_det_a_is_0_on_every_type_2_point(robot):
+    """|det A| <= 1e-12 kappa through igm, which finds every point in reach but a base joint, where a leg is free."""
+    for locus in singularity_loci(robot).task:
+        if locus.type == Singularity.PARALLEL:
+            xi = locus.points
+            for mode in locus.working:
+                value = np.abs(det_a(robot, xi, mode))
+                with np.errstate(all="ignore"):
+                    kappa = condition(robot, xi, mode)
+                known = np.isfinite(value) & np.isfinite(kappa)
+                assert known.mean() > 0.9
+                assert (value[known] <= 1e-12 * kappa[known]).all(), (locus.kind, np.max(value[known] / kappa[known]))
+                if robot in GENERIC.values():
+                    assert (np.abs(np.abs(xi[np.isnan(value)]) - (robot.d / 2, 0)) < 1e-12).all()
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_type_1_circles_are_limits_of_their_leg(robot):
+    for locus in singularity_loci(robot).task:
+        if locus.type != Singularity.SERIAL or len(locus.points) == 1:
+            continue
+        assert set(locus.working) == set(MODES)
+        leg = 0 if locus.kind.startswith("left") else 1
+        l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[leg]
+        radius = l1 + l2 if "stretched" in locus.kind else abs(l1 - l2)
+        xi = interior(locus)
+        np.testing.assert_allclose(np.hypot(xi[:, 0] - base, xi[:, 1]), radius, rtol=1e-14)
+        inwards = 1e-6 * (1 if "folded" in locus.kind else -1)
+        centre = np.array([base, 0])
+        for mode in MODES:
+            assert np.isfinite(det_a(robot, centre + (xi - centre) * (1 + inwards), mode)).all()
+            assert np.isnan(det_a(robot, centre + (xi - centre) * (1 - inwards), mode)).all()
+
+
+def polyline_distance(polylines, x, wrap=lambda v: v):
+    """Distances (n,) to the nearest polyline, minus what it may miss of its curve; `wrap` is applied to differences."""
+    best = np.full(len(x), np.inf)
+    for points in polylines:
+        a, b = (points[:-1], points[1:]) if len(points) > 1 else (points, points)
+        to, along = wrap(x[:, None] - a), b - a
+        square = np.maximum((along**2).sum(-1), 1e-300)
+        s = np.clip((to * along).sum(-1) / square, 0, 1)
+        distance = np.linalg.norm(to - s[..., None] * along, axis=-1) - 0.01 * np.sqrt(square)
+        best = np.minimum(best, distance.min(axis=1))
+    return best
+
+
+def reachable(robot, xi):
+    return np.isfinite(det_a(robot, xi, (1, 1)))
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_the_workspace_ends_on_type_1_only(robot):
+    points = sign_changes(lambda x: np.where(reachable(robot, x), 1, -1), *segments(robot, 300, 2))
+    circles = [p.points for p in singularity_loci(robot).task if p.kind.startswith(("left", "right"))]
+    if len(points):
+        assert polyline_distance(circles, points).max() <= 1e-9 * size(robot)
+        assert locus_distance(robot, points)[0].max() <= 1e-10 * max(1, size(robot))
+
+
+@pytest.mark.parametrize("assembly", (-1, 1))
+@pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
+def test_joint_space(robot, assembly):
+    loci = singularity_loci(robot).joint
+    low, high = np.random.default_rng(3).uniform(-np.pi, np.pi, (2, 150, 2))
+
+    def pose(q, mode=assembly):
+        return fb.dgm(robot, q, mode, unreachable="nan")
+
+    def on(pieces, q):
+        return len(q) == 0 or polyline_distance([p.points for p in pieces], q, wrapped).max() <= 1e-9
+
+    for leg, name in enumerate(("left", "right")):
+        chosen = [p for p in loci if p.kind.startswith(name) and assembly in p.assembly]
+        assert on(chosen, sign_changes(lambda q, leg=leg: pose(q)._serial[leg], low, high, 160))
+        for locus in chosen:
+            assert locus.assembly == (assembly,)
+            here, other = (pose(interior(locus), mode)._serial[leg] for mode in (assembly, -assembly))
+            good = np.abs(pose(interior(locus))._parallel) > 1e-3
+            assert np.abs(here[good]).max(initial=0) <= 1e-10
+            assert np.nanmedian(np.abs(other)) > 1e-9
+    chosen = [p for p in loci if p.kind in ("stretched", "folded")]
+    assert on(chosen, sign_changes(lambda q: np.where(np.isnan(pose(q)._parallel), -1, 1), low, high, 160))
+    for locus in chosen:
+        reach = robot.l12 + robot.l22 if locus.kind == "stretched" else abs(robot.l12 - robot.l22)
+        elbows = [d.pivot((np.cos(q), np.sin(q))) for d, q in zip(robot.drives, locus.points.T)]
+        np.testing.assert_allclose(np.hypot(*np.subtract(*elbows)), reach, rtol=0, atol=1e-14 * max(1, size(robot)))
+
+
+@pytest.mark.parametrize("space", ("task", "joint"))
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_points(robot, space):
+    """Less than 1 degree from point to point, exact parameters, their derivative, pieces joined to the last bit."""
+    ends = {}
+    for locus in getattr(singularity_loci(robot), space):
+        chord = np.diff(locus.points, axis=0) @ (1, 1j)
+        scale = size(robot) if space == "task" else 2 * np.pi
+        exact = np.abs(chord) > 1e-7 * scale
+        turn = np.abs(np.angle(chord[1:] * chord[:-1].conj()))[exact[1:] & exact[:-1]]
+        assert turn.max(initial=0) < np.radians(1)
+        if locus.closed and space == "task":
+            assert abs(np.angle(chord[0] * chord[-1].conj())) < np.radians(1)
+            assert (locus.points[0] == locus.points[-1]).all()
+        np.testing.assert_allclose(locus.at(locus.parameters), locus.points, rtol=0, atol=1e-14 * scale)
+        assert locus.at(locus.interval[0]).shape == (2,)
+        if len(locus.points) > 1:
+            s, h = np.linspace(*locus.interval, 9)[1:-1], 1e-6 * np.diff(locus.interval)
+            slope = (locus.at(s + h) - locus.at(s - h)) / (2 * h)
+            tangent = locus.tangent(s)
+            np.testing.assert_allclose(slope, tangent, rtol=0, atol=1e-5 * np.abs(tangent).max() + 1e-9 * scale)
+            if locus.kind in ("stretched", "folded") and not locus.closed:
+                for point in locus.points[[0, -1]]:
+                    ends[tuple(point)] = ends.get(tuple(point), 0) + 1
+    if space == "task":
+        assert all(count % 2 == 0 for count in ends.values())
+
+
+def test_self_motion_circles_of_the_amoro_robot():
+    circles = [p for p in singularity_loci(fb.FiveBar()).task if p.kind == "self-motion"]
+    reference = REFERENCE["self_motion_circles"]
+    height, radius = float(reference["centre"][1].removeprefix("+-")), float(reference["radius"])
+    for locus in circles:
+        distance = [np.hypot(locus.points[:, 0], locus.points[:, 1] - y) for y in (height, -height)]
+        assert min(np.abs(d - radius).max() for d in distance) < 1e-16
+    length = sum(np.linalg.norm(np.diff(p.points, axis=0), axis=1).sum() for p in circles)
+    assert length == pytest.approx(4 * np.pi * radius, rel=1e-4)
+
+
+@pytest.mark.parametrize("robot", (fb.FiveBar(), fb.FiveBar(d=0.05), fb.FiveBar(d=0.15)))
+def test_polar_formula_of_equal_bars(robot):
+    d, length = robot.d, robot.l11
+    for locus in singularity_loci(robot).task:
+        if locus.kind == "stretched":
+            x, y = locus.points.T
+            phi = np.arctan2(y, x)
+            root = 2 * d * np.sin(phi) * np.sqrt(4 * length**2 - (d * np.cos(phi)) ** 2)
+            square = [(d**2 * np.cos(2 * phi) + sign * root) / 4 for sign in (1, -1)]
+            assert np.min(np.abs(np.array(square) - (x * x + y * y)), axis=0).max() < 1e-15
+
+
+def test_a_robot_without_type_2():
+    loci = singularity_loci(fb.ROBOTS["hoang-2015"].robot)
+    assert all(p.type == Singularity.SERIAL for p in loci.task + loci.joint)
+    assert len(loci.task) == 8 and len(loci.type3.xi) == 0
+
+
+def test_folded_leg_of_equal_bars_is_a_point():
+    points = [p for p in singularity_loci(fb.FiveBar()).task if p.kind.endswith("folded")]
+    assert [p.points.tolist() for p in points] == [[[-0.059, 0]], [[0.059, 0]]]
+    assert [p.kind for p in points] == ["left folded", "right folded"]
+
+
+@pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
+def test_type_3_points(robot):
+    """Each lies on a circle of its leg, and there the distal bars are in line in the modes that meet."""
+    type3 = singularity_loci(robot).type3
+    for xi, q, working in zip(type3.xi, type3.q, type3.working):
+        assert 0 in working
+        for leg in np.flatnonzero(working == 0):
+            l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[leg]
+            distance = np.hypot(xi[0] - base, xi[1])
+            assert min(abs(distance - l1 - l2), abs(distance - abs(l1 - l2))) <= 1e-14 * max(1, size(robot))
+        elbows = np.array([d.pivot((np.cos(a), np.sin(a))) for d, a in zip(robot.drives, q)])
+        (ax, ay), (bx, by) = (xi - elbows) / np.array(robot.distal)[:, None]
+        assert abs(ax * by - ay * bx) <= 1e-13
+
+
+def test_coaxial_robot_with_equal_legs():
+    """Both legs coincide in two modes: singular everywhere, which is no curve."""
+    robot = fb.ROBOTS["liu-2006-e"].robot
+    loci = singularity_loci(robot)
+    assert set(loci.everywhere) == {(1, 1), (-1, -1)}
+    assert not any(p.kind == "self-motion" for p in loci.task)
+    assert np.abs(det_a(robot, np.random.default_rng(4).uniform(-2, 2, (100, 2)), (1, 1))).max() < 1e-15
+    assert singularity_loci(fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0)).everywhere == ()
+
+
+def test_parts_that_a_kite_leaves_free():
+    """l11 = l12 + l22, d = l21: with the right elbow on the left base joint all bars but one turn in line about it."""
+    pieces = [p for p in singularity_loci(DEGENERATE["kite, left"]).task if p.type == 3]
+    assert pieces and all(p.kind == "stretched" for p in pieces)
+    for p in pieces:
+        np.testing.assert_allclose(np.hypot(p.points[:, 0] + 0.1, p.points[:, 1]), 0.2, rtol=1e-14)
+        assert {m[1] for m in p.working} != {1, -1} and {m[0] for m in p.working} == {1, -1}
+
+
+lengths = st.floats(0.05, 1)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(lengths, lengths, lengths, lengths, st.floats(0, 1))
+def test_any_robot(l11, l12, l21, l22, d):
+    try:
+        robot = fb.FiveBar(l11, l12, l21, l22, d)
+    except ValueError:
+        return
+    loci = singularity_loci(robot)
+    for locus in loci.task + loci.joint:
+        chord = np.diff(locus.points, axis=0) @ (1, 1j)
+        chord = chord[np.abs(chord) > 1e-7]
+        assert np.abs(np.angle(chord[1:] * chord[:-1].conj())).max(initial=0) < np.radians(1)
+    for mode in MODES:
+        if mode not in loci.everywhere:
+            points = sign_changes(lambda x, mode=mode: det_a(robot, x, mode), *segments(robot, 40, 5))
+            if len(points):
+                assert locus_distance(robot, points, working=mode)[0].max() <= 1e-10
+
+
+def test_bad_input():
+    with pytest.raises(TypeError, match="needs a FiveBar or a Biglide, not str"):
+        singularity_loci("amoro")

@@ -1,0 +1,111 @@
+"""Maps against the models node by node, their files, their limits."""
+
+import csv
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.singularities.loci import MODES
+from fivebar.singularities.maps import FIELDS, Map, singularity_map, workspace_window
+from fivebar.singularities.margins import singularity_margins
+
+UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_nodes_are_the_margins_of_igm(field):
+    data = singularity_map(UNEQUAL, field, shape=(37, 300))
+    assert data.values.shape == (4, 300, 37) and data.modes == MODES
+    x, y = np.meshgrid(data.x, data.y)
+    for mode, layer in zip(data.modes, data.values):
+        pose = fb.igm(UNEQUAL, np.stack([x, y], axis=-1), mode, unreachable="nan")
+        np.testing.assert_array_equal(layer, FIELDS[field][1](singularity_margins(pose)))
+
+
+def test_joint_space_is_the_margins_of_dgm():
+    data = singularity_map(UNEQUAL, "serial_right", "joint", shape=(61, 40))
+    q = np.stack(np.meshgrid(data.x, data.y), axis=-1)
+    assert data.modes == (1, -1) and data.x[0] == -np.pi and data.y[-1] == np.pi
+    for mode, layer in zip(data.modes, data.values):
+        pose = fb.dgm(UNEQUAL, q, mode, unreachable="nan")
+        np.testing.assert_allclose(layer, np.sin(pose.q_passive[..., 1]), atol=1e-12)
+        assert 0.5 < np.isfinite(layer).mean() < 1
+
+
+@pytest.mark.parametrize("name", ["amoro", "hoang-2015", "liu-2006-a", "liu-2006-e"])
+def test_default_window_fits_the_workspace(name):
+    robot = fb.ROBOTS[name].robot
+    closes = np.isfinite(singularity_map(robot, shape=(301, 301)).values[0])
+    rows, columns = np.flatnonzero(closes.any(axis=1)), np.flatnonzero(closes.any(axis=0))
+    for first, last in (rows[[0, -1]], columns[[0, -1]]):
+        assert 5 <= first <= 75 and 225 <= last <= 295
+    assert min(rows[0], columns[0]) <= 13  # a border of 4 % of the longer side
+
+
+def test_npz_comes_back(tmp_path):
+    for space in ("task", "joint"):
+        data = singularity_map(UNEQUAL, "condition_J", space, shape=(20, 30))
+        data.to_npz(tmp_path / "map.npz")
+        back = Map.from_npz(tmp_path / "map.npz")
+        assert (back.robot, back.field, back.space, back.modes) == (data.robot, data.field, data.space, data.modes)
+        for name in ("x", "y", "values"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(data, name))
+
+
+def test_csv_has_all_nodes_that_close(tmp_path):
+    data = singularity_map(fb.FiveBar(), shape=(21, 30))
+    data.to_csv(tmp_path / "map.csv")
+    with open(tmp_path / "map.csv", newline="", encoding="utf-8") as file:
+        assert file.readline().startswith("# fivebar map, SI units: {")
+        header, *rows = csv.reader(file)
+    assert header == ["x", "y", *(f"parallel({a:+d},{b:+d})" for a, b in MODES)]
+    closes = ~np.isnan(data.values).all(axis=0)
+    table = np.array(rows, dtype=float)
+    assert len(table) == closes.sum() < closes.size
+    np.testing.assert_array_equal(table[:, 2:], data.values[:, closes].T)
+    np.testing.assert_array_equal(table[:, 0], np.broadcast_to(data.x, closes.shape)[closes])
+
+
+@pytest.mark.parametrize("content", [b"", b"no map", b"PK\x03\x04"])
+def test_other_files_are_refused(tmp_path, content):
+    (tmp_path / "other.npz").write_bytes(content)
+    with pytest.raises(ValueError, match="is not a map written by to_npz"):
+        Map.from_npz(tmp_path / "other.npz")
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (dict(field="determinant"), "no margin 'determinant': the known ones are parallel, serial_left"),
+        (dict(space="work"), 'must be "task" or "joint"'),
+        (dict(window=(1, 2, 0, 1)), "is in the workspace, which extends over .-0.121, 0.121, -0.170"),
+        (dict(window=(0, 1, 2)), "window must be four numbers"),
+        (dict(window=(1, 0, 0, 1)), "finite min < max"),
+        (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
+        (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
+        (dict(shape=(1, 5)), "two whole numbers"),
+        (dict(shape=(10.5, 5)), "two whole numbers"),
+        (dict(shape=100), "two whole numbers"),
+        (dict(shape=(10**6, 10**6)), "1000000 x 1000000 nodes in 4 modes needs 2.98e.04 GiB"),
+    ],
+)
+def test_bad_input(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        singularity_map(fb.FiveBar(), **arguments)
+
+
+def test_workspace_of_one_point():
+    robot = fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4)
+    assert np.isfinite(singularity_map(robot).values[:, 200, 200]).all()
+    np.testing.assert_allclose(workspace_window(robot, border=0), 0, atol=1e-15)
+
+
+def test_a_million_nodes_in_four_modes():
+    robot = fb.FiveBar()
+    tracemalloc.start()
+    singularity_map(robot, shape=(1000, 1000))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak <= 50e6  # 32 MB are the map itself

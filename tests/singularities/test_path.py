@@ -1,0 +1,208 @@
+"""Paths with known crossings: the lab's task 2, its compliant variant, paths that touch a locus or leave."""
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.polynomial import polynomial
+
+import fivebar as fb
+from fivebar.singularities.loci import singularity_loci
+from fivebar.singularities.margins import Singularity
+from fivebar.singularities.path import check_path
+from tests.helpers import DATA
+
+REFERENCE = json.loads((DATA / "five_bar.json").read_text())
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial:
+    """A path with these coefficients (degree + 1, 2), lowest power first."""
+
+    coefficients: np.ndarray
+    duration: float
+    start: float = 0.0
+
+    def __call__(self, t):
+        c = [np.asarray(self.coefficients, dtype=float)]
+        for _ in range(2):
+            c.append(polynomial.polyder(c[-1]) if len(c[-1]) > 1 else np.zeros((1, 2)))
+        return tuple(polynomial.polyval(np.asarray(t), each).T for each in c)
+
+
+def quintic(a, b, duration):
+    a, b = np.array(a), np.array(b)
+    return Polynomial(
+        np.array([a, 0 * a, 0 * a, *(k * (b - a) / duration**p for p, k in ((3, 10), (4, -15), (5, 6)))]), duration
+    )
+
+
+def straight(point, velocity, duration, start=0.0):
+    """Passes the point in the middle of its time."""
+    point, velocity = np.array(point), np.array(velocity)
+    return Polynomial(np.array([point - velocity * (start + duration / 2), velocity]), duration, start)
+
+
+def test_lab_task_2():
+    """It meets Type 2 off the criterion."""
+    expected = REFERENCE["lab_task_2"]["meets_type_2"][0]
+    check = check_path(fb.FiveBar(), quintic((0.09, 0.06796322), (0.05, 0), 4.0))
+    assert check.time == pytest.approx(float(expected["t"]), abs=1e-12)
+    assert check.type is Singularity.PARALLEL and not check.touching
+    assert check.reachable and not check.singularity_free and check.leaves is None
+    assert check.criterion == pytest.approx(float(expected["criterion_ts_dot_wrench_N"]), rel=1e-12)
+    assert check.criterion_holds is False
+    np.testing.assert_allclose(check.pose.xi, [float(v) for v in expected["p"]], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(check.pose.q, [float(v) for v in expected["q"]], rtol=0, atol=1e-13)
+    assert check.min_margin == 0 and check.min_margin_time == check.time
+
+
+def test_lab_task_1_is_free():
+    path = quintic((0.09, 0.06796322), (0, 0.1), 2.0)
+    check = check_path(fb.FiveBar(), path)
+    assert check.reachable and check.singularity_free
+    assert (check.time, check.pose, check.type, check.criterion) == (None, None, Singularity.NONE, None)
+    t = np.linspace(0, 2, 100001)
+    pose = fb.igm(fb.FiveBar(), path(t)[0])
+    smallest = np.abs([*pose._serial, pose._parallel]).min()
+    assert smallest - 1e-9 <= check.min_margin <= smallest
+
+
+def test_compliant_crossing():
+    """The nine-condition polynomial of the reference crosses at 2 s with no acceleration along the free direction."""
+    c = REFERENCE["compliant_crossing"]
+    coefficients = np.array([[float(v) for v in c[name]] for name in ("coef_x", "coef_y")]).T
+    check = check_path(fb.FiveBar(), Polynomial(coefficients, float(c["T"])))
+    assert check.type is Singularity.PARALLEL and check.criterion_holds
+    assert check.time == pytest.approx(2.0, abs=1e-12) and abs(check.criterion) < 1e-12
+
+
+def test_the_free_direction_is_the_kernel_of_a():
+    check = check_path(fb.FiveBar(), quintic((0.09, 0.06796322), (0.05, 0), 4.0))
+    direction = [float(v) for v in REFERENCE["compliant_crossing"]["uncontrollable_dir"]]
+    np.testing.assert_allclose(check.pose.A @ direction, 0, atol=1e-14)
+    acceleration = [float(v) for v in REFERENCE["lab_task_2"]["meets_type_2"][0]["a"]]
+    assert check.criterion == pytest.approx(0.5 * np.dot(direction, acceleration), rel=1e-10)
+
+
+@pytest.mark.parametrize("side", (1, -1))
+@pytest.mark.parametrize("piece", (4, 5, 8))
+def test_touching_type_2(piece, side):
+    """A parabola with the locus' tangent, bent away from it: det A has a double zero at its vertex."""
+    robot = fb.FiveBar()
+    locus = singularity_loci(robot).task[piece]
+    s = 0.4 * locus.interval[0] + 0.6 * locus.interval[1]
+    point, tangent = locus.at(s), locus.tangent(s)
+    tangent = tangent / np.linalg.norm(tangent)
+    bend = 50 * side * np.array([-tangent[1], tangent[0]])
+    t0 = 0.31234
+    path = Polynomial(
+        np.array([point - tangent * t0 * 0.01 + bend * t0**2 * 1e-4, tangent * 0.01 - 2e-4 * bend * t0, 1e-4 * bend]),
+        1.0,
+    )
+    check = check_path(robot, path, locus.working[0])
+    assert check.type is Singularity.PARALLEL and check.touching
+    assert check.time == pytest.approx(t0, abs=1e-7)
+    np.testing.assert_allclose(check.pose.xi, point, atol=1e-9)
+    shifted = Polynomial(path.coefficients + np.array([bend * 1e-8, 0 * bend, 0 * bend]), 1.0)
+    near = check_path(robot, shifted, locus.working[0])
+    assert near.singularity_free and 0 < near.min_margin < 1e-3
+    assert near.min_margin_time == pytest.approx(t0, abs=0.1)
+    through = Polynomial(path.coefficients - np.array([bend * 1e-9, 0 * bend, 0 * bend]), 1.0)
+    twice = check_path(robot, through, locus.working[0])
+    assert not twice.touching and t0 - 0.1 < twice.time < t0
+
+
+def test_touching_the_limit_of_reach():
+    """A line along the tangent of a circle from inside an annulus touches Type 1 and stays reachable."""
+    robot = fb.FiveBar(0.3, 0.2, 0.25, 0.28, 0.06)
+    point = np.array([-0.03, 0.1])
+    check = check_path(robot, straight(point, (0.02, 0.0), 2.0))
+    assert check.reachable and check.type is Singularity.SERIAL and check.touching
+    assert check.time == pytest.approx(1.0, abs=1e-6)
+    free = check_path(robot, straight(point + (0, 1e-6), (0.02, 0.0), 2.0))
+    assert free.reachable and free.singularity_free and free.min_margin < 1e-2
+
+
+@pytest.mark.parametrize("start", (0.0, 5.0))
+def test_leaving_the_workspace(start):
+    robot = fb.FiveBar()
+    check = check_path(robot, straight((0.0, 0.16), (0.0, 0.05), 1.0, start))
+    corner = np.sqrt(0.18**2 - 0.059**2)
+    assert not check.reachable and not check.singularity_free
+    assert check.leaves == check.time == pytest.approx(start + 0.5 + (corner - 0.16) / 0.05, abs=1e-12)
+    assert check.type is Singularity.SERIAL and not check.touching and check.criterion is None
+    np.testing.assert_allclose(check.pose.xi, (0, corner), atol=1e-14)
+
+
+def test_crossing_before_leaving():
+    """Along the y axis the mode (-1, 1) meets a circle of self-motion before it ends in the corner."""
+    check = check_path(fb.FiveBar(), straight((0.0, 0.12), (0.0, 0.1), 1.3), working=(-1, 1))
+    assert check.leaves is not None and not check.reachable
+    assert check.type is Singularity.PARALLEL and check.time < check.leaves
+    np.testing.assert_allclose(check.pose.xi, (0, np.sqrt(0.09**2 - 0.059**2) + 0.09), atol=1e-14)
+
+
+def test_starting_outside():
+    check = check_path(fb.FiveBar(), straight((0.5, 0.0), (0.0, 0.1), 1.0, 2.0))
+    assert not check.reachable and check.leaves == check.time == 2.0
+    assert np.isnan(check.pose.q).all()
+
+
+def test_brief_crossing_between_samples():
+    """In and out again within a thousandth of the path's time."""
+    robot = fb.FiveBar()
+    locus = singularity_loci(robot).task[5]
+    s = np.mean(locus.interval)
+    point, tangent = locus.at(s), locus.tangent(s) / np.linalg.norm(locus.tangent(s))
+    normal = np.array([-tangent[1], tangent[0]])
+    t0, height = 0.123456, 1e-2
+    for depth in (3e-4, -3e-4):
+        path = Polynomial(
+            np.array([point + height * normal * (t0**2 - abs(depth) ** 2), -2 * height * normal * t0, height * normal]),
+            1.0,
+        )
+        check = check_path(robot, path, locus.working[0])
+        assert check.time == pytest.approx(t0 - 3e-4, abs=1e-9) and not check.touching
+
+
+def test_touching_and_then_leaving():
+    """Starts at rest on the outer circle, goes in, and leaves through the other leg's circle."""
+    robot = fb.FiveBar()
+    corner = np.sqrt(0.18**2 - 0.059**2)
+    check = check_path(robot, quintic((0.121, 0.0), (-0.2, 0.01), 2.0))
+    assert check.type is Singularity.SERIAL and check.touching and check.time == 0
+    assert 0 < check.leaves < 2 and not check.reachable
+    outside = check_path(robot, quintic((0.0, corner), (0.0, 0.2), 2.0))
+    assert outside.leaves == outside.time == 0 and not outside.touching
+
+
+def test_resting_on_a_singularity():
+    locus = singularity_loci(fb.FiveBar()).task[5]
+    point = locus.at(np.mean(locus.interval))
+    check = check_path(fb.FiveBar(), Polynomial(point[None], 1.0), locus.working[0])
+    assert check.time == 0 and check.type is Singularity.PARALLEL and check.touching and check.criterion_holds
+
+
+def test_bad_input():
+    robot = fb.FiveBar()
+    path = quintic((0.09, 0.06796322), (0.05, 0), 4.0)
+    with pytest.raises(ValueError, match="path must be callable"):
+        check_path(robot, [(0.0, 0.1)])
+    with pytest.raises(ValueError, match="with a duration"):
+        check_path(robot, lambda t: t)
+    with pytest.raises(ValueError, match="duration > 0"):
+        check_path(robot, Polynomial(path.coefficients, 0.0))
+    with pytest.raises(ValueError, match="finite xi, xi_dot and xi_ddot"):
+        check_path(robot, Polynomial(path.coefficients * np.nan, 1.0))
+    with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
+        check_path(robot, path, (0, 1))
+    with pytest.raises(ValueError, match="working must have shape"):
+        check_path(robot, path, (1, 1, 1))
+
+
+def test_a_path_through_a_base_joint():
+    """The leg of equal bars folds there, and has no sine: the check says Type 1."""
+    check = check_path(fb.FiveBar(), fb.line((0.059, -0.03), (0.059, 0.03), 1.0), (1, -1))
+    assert check.time is not None and not check.singularity_free

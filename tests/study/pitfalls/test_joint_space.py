@@ -1,0 +1,84 @@
+"""Joint coordinates do not cross Type 2: nan, a bounce, or "success" with garbage. The free motion does, by charts."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.study.pitfalls.joint_space import (
+    FREE_END,
+    free_motion_by,
+    free_motion_by_rk4,
+    free_motion_by_steps,
+    free_motion_of_ours,
+    free_motion_of_ours_by_steps,
+    free_start,
+    joint_model,
+    whole_steps,
+)
+
+ROBOT = fb.FiveBar()
+STEPS = whole_steps()
+
+
+def survives(motion):
+    """The motion was finished, it is where it should be, and it has its energy."""
+    return bool(
+        motion.success
+        and np.isfinite(motion.xi).all()
+        and np.linalg.norm(motion.xi[-1] - FREE_END) < 1e-6
+        and motion.energy_error < 1e-6
+    )
+
+
+@pytest.mark.parametrize("step", [4e-4, 1e-3, 2e-3, 4e-3])
+def test_ours_survives(step):
+    assert survives(free_motion_of_ours(ROBOT, step))
+
+
+@pytest.mark.parametrize(
+    "method, rtol, success",
+    [
+        ("RK45", 1e-3, False), ("RK45", 1e-9, False), ("DOP853", 1e-9, False), ("Radau", 1e-6, False),
+        ("DOP853", 1e-3, True), ("Radau", 1e-3, True), ("LSODA", 1e-3, True), ("LSODA", 1e-9, True),
+    ],
+)  # fmt: skip
+def test_scipy_does_not(method, rtol, success):
+    motion = free_motion_by(ROBOT, method, rtol)
+    assert not survives(motion)
+    assert motion.success == success  # by its own word
+    if method == "LSODA":
+        assert not np.isfinite(motion.xi[-1]).any()
+    elif success:
+        assert np.isfinite(motion.xi).all() and motion.energy_error > 0.1
+
+
+def test_the_joint_model_is_right_where_it_is_regular():
+    """It is the method that fails, not its equations."""
+    rates = free_start(ROBOT)
+    state = np.concatenate([rates.pose.q, rates.q_dot])
+    xi, xi_dot, q_ddot, energy = joint_model(ROBOT, state, int(rates.pose.assembly))
+    assert xi == pytest.approx(rates.pose.xi, abs=1e-14)
+    assert xi_dot == pytest.approx(rates.xi_dot, abs=1e-12)
+    assert q_ddot == pytest.approx(fb.forward_dynamics(rates, (0.0, 0.0)).q_ddot, rel=1e-11)
+    assert energy == pytest.approx(fb.energy(rates), rel=1e-12)
+
+
+def all_survive(steps):
+    return steps.outcomes(near=1e-6)["right"] == len(steps.step) and bool((np.abs(steps.energy_error) < 1e-7).all())
+
+
+def test_every_fixed_step():
+    naive = free_motion_by_steps(ROBOT, STEPS)
+    assert all_survive(free_motion_of_ours_by_steps(ROBOT, STEPS[::20]))
+    assert not all_survive(naive)
+    outcomes = naive.outcomes()
+    assert outcomes["right"] == 0 and outcomes["nan"] > 200 and outcomes["silently wrong"] > 5
+    silent = float(naive.step[np.isfinite(naive.energy_error)][0])
+    motion = free_motion_by_rk4(ROBOT, silent)
+    assert motion.success and np.isfinite(motion.xi).all() and not survives(motion)
+
+
+def test_our_joint_chart_alone_refuses():
+    for step in STEPS[::40]:
+        with pytest.raises(fb.SingularityError, match="jumps the singularity of the joint chart"):
+            fb.simulate(ROBOT, duration=2.0, start=free_start(ROBOT), step=float(step), chart="joint")
