@@ -139,10 +139,7 @@ def _zeros(margin, t, touch, limit=False):
     value, rate = margin(t)
     for _ in range(3):
         step = np.diff(t)
-        near = np.minimum(np.abs(value[1:]), np.abs(value[:-1])) < step * np.maximum(
-            np.abs(rate[1:]), np.abs(rate[:-1])
-        )
-        counts = np.where(near, 8, 1)
+        counts = np.where(_near(t, value, rate), 8, 1)
         if counts.sum() > 4 * SAMPLES * 8:
             break
         part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -159,7 +156,7 @@ def _zeros(margin, t, touch, limit=False):
     low, high = value[:-1], value[1:]
     apart = ~(at[:-1] | at[1:])
     crossing = apart & (low * high < 0)
-    turning = apart & (low * high > 0) & (low * rate[:-1] < 0) & (high * rate[1:] > 0)
+    turning = apart & (low * high > 0) & (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
     arriving = at & ~np.append(False, at[:-1])
     for i in np.flatnonzero(np.append(crossing | turning, False) | arriving):
         first, last = i, i + 1
@@ -179,26 +176,35 @@ def _zeros(margin, t, touch, limit=False):
                 return
 
 
+def _near(t, value, rate):
+    """Between which samples the margin may reach 0, as fast as it changes there."""
+    value, rate = np.abs(value), np.abs(rate)
+    return np.minimum(value[1:], value[:-1]) < np.diff(t) * np.maximum(rate[1:], rate[:-1])
+
+
 def _zero_between(margin, a, b, at_a, at_b, touch):
     """The first zero between two samples, of which the margin has another sign or a minimum of its size."""
     if at_a * at_b > 0:
         rate_a, rate_b = margin(np.array([a, b]))[1]
-        lowest = _root(lambda t: margin(t)[1], a, b) if rate_a * rate_b < 0 else (a + b) / 2
+        lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b) if rate_a * rate_b < 0 else (a + b) / 2
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
         if value * at_a > 0:
             return None
-        b = lowest
-    time = _root(lambda t: margin(t)[0], a, b)
+        b, at_b = lowest, value
+    time = _root(lambda t: margin(t)[0], a, b, at_a, at_b)
     # Else it jumps: a leg of equal bars passes its base joint.
     return _Zero(time, False) if abs(margin(np.array([time]))[0][0]) < 1e-6 else None
 
 
-def _root(f, a, b):
+def _root(f, a, b, at_a, at_b):
+    """A zero of f in [a, b], at whose ends it is known with opposite signs."""
     from scipy.optimize import brentq
 
     def margin(s):
+        if s in (a, b):  # alone, a time is rounded otherwise than in the batch that saw the signs
+            return at_a if s == a else at_b
         value = f(np.array([s]))[0]
         return 0.0 if np.isnan(value) else value  # a leg folded on its base joint: its sine is a zero there
 
