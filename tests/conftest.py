@@ -34,7 +34,7 @@ def reachable(robot):
     xi = rng.uniform(-0.25, 0.25, (6000, 2))
     working = rng.choice([-1, 1], (6000, 2))
     pose = fb.igm(robot, xi, working, unreachable="nan")
-    good = (np.abs(np.stack([*pose._serial, pose._parallel])) > 0.05).all(axis=0)
+    good = (np.abs(np.stack([*pose.sines, pose.det_A])) > 0.05).all(axis=0)
     return xi[good][:500], working[good][:500]
 
 

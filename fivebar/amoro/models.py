@@ -1,24 +1,11 @@
 """The lab's functions as thin calls into the package: there the passive joints, too, are arguments."""
 
-from dataclasses import dataclass
 from types import SimpleNamespace
 
 from ..models.dynamics import dynamic_model
-from ..models.geometry import dgm, four_joint_pose, igm
+from ..models.four_joints import four_joint_pose, four_joint_rates
+from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
-
-
-@dataclass(frozen=True, eq=False)
-class FourJointRates(Rates):
-    """Rates with the passive joints' given; nothing is asked of the end-effector's velocity."""
-
-    _passive_dot: tuple = ()
-
-    @property
-    def _swing(self):
-        robot = self.pose.robot
-        legs = zip(robot.drives, robot.distal, self._passive_dot, self._q_dot)
-        return tuple(bar * drive.absolute(passive, q_dot) for drive, bar, passive, q_dot in legs)
 
 
 def models(robot):
@@ -35,8 +22,7 @@ def models(robot):
         return four_joint_pose(robot, floats(q11, q21), floats(q12, q22))
 
     def rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D):
-        passive = floats(q12D, q22D)
-        return FourJointRates(pose(q11, q12, q21, q22), floats(q11D, q21D), (0.0, 0.0), passive)
+        return four_joint_rates(pose(q11, q12, q21, q22), floats(q11D, q21D), floats(q12D, q22D))
 
     def lab_dgm(q11, q21, assembly_mode):
         return floats(*dgm(robot, (q11, q21), assembly_mode).xi)

@@ -97,7 +97,7 @@ def _functions(robot, chart, lengths, noise, speed):
 
     rates = at(x)
     y, measured = ca.vertcat(rates.pose.xi, rates.xi_dot), ca.vertcat(rates.pose.q, rates.q_dot)
-    margins = ca.vertcat(*rates.pose._serial, rates.pose._parallel)
+    margins = ca.vertcat(*rates.pose.sines, rates.pose.det_A)
     look = ca.Function(
         "tracker_look", [x, modes], ca.cse([y, _rows(ca, y, x), measured, ca.densify(_rows(ca, measured, x)), margins])
     )

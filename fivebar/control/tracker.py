@@ -174,7 +174,7 @@ class Tracker:
     def _locate(self, q, q_dot):
         """Take the state from a measurement alone, in the assembly mode known last."""
         rates = dkm(dgm(self.robot, q, self.sign), q_dot)
-        self.margins = [*rates.pose._serial, rates.pose._parallel]
+        self.margins = [*rates.pose.sines, rates.pose.det_A]
         self._enter(choose_chart(self.margins), rates)
         slope = self.model.look(self.state, self.modes)[3]
         spread = np.linalg.solve(slope, np.diag([max(self.noise[0], EXACT[0])] * 2 + [EXACT[1]] * 2))

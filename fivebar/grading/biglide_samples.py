@@ -24,7 +24,7 @@ def poses(robot, draw, n, assembly=None, working=None, margin=0.2):
     xi = _points(robot, draw, 400 * n)
     modes = draw.choice([-1, 1], (400 * n, 2)) if working is None else np.broadcast_to(working, xi.shape)
     pose = igm(robot, xi, modes)
-    good = np.min(np.abs([*pose._serial, pose._parallel]), axis=0) > margin
+    good = np.min(np.abs([*pose.sines, pose.det_A]), axis=0) > margin
     if assembly is not None:
         good &= pose.assembly == assembly
     return _first(robot, xi, modes, good, n)
@@ -37,7 +37,7 @@ def beside_type_1(robot, draw, sines, leg, margin=0.2):
     x = drive.x + inwards * bar * np.sqrt(1 - np.asarray(sines) ** 2)
     xi = np.stack([x, draw.uniform(-HEIGHT, HEIGHT, n)], axis=-1)
     pose = igm(robot, xi, draw.choice(MODES, n))
-    if np.min(np.abs([pose._serial[1 - leg], pose._parallel])) < margin:
+    if np.min(np.abs([pose.sines[1 - leg], pose.det_A])) < margin:
         raise ValueError(f"{robot} hardly has poses beside Type 1")
     return pose
 
@@ -50,7 +50,7 @@ def beside_type_2(robot, draw, sines):
     y = draw.uniform(-HEIGHT, HEIGHT, len(sines))
 
     def off(x):
-        return igm(robot, np.stack([x, y], axis=-1), modes)._parallel - sines
+        return igm(robot, np.stack([x, y], axis=-1), modes).det_A - sines
 
     rising = off(high) > 0
     if np.any(rising == (off(low) > 0)):

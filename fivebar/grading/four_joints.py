@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..amoro.models import FourJointRates
-from ..models.geometry import four_joint_pose
+from ..models.four_joints import four_joint_pose, four_joint_rates
 from .exercise import Misconception
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn by +90 degrees
@@ -15,7 +14,7 @@ def pose(robot, q11, q12, q21, q22):
 
 def motion(robot, q11, q12, q21, q22, q11D, q12D, q21D, q22D):
     """Rates of which the four joint rates are known; its end-effector's velocity is not to be read."""
-    return FourJointRates(pose(robot, q11, q12, q21, q22), (q11D, q21D), (0.0, 0.0), (q12D, q22D))
+    return four_joint_rates(pose(robot, q11, q12, q21, q22), (q11D, q21D), (q12D, q22D))
 
 
 def joints(pose):

@@ -23,7 +23,7 @@ def poses(robot, draw, n, assembly=None, working=None, margin=0.2):
         xi = draw.uniform(-reach, reach, (count, 2))
         modes = draw.choice([-1, 1], (count, 2)) if working is None else np.broadcast_to(working, xi.shape)
         pose = igm(robot, xi, modes, unreachable="nan")
-        good = np.min(np.abs([*pose._serial, pose._parallel]), axis=0) > margin
+        good = np.min(np.abs([*pose.sines, pose.det_A]), axis=0) > margin
         if assembly is not None:
             good &= pose.assembly == assembly
         if np.count_nonzero(good) >= n:
@@ -40,7 +40,7 @@ def beside_type_1(robot, draw, sines, leg, margin=0.2):
     xi = np.stack([drive.x + span * np.cos(angle), drive.y + span * np.sin(angle)], axis=-1)
     modes = draw.choice([-1, 1], (200 * n, 2))
     pose = igm(robot, xi, modes, unreachable="nan")
-    good = np.min(np.abs([pose._serial[1 - leg], pose._parallel]), axis=0) > margin
+    good = np.min(np.abs([pose.sines[1 - leg], pose.det_A]), axis=0) > margin
     first = [np.flatnonzero(part)[:1] + 200 * k for k, part in enumerate(good.reshape(n, 200))]
     return _take(robot, xi, modes, np.concatenate(first), n)
 
@@ -58,11 +58,11 @@ def beside_type_2(robot, draw, sines, margin=0.2):
     target = np.broadcast_to(np.tile(sines, 2), below.shape[:2])
     for _ in range(60):
         middle = (below + above) / 2
-        under = (igm(robot, middle, modes, unreachable="nan")._parallel < target)[..., None]
+        under = (igm(robot, middle, modes, unreachable="nan").det_A < target)[..., None]
         below, above = np.where(under, middle, below), np.where(under, above, middle)
     pose = igm(robot, above, modes, unreachable="nan")
-    good = np.min(np.abs(pose._serial), axis=0) > margin
-    good &= np.abs(pose._parallel - target) < 1e-12
+    good = np.min(np.abs(pose.sines), axis=0) > margin
+    good &= np.abs(pose.det_A - target) < 1e-12
     good = good.reshape(len(modes), 2, n).reshape(-1, n)
     rows = np.argmax(good, axis=0)
     if not good[rows, np.arange(n)].all():
@@ -83,7 +83,7 @@ def straight_paths(robot, draw, n, crossings, working=None, margin=0.05, longest
         for _ in range(20):
             a, b = (poses(robot, draw, 40, working=mode).xi for _ in range(2))
             pose = igm(robot, a + (b - a) * s, mode, unreachable="nan")
-            p, serial = pose._parallel, np.min(np.abs(pose._serial), axis=(0, 1))
+            p, serial = pose.det_A, np.min(np.abs(pose.sines), axis=(0, 1))
             with np.errstate(invalid="ignore"):
                 clear = (serial > margin) & (np.sum(p[1:] * p[:-1] < 0, axis=0) == crossings)
                 clear &= (p * np.sign(p[0])).min(axis=0) < -0.1 if crossings else np.abs(p).min(axis=0) > 0.1

@@ -22,7 +22,7 @@ class Joint:
 
     def rates(self, robot, c, c_dot, modes):
         pose = joint_pose(robot, c, modes[0])
-        along = tuple(b * rate for b, rate in zip(pose._b, c_dot))
+        along = tuple(b * rate for b, rate in zip(pose.b, c_dot))
         return Rates(pose, c_dot, solve_a(pose, along, "the joint chart"))
 
     def accelerations(self, accelerations):
@@ -30,7 +30,7 @@ class Joint:
 
     def coordinates(self, rates):
         """(c, c', modes) of this chart for a motion known in another."""
-        return tuple(leg.q for leg in rates.pose._legs), rates._q_dot, (rates.pose.assembly, 0)
+        return tuple(leg.q for leg in rates.pose.legs), rates._q_dot, (rates.pose.assembly, 0)
 
 
 @dataclass(frozen=True)
@@ -42,13 +42,13 @@ class Task:
 
     def rates(self, robot, c, c_dot, modes):
         pose = task_pose(robot, c, modes)
-        return Rates(pose, tuple(dot(u2, c_dot) / b for u2, b in zip(pose._distal, pose._b)), c_dot)
+        return Rates(pose, tuple(dot(u2, c_dot) / b for u2, b in zip(pose.u2, pose.b)), c_dot)
 
     def accelerations(self, accelerations):
         return accelerations._xi_ddot
 
     def coordinates(self, rates):
-        return rates.pose._xi, rates._xi_dot, (rates.pose.working[..., 0], rates.pose.working[..., 1])
+        return rates.pose.point, rates._xi_dot, (rates.pose.working[..., 0], rates.pose.working[..., 1])
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Leg:
             tangent[1] * c_dot[0] + bar * u2[0] * c_dot[1],
         )
         q_dot = [c_dot[0], c_dot[0]]
-        q_dot[j] = dot(other.distal, xi_dot) / pose._b[j]
+        q_dot[j] = dot(other.distal, xi_dot) / pose.b[j]
         return Rates(pose, tuple(q_dot), xi_dot)
 
     def accelerations(self, accelerations):
@@ -88,7 +88,7 @@ class Leg:
         return accelerations._q_ddot[self.i], accelerations._swing[self.i] * (1 / bar)
 
     def coordinates(self, rates):
-        leg, bar = rates.pose._legs[self.i], rates.pose.robot.distal[self.i]
+        leg, bar = rates.pose.legs[self.i], rates.pose.robot.distal[self.i]
         c = leg.q, atan2(leg.distal[1], leg.distal[0])
         return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
 

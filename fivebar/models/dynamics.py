@@ -16,14 +16,14 @@ def dynamic_model(rates):
     pose, m = rates.pose, rates.pose.robot.m
     z1, z2 = pose.robot.inertias
     if m == 0:
-        zero = 0.0 * pose._b[0]
+        zero = 0.0 * pose.b[0]
         return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(zero, zero)
     refuse_parallel(pose, "dynamic_model")
     # (A A^T)^-1 = [[1, -g], [-g, 1]] / det A^2 with g = u_12 . u_22.
-    b1, b2 = pose._b
+    b1, b2 = pose.b
     d1, d2 = rates._bias
-    g = dot(*pose._distal)
-    weight = m / (pose._parallel * pose._parallel)
+    g = dot(*pose.u2)
+    weight = m / (pose.det_A * pose.det_A)
     coupling = -weight * g * b1 * b2
     M = pack_matrix(z1 + weight * b1 * b1, coupling, coupling, z2 + weight * b2 * b2)
     return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
@@ -39,12 +39,12 @@ def inverse_dynamics(accelerations):
     torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
     if m:
         refuse_parallel(pose, "inverse_dynamics")
-        (x1, y1), (x2, y2) = pose._distal
+        (x1, y1), (x2, y2) = pose.u2
         ax, ay = accelerations._xi_ddot
-        scale = m / pose._parallel
+        scale = m / pose.det_A
         # Bar forces lambda = A^-T m xi''.
         forces = (ax * y2 - ay * x2) * scale, (ay * x1 - ax * y1) * scale
-        torques = tuple(t + b * force for t, b, force in zip(torques, pose._b, forces))
+        torques = tuple(t + b * force for t, b, force in zip(torques, pose.b, forces))
     return pack(*torques)
 
 
@@ -56,28 +56,13 @@ def forward_dynamics(rates, tau):
     Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
     of both legs (with m = 0: A alone).
     """
-    pose, m = rates.pose, rates.pose.robot.m
-    for k, z in enumerate(pose.robot.inertias):
-        if z == 0:
-            words = pose.robot.words
-            raise ValueError(f"forward_dynamics needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
-    u1, u2 = pose._distal
-    b1, b2 = pose._b
-    z1, z2 = pose.robot.inertias
-    k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
-    r1, r2 = (d + b * t * (1 / z) for d, b, t, z in zip(rates._bias, pose._b, tau, pose.robot.inertias))
-    g = dot(u1, u2)
-    # det = (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
-    determinant = pose._parallel * pose._parallel + (k1 + k2) + k1 * k2
-    _refuse_corner(pose, determinant)
-    inverse = 1.0 / determinant
-    mu1 = ((1 + k2) * r1 - g * r2) * inverse
-    mu2 = ((1 + k1) * r2 - g * r1) * inverse
+    (u1, u2), (b1, b2), (z1, z2), m = rates.pose.u2, rates.pose.b, rates.pose.robot.inertias, rates.pose.robot.m
+    (r1, r2), (mu1, mu2), (k1, k2), g, inverse = _forces_over_mass(rates, tau, "forward_dynamics")
     xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
     # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
     d1, d2 = rates._bias
-    square = pose._parallel * pose._parallel
+    square = rates.pose.det_A * rates.pose.det_A
     q_ddot = (
         ((k2 + square) * tau[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * (1 / z1)),
         ((k1 + square) * tau[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * (1 / z2)),
@@ -85,13 +70,63 @@ def forward_dynamics(rates, tau):
     return Accelerations(rates, q_ddot, xi_ddot)
 
 
-def _refuse_corner(pose, determinant):
+def bar_forces(rates, tau):
+    """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as `forward_dynamics`.
+
+    A bar that pushes has a positive one: m xi'' = A^T lambda.
+    """
+    tau = unpack_for(rates._xi_dot[0], tau, "tau")
+    m = rates.pose.robot.m
+    return pack(*(m * mu for mu in _forces_over_mass(rates, tau, "bar_forces")[1]))
+
+
+def _forces_over_mass(rates, tau, model):
+    """Right side, mu, the drives' shares k and what else the 2 x 2 system holds."""
+    pose, m = rates.pose, rates.pose.robot.m
+    for k, z in enumerate(pose.robot.inertias):
+        if not is_symbolic(z) and z == 0:
+            words = pose.robot.words
+            raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+    b1, b2 = pose.b
+    z1, z2 = pose.robot.inertias
+    k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
+    r1, r2 = (d + b * t * (1 / z) for d, b, t, z in zip(rates._bias, pose.b, tau, pose.robot.inertias))
+    g = dot(*pose.u2)
+    # det = (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
+    determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
+    _refuse_corner(pose, determinant, model)
+    inverse = 1.0 / determinant
+    mu = ((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse
+    return (r1, r2), mu, (k1, k2), g, inverse
+
+
+def bar_force_dynamics(accelerations, forces):
+    """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on components.
+
+    forces: of the two distal bars, components. Nothing is divided by: regular everywhere.
+    """
+    pose = accelerations.rates.pose
+    robot, columns = pose.robot, zip(*pose.u2)
+    push = tuple(
+        robot.m * a - (u1 * forces[0] + u2 * forces[1]) for a, (u1, u2) in zip(accelerations._xi_ddot, columns)
+    )
+    drives = zip(robot.inertias, accelerations._q_ddot, pose.b, forces)
+    return push, tuple(z * a + b * f for z, a, b, f in drives)
+
+
+def drives_forces(accelerations, tau):
+    """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
+    inertias, b = accelerations.rates.pose.robot.inertias, accelerations.rates.pose.b
+    return tuple((t - z * a) / along for t, z, a, along in zip(tau, inertias, accelerations._q_ddot, b))
+
+
+def _refuse_corner(pose, determinant, model):
     if is_symbolic(determinant) or (isinstance(determinant, float) and determinant > SINGULAR**2):
         return
     singular = determinant <= SINGULAR**2
     if np.any(singular):
         raise SingularityError(
-            f"forward_dynamics: both distal bars are parallel and carry no {pose.robot.words.effort} "
+            f"{model}: both distal bars are parallel and carry no {pose.robot.words.effort} "
             f"(det A and B both singular) in {np.sum(singular)} of {np.size(singular)} poses",
             float(np.min(determinant)),
         )

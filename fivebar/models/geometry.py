@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._backend import atan2, check_modes, cos, first_index, is_symbolic, pack, pack_matrix, sign, sin, unpack
+from .._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, unpack
 from ..errors import SingularityError, UnreachableError
 from .dyads import RRP, RRR, SINGULAR, cross
 
@@ -73,7 +73,7 @@ class Pose:
     """
 
     robot: object
-    _xi: tuple
+    point: tuple
     _build: object  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
     _from_dgm: bool = False
 
@@ -82,7 +82,7 @@ class Pose:
         return self._build()
 
     @property
-    def _legs(self):
+    def legs(self):
         return self._built[0]
 
     @property
@@ -91,39 +91,40 @@ class Pose:
 
     @property
     def _proximal(self):
-        return tuple(leg.direction for leg in self._legs)
+        return tuple(leg.direction for leg in self.legs)
 
     @property
-    def _distal(self):
-        return tuple(leg.distal for leg in self._legs)
+    def u2(self) -> tuple:
+        """Per leg the unit vector u_i2 along the distal bar, from its elbow, on components."""
+        return tuple(leg.distal for leg in self.legs)
 
     @property
-    def _serial(self):
+    def sines(self) -> tuple:
         """Per leg u_i2 . P_i' / |P_i'|; for a crank sin q_i2, for a slider sin phi_i."""
-        return tuple(leg.sine for leg in self._legs)
+        return tuple(leg.sine for leg in self.legs)
 
     @cached_property
-    def _parallel(self):
+    def det_A(self):
         """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative accuracy."""
-        return self._dyads[0].sine if self._from_dgm else cross(*self._distal)
+        return self._dyads[0].sine if self._from_dgm else cross(*self.u2)
 
     @cached_property
-    def _b(self):
-        """Diagonal of B."""
+    def b(self) -> tuple:
+        """Diagonal of B, per leg."""
         return tuple(along for along, _ in self._slopes)
 
     @cached_property
     def _slopes(self):
         """Per leg P_i' along and across the distal bar."""
-        return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self._legs))
+        return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self.legs))
 
     @cached_property
     def q(self):
-        return pack(*(leg.q for leg in self._legs))
+        return pack(*(leg.q for leg in self.legs))
 
     @cached_property
     def xi(self):
-        return pack(*self._xi)
+        return pack(*self.point)
 
     @cached_property
     def elbows(self):
@@ -132,26 +133,26 @@ class Pose:
 
     @cached_property
     def q_passive(self):
-        return pack(*(atan2(leg.sine, leg.cosine) for leg in self._legs))  # AMORO eq. 5, 6
+        return pack(*(atan2(leg.sine, leg.cosine) for leg in self.legs))  # AMORO eq. 5, 6
 
     @cached_property
     def assembly(self):
-        return -sign(self._parallel, SINGULAR)
+        return -sign(self.det_A, SINGULAR)
 
     @cached_property
     def working(self):
-        modes = tuple(-sign(s, SINGULAR) for s in self._serial)
+        modes = tuple(-sign(s, SINGULAR) for s in self.sines)
         return pack(*modes) if is_symbolic(modes[0]) else np.stack(modes, axis=-1)
 
     @cached_property
     def A(self):
-        (x1, y1), (x2, y2) = self._distal
+        (x1, y1), (x2, y2) = self.u2
         return pack_matrix(x1, y1, x2, y2)  # AMORO eq. 13
 
     @cached_property
     def B(self):
-        zero = 0.0 * self._b[0]
-        return pack_matrix(self._b[0], zero, zero, self._b[1])  # AMORO eq. 13
+        zero = 0.0 * self.b[0]
+        return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
 
     @cached_property
     def reach_margin(self):
@@ -174,7 +175,7 @@ def dgm(robot, q, assembly=-1, unreachable="raise"):
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
-    _refuse_open(unreachable, pose._xi[0], pose)
+    _refuse_open(unreachable, pose.point[0], pose)
     return pose
 
 
@@ -232,17 +233,6 @@ def task_pose(robot, xi, working):
     """`igm` on components, unchecked: nan where it does not close."""
     legs = tuple(reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working))
     return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
-
-
-def four_joint_pose(robot, q, q_passive):
-    """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
-    legs = []
-    for drive, own, passive in zip(robot.drives, q, q_passive):
-        phi = drive.absolute(passive, own)
-        legs.append(DrivenLeg(drive, own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
-    x, y = robot.drives[0].pivot(legs[0].direction)
-    ux, uy = legs[0].distal
-    return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ()))
 
 
 def reach(drive, xi, bar, working):

@@ -29,15 +29,15 @@ class Rates:
         """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
         if self._from_task and not self.pose.robot.turns:
             # Across its guide a foot stands still: a motion along the guides, however fast, turns no bar.
-            return tuple(-self._xi_dot[0] / sine for sine in self.pose._serial)
-        legs = zip(self.pose._distal, self.pose._slopes, self._q_dot)
+            return tuple(-self._xi_dot[0] / sine for sine in self.pose.sines)
+        legs = zip(self.pose.u2, self.pose._slopes, self._q_dot)
         return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
 
     @cached_property
     def _bends(self):
         """Per leg P_i'' q_i'^2 along and across the distal bar."""
         bends = []
-        for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose._legs, self._q_dot):
+        for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose.legs, self._q_dot):
             square = q_dot * q_dot
             bends.append(tuple(part * square for part in drive.bends(leg.sine, leg.cosine)))
         return tuple(bends)
@@ -47,13 +47,26 @@ class Rates:
         if self._from_task and _reached(self.pose):
             # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where the leg is folded.
             bias = []
-            for leg, bar, q_dot, passive in zip(self.pose._legs, self.pose.robot.distal, self._q_dot, self._passive):
+            for leg, bar, q_dot, passive in zip(self.pose.legs, self.pose.robot.distal, self._q_dot, self._passive):
                 l1 = leg.drive.length
                 reach = 0.5 / bar * (leg.dyad.span_squared + (bar - l1) * (bar + l1))
                 bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
             return tuple(bias)
         legs = zip(self._bends, self._swing, self.pose.robot.distal)
         return tuple(along - swing * swing * (1 / bar) for (along, _), swing, bar in legs)
+
+    @property
+    def phi_dot(self) -> tuple:
+        """Per leg the distal bar's own rate phi_i', rad/s, on components."""
+        return tuple(swing * (1 / bar) for swing, bar in zip(self._swing, self.pose.robot.distal))
+
+    @property
+    def margin_rates(self) -> tuple:
+        """Rates of both sines and of det A, 1/s, on components."""
+        pose, turns = self.pose, self.phi_dot
+        legs = zip(pose.robot.drives, pose.legs, turns, self._q_dot)
+        sines = tuple(leg.cosine * drive.relative(turn, q_dot) for drive, leg, turn, q_dot in legs)
+        return *sines, dot(*pose.u2) * (turns[1] - turns[0])
 
     @cached_property
     def q_dot(self):
@@ -72,7 +85,7 @@ class Rates:
         if not (self._from_task and _reached(self.pose)):
             return self._relative(self._swing, self._q_dot)
         # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
-        legs = zip(self.pose._legs, self.pose.robot.distal, self.pose._b)
+        legs = zip(self.pose.legs, self.pose.robot.distal, self.pose.b)
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, swing, own):
@@ -103,6 +116,11 @@ class Accelerations:
     def q_ddot(self):
         return pack(*self._q_ddot)
 
+    @property
+    def phi_ddot(self) -> tuple:
+        """Per leg the distal bar's own acceleration phi_i'', rad/s^2, on components."""
+        return tuple(swing * (1 / bar) for swing, bar in zip(self._swing, self.rates.pose.robot.distal))
+
     @cached_property
     def xi_ddot(self):
         return pack(*self._xi_ddot)
@@ -112,11 +130,11 @@ class Accelerations:
         """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
         pose = self.rates.pose
         if self._from_task and not pose.robot.turns:
-            legs = zip(pose._legs, pose.robot.distal, self.rates._swing)
+            legs = zip(pose.legs, pose.robot.distal, self.rates._swing)
             return tuple(
                 -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine for leg, bar, swing in legs
             )
-        legs = zip(pose._distal, pose._slopes, self._q_ddot, self.rates._bends)
+        legs = zip(pose.u2, pose._slopes, self._q_ddot, self.rates._bends)
         return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
 
     @cached_property
@@ -126,7 +144,7 @@ class Accelerations:
             return pack(*rates._relative(self._swing, self._q_ddot))
         # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along joined with q_i2'^2.
         passive = []
-        for leg, bar, b, q_dot in zip(pose._legs, pose.robot.distal, pose._b, rates._passive):
+        for leg, bar, b, q_dot in zip(pose.legs, pose.robot.distal, pose.b, rates._passive):
             c, square, l1 = leg.dyad.span, leg.dyad.span_squared, leg.drive.length
             difference = (l1 + bar) * (l1 - bar)
             across = cross(c, rates._xi_dot)
@@ -140,8 +158,8 @@ def dkm(pose, q_dot):
 
     q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
     """
-    q_dot = unpack_for(pose._xi[0], q_dot, "q_dot")
-    return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose._b, q_dot)), "dkm"))
+    q_dot = unpack_for(pose.point[0], q_dot, "q_dot")
+    return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm"))
 
 
 def ikm(pose, xi_dot):
@@ -149,8 +167,8 @@ def ikm(pose, xi_dot):
 
     xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
     """
-    xi_dot = unpack_for(pose._xi[0], xi_dot, "xi_dot")
-    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose._distal), "ikm"), xi_dot, _from_task=True)
+    xi_dot = unpack_for(pose.point[0], xi_dot, "xi_dot")
+    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose.u2), "ikm"), xi_dot, _from_task=True)
 
 
 def dkm2(rates, q_ddot):
@@ -159,7 +177,7 @@ def dkm2(rates, q_ddot):
     q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
     """
     q_ddot = unpack_for(rates._xi_dot[0], q_ddot, "q_ddot")
-    along = tuple(b * q + d for b, q, d in zip(rates.pose._b, q_ddot, rates._bias))
+    along = tuple(b * q + d for b, q, d in zip(rates.pose.b, q_ddot, rates._bias))
     return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
 
 
@@ -169,29 +187,29 @@ def ikm2(rates, xi_ddot):
     xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
     """
     xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
-    along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose._distal, rates._bias))
+    along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose.u2, rates._bias))
     return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
 
 
 def solve_a(pose, along, model):
     """The vector whose components along the two distal bars are given: A^-1, refused where A is singular."""
     refuse_parallel(pose, model)
-    (x1, y1), (x2, y2) = pose._distal
+    (x1, y1), (x2, y2) = pose.u2
     r1, r2 = along
-    inverse = 1.0 / pose._parallel
+    inverse = 1.0 / pose.det_A
     return (y2 * r1 - y1 * r2) * inverse, (x1 * r2 - x2 * r1) * inverse
 
 
 def solve_b(pose, along, model):
     """B^-1, refused where B is singular."""
-    for joint, sine in zip(pose.robot.words.passive, pose._serial):
+    for joint, sine in zip(pose.robot.words.passive, pose.sines):
         _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
-    return tuple(r / b for r, b in zip(along, pose._b))
+    return tuple(r / b for r, b in zip(along, pose.b))
 
 
 def refuse_parallel(pose, model):
     """Raise where A is singular."""
-    _refuse(pose, pose._parallel, f"{model}: A is singular (Type 2)", "det A")
+    _refuse(pose, pose.det_A, f"{model}: A is singular (Type 2)", "det A")
 
 
 def _refuse(pose, margin, problem, name):
@@ -214,4 +232,4 @@ def _refuse(pose, margin, problem, name):
 
 def _reached(pose):
     """Whether the legs are cranks with bars, closed on a given end-effector."""
-    return pose.robot.turns and all(isinstance(leg, ReachedLeg) for leg in pose._legs)
+    return pose.robot.turns and all(isinstance(leg, ReachedLeg) for leg in pose.legs)

@@ -106,11 +106,3 @@ class Pieces:
         """Position, velocity, acceleration and torque (..., 8) at places sigma (...) of intervals k (...)."""
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]
-
-
-def bar_force_dynamics(acc, forces):
-    """m xi'' - A^T lambda and tau = Z q'' + B^T lambda, on components."""
-    pose = acc.rates.pose
-    robot, columns = pose.robot, zip(*pose._distal)
-    push = tuple(robot.m * a - (u1 * forces[0] + u2 * forces[1]) for a, (u1, u2) in zip(acc._xi_ddot, columns))
-    return push, tuple(z * a + b * f for z, a, b, f in zip(robot.inertias, acc._q_ddot, pose._b, forces))

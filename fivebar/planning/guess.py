@@ -53,7 +53,7 @@ def _time_needed(problem, motion, duration):
     """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as 1 / time."""
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
     acc, limits, weights = accelerations_of(problem, motion), problem.limits, problem.weights
-    regular = np.abs(acc.rates.pose._parallel) > 0.1
+    regular = np.abs(acc.rates.pose.det_A) > 0.1
     tau = inverse_dynamics(accelerations_of(problem, motion[regular])) if regular.any() else np.zeros((1, 2))
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
     jerk = np.mean(np.sum(np.gradient(motion[:, 4:], duration / 200, axis=0) ** 2, axis=1)) * duration

@@ -5,7 +5,6 @@ import time
 
 import numpy as np
 
-from ..models.dyads import dot
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from .collocation import LIMITS, METHODS, scheme
@@ -63,7 +62,7 @@ def plan(
         names = ", ".join(("m", *robot.words.inertias))
         raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {robot.words.effort}")
     refuse_stops(problem)
-    sides = {np.sign(igm(robot, conditions[0], problem.working)._parallel) for conditions, _ in stops}
+    sides = {np.sign(igm(robot, conditions[0], problem.working).det_A) for conditions, _ in stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
         raise ValueError(
             'plan: this motion must cross a Type-2 singularity, where without torque_limit or a weight on "effort" the '
@@ -165,13 +164,13 @@ def crossing_polynomial(robot, start, goal, crossing, velocity, times, accelerat
     through. Briot and Arakelian 2008.
     """
     rates = ikm(igm(robot, crossing, working), velocity)
-    pose, (w1, w2) = rates.pose, (s / bar for s, bar in zip(rates._swing, robot.distal))
-    if abs(pose._parallel) > 1e-6:
-        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose._parallel:.3g}")
-    slope = dot(*pose._distal) * (w2 - w1)
+    pose = rates.pose
+    if abs(pose.det_A) > 1e-6:
+        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose.det_A:.3g}")
+    slope = rates.margin_rates[2]
     if abs(slope) < 1e-6:
         raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
-    x, y = pose._distal[0]  # across t_s
+    x, y = pose.u2[0]  # across t_s
     along = x * acceleration[0] + y * acceleration[1]
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     t0, ts, t1 = times

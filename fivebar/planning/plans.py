@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..models.dynamics import bar_force_dynamics, drives_forces
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
 from ..models.robots import robot_of
 from ..tables import read_columns
-from .collocation import METHODS, Pieces, bar_force_dynamics, scheme
+from .collocation import METHODS, Pieces, scheme
 
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
 CSV = "# fivebar plan, SI units: "
@@ -79,11 +80,11 @@ class Problem:
     @cached_property
     def side(self):
         """Sign of det A at the start, which a limit on it keeps."""
-        return float(np.sign(igm(self.robot, self.stops[0][0][0], self.working)._parallel)) or 1.0
+        return float(np.sign(igm(self.robot, self.stops[0][0][0], self.working).det_A)) or 1.0
 
     def signed_sines(self, pose):
         """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
-        return *(-w * sine for w, sine in zip(self.working, pose._serial)), self.side * pose._parallel
+        return *(-w * sine for w, sine in zip(self.working, pose.sines)), self.side * pose.det_A
 
     def violations(self, xi=None, q_dot=None, xi_ddot=None, tau=None, sines=None):
         """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0 where they are kept."""
@@ -165,7 +166,7 @@ class Plan:
     def bar_forces(self, t):
         """Forces in the distal bars (*t.shape, 2), N: B^-1 (tau - Z q''), finite at Type 2."""
         motion = self._at(t)
-        return np.stack(bar_forces_of(accelerations_of(self.problem, motion), motion[..., 6:]), axis=-1)
+        return np.stack(drives_forces(accelerations_of(self.problem, motion), _legs(motion)), axis=-1)
 
     @property
     def nodes(self):
@@ -183,7 +184,7 @@ class Plan:
     def defects(self):
         """Largest |m xi'' - A^T lambda| in each interval (n,), N, with lambda = B^-1 (tau - Z q'')."""
         motion, acc = self._fine
-        push, _ = bar_force_dynamics(acc, bar_forces_of(acc, motion[..., 6:]))
+        push, _ = bar_force_dynamics(acc, drives_forces(acc, _legs(motion)))
         return np.hypot(*push).max(axis=1)
 
     @property
@@ -281,9 +282,9 @@ def accelerations_of(problem, motion):
     return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
 
 
-def bar_forces_of(acc, tau):
-    inertias, b = acc.rates.pose.robot.inertias, acc.rates.pose._b
-    return tuple((tau[..., i] - inertias[i] * acc._q_ddot[i]) / b[i] for i in (0, 1))
+def _legs(motion):
+    """The torques of a motion (..., 8), per leg."""
+    return motion[..., 6], motion[..., 7]
 
 
 def listed(problem, violations):

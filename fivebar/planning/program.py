@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..models.dynamics import bar_force_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
-from .collocation import LIMITS, Pieces, bar_force_dynamics
+from .collocation import LIMITS, Pieces
 
 ITERATIONS = 200
 REGULAR = 1e-6  # weight of the objective where the violation of limits is minimized

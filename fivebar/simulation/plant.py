@@ -59,7 +59,7 @@ class Plant:
 
     def _enter(self, rates, k):
         """Take the chart of largest margin, at step k."""
-        sines = np.array([*rates.pose._serial, rates.pose._parallel])
+        sines = np.array([*rates.pose.sines, rates.pose.det_A])
         margins = [np.abs(sines[list(chart.margins)]).min() for chart in self.charts]
         self.chart = self.charts[int(np.argmax(margins))]
         if not max(margins) > STUCK:

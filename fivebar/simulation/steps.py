@@ -6,7 +6,6 @@ state says of itself (angles, end-effector, singular margins and their rates, en
 
 from functools import lru_cache
 
-from ..models.dyads import dot
 from ..models.dynamics import energy, forward_dynamics
 
 # Columns of an observation.
@@ -56,7 +55,7 @@ def step_function(robot, chart, method, step):
 def propagate(robot, chart, modes, method, step, count, torque):
     """(state) -> state after `count` steps from t = 0 under torque(t), read at every stage: the plant alone.
 
-    torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in fivebar.models.charts. For the shortest time to a
+    torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in models.charts. For the shortest time to a
     given accuracy: nothing else is computed.
     """
     import casadi
@@ -100,13 +99,6 @@ def _observation(rates):
     import casadi
 
     pose = rates.pose
-    swing = [s / bar for s, bar in zip(rates._swing, pose.robot.distal)]
-    serial_rates = [
-        leg.cosine * drive.relative(w, q_dot)
-        for drive, leg, w, q_dot in zip(pose.robot.drives, pose._legs, swing, rates._q_dot)
-    ]
-    parallel_rate = dot(*pose._distal) * (swing[1] - swing[0])
     return casadi.vertcat(
-        pose.q, rates.q_dot, pose.xi, rates.xi_dot, *pose._serial, pose._parallel, *serial_rates, parallel_rate,
-        energy(rates),
-    )  # fmt: skip
+        pose.q, rates.q_dot, pose.xi, rates.xi_dot, *pose.sines, pose.det_A, *rates.margin_rates, energy(rates)
+    )

@@ -154,7 +154,7 @@ def _same(circle, other):
 
 
 def _det_a(robot, z, working):
-    return task_pose(robot, (z.real, z.imag), working)._parallel
+    return task_pose(robot, (z.real, z.imag), working).det_A
 
 
 def _pairs(z):

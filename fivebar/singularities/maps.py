@@ -17,8 +17,8 @@ SHARE = 0.5  # of the machine's memory that a map may fill
 
 FIELDS = {
     "parallel": ("sin(φ2 − φ1), signed, 0 at Type 2", lambda m: m.parallel),
-    "serial_left": ("sin {passive[0]}, signed, 0 at Type 1 of the left leg", lambda m: m.pose._serial[0]),
-    "serial_right": ("sin {passive[1]}, signed, 0 at Type 1 of the right leg", lambda m: m.pose._serial[1]),
+    "serial_left": ("sin {passive[0]}, signed, 0 at Type 1 of the left leg", lambda m: m.pose.sines[0]),
+    "serial_right": ("sin {passive[1]}, signed, 0 at Type 1 of the right leg", lambda m: m.pose.sines[1]),
     "transmission_angle": ("acute angle between the distal bars, rad", lambda m: m.transmission_angle),
     "manipulability": ("|det J|, scaled, inf at Type 2", lambda m: m.manipulability),
     "sigma_min_A": ("smallest singular value of A", lambda m: m.sigma_min.A),

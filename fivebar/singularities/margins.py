@@ -44,11 +44,11 @@ class Margins:
 
     @cached_property
     def _b(self):
-        return tuple(np.abs(b) / self.length for b in self.pose._b)
+        return tuple(np.abs(b) / self.length for b in self.pose.b)
 
     @cached_property
     def _cosine(self):
-        return np.asarray(dot(*self.pose._distal))
+        return np.asarray(dot(*self.pose.u2))
 
     @cached_property
     def length(self):
@@ -56,11 +56,11 @@ class Margins:
 
     @cached_property
     def serial(self):
-        return np.stack(self.pose._serial, axis=-1)
+        return np.stack(self.pose.sines, axis=-1)
 
     @cached_property
     def parallel(self):
-        return np.asarray(self.pose._parallel)
+        return np.asarray(self.pose.det_A)
 
     @cached_property
     def transmission_angle(self):
@@ -142,16 +142,16 @@ def singularity(pose, tol=1e-9):
     if not (isinstance(tol, (int, float)) and 0 <= tol < math.inf):
         raise ValueError(f"tol must be finite and >= 0, not {tol!r}")
     _numeric(pose, "singularity")
-    s1, s2 = pose._serial
+    s1, s2 = pose.sines
     serial = (np.abs(s1) <= tol) | (np.abs(s2) <= tol)
-    kind = serial * int(Singularity.SERIAL) + (np.abs(pose._parallel) <= tol) * int(Singularity.PARALLEL)
+    kind = serial * int(Singularity.SERIAL) + (np.abs(pose.det_A) <= tol) * int(Singularity.PARALLEL)
     return Singularity(int(kind)) if np.ndim(kind) == 0 else kind
 
 
 def _numeric(pose, name):
     if not isinstance(pose, Pose):
         raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}")
-    if is_symbolic(pose._xi[0]):
+    if is_symbolic(pose.point[0]):
         raise TypeError(f"{name} needs numbers, not CasADi symbols")
     return pose
 

@@ -77,7 +77,7 @@ def check_path(robot, path, working=(-1, -1)):
     pose = _pose_at(robot, path, modes, first.time)
     criterion = holds = None
     if kind & Singularity.PARALLEL:
-        criterion = float(robot.m * cross(pose._distal[0], path(np.array([first.time]))[2][0]))
+        criterion = float(robot.m * cross(pose.u2[0], path(np.array([first.time]))[2][0]))
         largest = np.linalg.norm(path(t)[2], axis=1).max()
         holds = bool(abs(criterion) <= HOLDS * robot.m * largest)
     return PathCheck(
@@ -122,11 +122,9 @@ def _parallel(robot, path, modes):
         pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
         velocity = velocity[:, 0], velocity[:, 1]
         # At the limit of reach the bars turn infinitely fast: the rate there only has to have a sign.
-        b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose._b]
-        q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose._distal, b))
-        rates = Rates(pose, q_dot, velocity)
-        turn = [swing / bar for swing, bar in zip(rates._swing, robot.distal)]
-        return cross(*pose._distal), dot(*pose._distal) * (turn[1] - turn[0])
+        b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose.b]
+        q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose.u2, b))
+        return cross(*pose.u2), Rates(pose, q_dot, velocity).margin_rates[2]
 
     return margin
 
@@ -218,7 +216,7 @@ def _smallest(robot, path, modes, start, end):
     def margins(t):
         xi = path(t)[0]
         pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
-        return np.abs(np.stack([*pose._serial, pose._parallel]))
+        return np.abs(np.stack([*pose.sines, pose.det_A]))
 
     t = np.linspace(start, end, SAMPLES)
     values = margins(t)

@@ -223,17 +223,17 @@ def crossing_of(robot, c, task):
                 return None, f"at t = {t:g} s it {what}: {off:.3g} m{('', '/s', '/s^2')[order]} too much"
     t = np.linspace(0, T, 4004)  # no node where one would choose to cross
     pose = fb.igm(robot, at(c, t), CROSSING, unreachable="nan")
-    sines = np.abs(np.array(pose._serial))
+    sines = np.abs(np.array(pose.sines))
     if np.isnan(sines).any() or sines.min() < 0.05:
         return None, "it leaves the space that both bars reach, or comes close to its edge (Type 1)"
-    changes = np.flatnonzero(pose._parallel[1:] * pose._parallel[:-1] <= 0)
+    changes = np.flatnonzero(pose.det_A[1:] * pose.det_A[:-1] <= 0)
     if len(changes) != 1:
         return None, f"it meets Type 2 {len(changes)} times, not once"
     low, high = t[changes[0]], t[changes[0] + 1]
-    start = pose._parallel[0]
+    start = pose.det_A[0]
     for _ in range(60):
         middle = (low + high) / 2
-        beyond = fb.igm(robot, at(c, np.array(middle)), CROSSING)._parallel * start <= 0
+        beyond = fb.igm(robot, at(c, np.array(middle)), CROSSING).det_A * start <= 0
         low, high = (low, middle) if beyond else (middle, high)
     if not SHORTEST < high < T - SHORTEST:
         return None, f"it meets Type 2 at its very {'start' if high <= SHORTEST else 'end'}, t = {high:.3g} s"

@@ -184,7 +184,7 @@ def test_five_bar_with_motors_at_other_joints(robot, motors):
     q = rng.uniform(-np.pi, np.pi, (3000, 2))
     assembly = rng.choice([-1, 1], 3000)
     pose = fb.dgm(robot, q, assembly, unreachable="nan")
-    good = (np.abs(np.stack([*pose._serial, pose._parallel])) > 0.1).all(axis=0)
+    good = (np.abs(np.stack([*pose.sines, pose.det_A])) > 0.1).all(axis=0)
     q_dot, q_ddot = rng.normal(size=(2, good.sum(), 2))
     q, rates = q[good], fb.dkm(fb.dgm(robot, q[good], assembly[good]), q_dot)
     acc = fb.dkm2(rates, q_ddot)

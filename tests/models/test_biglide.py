@@ -47,7 +47,7 @@ def test_four_working_and_two_assembly_modes(robot):
 def test_moving_along_the_guides_changes_nothing_else(x, y, mode, by):
     here, there = fb.igm(LAB, (x, y), mode), fb.igm(LAB, (x, y + by), mode)
     assert there.q == pytest.approx(here.q + by, abs=1e-13)
-    assert (there._serial, there._distal) == (here._serial, here._distal)
+    assert (there.sines, there.u2) == (here.sines, here.u2)
     rates = fb.ikm(here, (0.0, 3.0))
     assert rates.q_dot == pytest.approx((3.0, 3.0), rel=1e-15) and (rates.q_passive_dot == 0).all()
 
@@ -77,7 +77,7 @@ def test_a_bar_across_its_guide_is_reached(k):
     l1, d = rng.uniform(0.1, 1), rng.uniform(0.1, 0.9)
     robot = fb.Biglide(l1=l1, l2=1.5, d=d)
     pose = fb.igm(robot, (-d / 2 + l1, 0.3))
-    assert np.isfinite(pose.q).all() and abs(pose._serial[0]) < 1e-7
+    assert np.isfinite(pose.q).all() and abs(pose.sines[0]) < 1e-7
 
 
 def test_singular_models_speak_of_this_robot():

@@ -21,7 +21,7 @@ def test_charts_agree(robot, reachable, chart):
     for position, modes in zip(xi[:200].tolist(), working[:200].tolist()):
         known = fb.ikm(fb.igm(robot, position, tuple(modes)), (0.2, -0.1))
         rates = chart.rates(robot, *(part for part in chart.coordinates(known)))
-        sines = [*known.pose._serial, known.pose._parallel]
+        sines = [*known.pose.sines, known.pose.det_A]
         kappa = 1 / np.abs(sines).min() ** 2
         for name in ("q_dot", "xi_dot", "q_passive_dot", "d"):
             expected = getattr(known, name)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fivebar as fb
+from fivebar.models.dynamics import bar_forces, drives_forces
 
 HOME = (0.09, 0.0679632253501847865)
 
@@ -237,10 +238,21 @@ def test_forward_dynamics_on_the_singularities():
     # Type 2, reached through igm: on the circle of self-motion about (0, -0.06796...) where the elbows coincide.
     xi = (0.09 * np.cos(2.0), -HOME[1] + 0.09 * np.sin(2.0))
     modes = [(a, b) for a in (-1, 1) for b in (-1, 1)]
-    pose = next(p for p in (fb.igm(robot, xi, w) for w in modes) if abs(p._parallel) < 1e-9)
+    pose = next(p for p in (fb.igm(robot, xi, w) for w in modes) if abs(p.det_A) < 1e-9)
     assert np.isfinite(fb.forward_dynamics(fb.ikm(pose, (0.1, 0.2)), (0.01, 0.02)).xi_ddot).all()
     # Type 1, reached through dgm: the left leg stretched.
     stretched = fb.igm(robot, (-0.059 + 0.18 * np.cos(0.6), 0.18 * np.sin(0.6)))
     pose = fb.dgm(robot, stretched.q, stretched.assembly)
     acc = fb.forward_dynamics(fb.dkm(pose, (0.0, 0.0)), (0.01, 0.02))
     assert acc.q_ddot[0] == pytest.approx(0.01 / 0.002, rel=1e-6)
+
+
+def test_bar_forces_move_the_end_effector_and_are_the_drives_word_on_them(robot, reachable):
+    xi, working = reachable
+    rates = fb.ikm(fb.igm(robot, xi, working), np.random.default_rng(3).normal(size=xi.shape))
+    tau = np.random.default_rng(4).normal(size=xi.shape)
+    forces, acc = bar_forces(rates, tau), fb.forward_dynamics(rates, tau)
+    push = np.einsum("nij,ni->nj", rates.pose.A, forces)
+    assert np.abs(push - robot.m * acc.xi_ddot).max() <= 1e-12 * np.abs(push).max()
+    left, right = drives_forces(acc, tuple(tau.T))
+    assert np.abs(np.stack([left, right], -1) - forces).max() <= 1e-9 * np.abs(forces).max()

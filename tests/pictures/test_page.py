@@ -89,7 +89,7 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
         pose = fb.dgm(robot, run.q[k])
         np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
         shown = page.locator("figure").nth(6).locator("output").all_text_contents()
-        expected = [*fb.singularity_margins(pose).serial, pose._parallel]
+        expected = [*fb.singularity_margins(pose).serial, pose.det_A]
         np.testing.assert_allclose([float(text) for text in shown], expected, rtol=1e-4)
     rails = page.evaluate("[...document.querySelectorAll('.rail')].map(e => ['x1', 'x2'].map(n => +e.getAttribute(n)))")
     assert rails == [[-0.2, -0.2], [0.2, 0.2]]
@@ -239,7 +239,7 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
         "energy energy (J)": run.energy,
     }.items():  # fmt: skip
         np.testing.assert_array_equal(columns[title], values)
-    for title, sines in zip(["left leg", "right leg", "distal bars"], [*pose._serial, pose._parallel], strict=True):
+    for title, sines in zip(["left leg", "right leg", "distal bars"], [*pose.sines, pose.det_A], strict=True):
         np.testing.assert_allclose(columns[f"margins {title}"], sines, atol=1e-9)
     assert len(columns) == 18
 

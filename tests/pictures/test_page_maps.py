@@ -53,7 +53,7 @@ def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa
         found = columns(
             page, ["q", "xi", "elbows", "serial", "parallel", "transmission", "working", "assembly", "closes"]
         )
-        closes = np.isfinite(pose.reach_margin) & np.isfinite(pose._parallel)
+        closes = np.isfinite(pose.reach_margin) & np.isfinite(pose.det_A)
         assert closes.sum() > 10
         np.testing.assert_array_equal(found["closes"], closes)
         margins = fb.singularity_margins(pose)

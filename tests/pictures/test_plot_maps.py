@@ -66,7 +66,7 @@ def test_lines_lie_where_the_field_changes_sign():
         assert lines
         for line in lines:
             xi = line.get_xydata()[1:-1] / 1e3
-            assert np.abs(fb.igm(UNEQUAL, xi, mode)._parallel).max() < 1e-6
+            assert np.abs(fb.igm(UNEQUAL, xi, mode).det_A).max() < 1e-6
     styles = {line.get_label(): line.get_linestyle() for line in figure.legends[0].get_lines()}
     dashes = {str(line._dash_pattern) for line in figure.legends[0].get_lines() if line.get_linestyle() != "None"}
     assert len(dashes) == 3 and len(styles) == 5  # told apart without colours
@@ -82,7 +82,7 @@ def test_joint_space():
         for line in axes.lines:
             q = np.radians(line.get_xydata())[2:-2]  # they end where the elbows coincide and the legs may turn
             if line.get_label() == "Type 1: a leg in line":
-                sines = fb.dgm(AMORO, q, mode, unreachable="nan")._serial
+                sines = fb.dgm(AMORO, q, mode, unreachable="nan").sines
                 assert np.nanmax(np.min(np.abs(sines), axis=0)) < 1e-6
 
 

@@ -115,7 +115,7 @@ def test_loci_are_singular_and_change_with_the_working_modes(crossing_run):
     for line in layers(view.scene(ROBOT, crossing_run, "loci"), Line):
         points = np.concatenate([path for path in line.paths if np.ptp(path, axis=0).max() > 0.01])
         pose = fb.igm(ROBOT, points * (1 - 1e-9), (-1, -1), unreachable="nan")
-        margins = np.nanmin(np.abs([*pose._serial, pose._parallel]), axis=0)
+        margins = np.nanmin(np.abs([*pose.sines, pose.det_A]), axis=0)
         assert np.nanmax(margins) < 1e-3
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.models.dynamics import bar_force_dynamics
 from fivebar.planning import collocation, plans
 from fivebar.planning import plan as planner
 from fivebar.planning import program as transcription
@@ -40,7 +41,7 @@ def fine(motion):
 def margins(motion):
     """(sin q12, sin q22, det A) along a plan, by the public models."""
     pose = fb.igm(motion.robot, motion(fine(motion))[0], motion.problem.working)
-    return np.stack([*pose._serial, pose._parallel], axis=-1)
+    return np.stack([*pose.sines, pose.det_A], axis=-1)
 
 
 def check_motion(motion, tolerance=1.1e-3):
@@ -83,8 +84,8 @@ def test_task_2_is_planned_within_a_second():
 def test_criterion_comes_out_at_the_crossing(crossing):
     t = np.linspace(2.9, 3.1, 20001)
     acc = crossing.accelerations(t)
-    at = int(np.argmin(np.abs(acc.rates.pose._parallel)))
-    (x, y), xi_ddot = [column[at] for column in acc.rates.pose._distal[0]], acc.xi_ddot
+    at = int(np.argmin(np.abs(acc.rates.pose.det_A)))
+    (x, y), xi_ddot = [column[at] for column in acc.rates.pose.u2[0]], acc.xi_ddot
     assert abs(-y * xi_ddot[at, 0] + x * xi_ddot[at, 1]) <= 1e-3 * np.linalg.norm(xi_ddot, axis=1).max()
 
 
@@ -236,7 +237,7 @@ def test_unequal_robot(ends, working):
     found = plan(UNEQUAL, *ends, 2.0, working=working)
     check_motion(found)
     t = np.linspace(0, 2, 7)
-    regular = np.abs(found.accelerations(t).rates.pose._parallel) > 0.2
+    regular = np.abs(found.accelerations(t).rates.pose.det_A) > 0.2
     exact = fb.inverse_dynamics(found.accelerations(t[regular]))
     np.testing.assert_allclose(found.tau(t[regular]), exact, atol=0.02 * np.abs(found.tau(t)).max())
 
@@ -248,8 +249,8 @@ def test_random_problems():
         robot, working = (ROBOT, UNEQUAL)[rng.integers(2)], tuple(map(int, rng.choice([-1, 1], 2)))
         ends = rng.uniform(-0.2, 0.2, (2, 2))
         pose = fb.igm(robot, ends, working, unreachable="nan")
-        far = (np.abs([*pose._serial, pose._parallel]) > 0.2).all()
-        if not far or (solved % 2 and pose._parallel[0] * pose._parallel[1] < 0):
+        far = (np.abs([*pose.sines, pose.det_A]) > 0.2).all()
+        if not far or (solved % 2 and pose.det_A[0] * pose.det_A[1] < 0):
             continue
         options = dict(parallel_margin=0.15) if solved % 2 else {}
         options |= dict(duration=2.0) if solved % 3 else dict(objective="time", torque_limit=0.03)
@@ -269,9 +270,7 @@ def test_plan_is_a_reference(crossing):
     assert [part.shape for part in crossing(np.zeros((3, 4)))] == [(3, 4, 2)] * 3
     assert (crossing.start, crossing.duration) == (0.0, 4.0)
     assert len(crossing.nodes) == 3 * len(crossing.defects) and (np.diff(crossing.nodes) > 0).all()
-    push, _ = collocation.bar_force_dynamics(
-        crossing.accelerations(crossing.nodes), crossing.bar_forces(crossing.nodes).T
-    )
+    push, _ = bar_force_dynamics(crossing.accelerations(crossing.nodes), crossing.bar_forces(crossing.nodes).T)
     assert np.abs(push).max() <= 1e-8
 
 

@@ -147,7 +147,7 @@ def test_compiled_models():
 def test_a_plan_crosses_type_2_with_little_force():
     plan = fb.plan(LAB, (0.05, 0.2), (-0.05, 0.3), 2.0, working=(-1, 1), torque_limit=5.0)
     t = np.linspace(0, 2, 4000)
-    det = fb.igm(LAB, plan(t)[0], plan.working)._parallel
+    det = fb.igm(LAB, plan(t)[0], plan.working).det_A
     assert det[0] * det[-1] < 0 and plan.error < 1e-3
     assert np.abs(plan.tau(t)).max() < 2.0
     k = int(np.flatnonzero(det[1:] * det[:-1] < 0)[0])

@@ -50,7 +50,7 @@ def size(robot):
 
 
 def det_a(robot, xi, working):
-    return fb.igm(robot, xi, working, unreachable="nan")._parallel
+    return fb.igm(robot, xi, working, unreachable="nan").det_A
 
 
 def condition(robot, xi, working):
@@ -146,8 +146,8 @@ def test_every_type_2_piece_is_one_in_its_modes_and_no_other(robot):
                 assert inside.any() and changes.all()
                 # With the pose's own sines far from 0 the modes of both sides are the locus' own.
                 pose = fb.igm(robot, xi[inside], mode)
-                good = np.min(np.abs(pose._serial), axis=0) > 1e-3
-                assert (np.abs(pose._parallel[good]) <= 1e-12 * condition(robot, xi[inside][good], mode)).all()
+                good = np.min(np.abs(pose.sines), axis=0) > 1e-3
+                assert (np.abs(pose.det_A[good]) <= 1e-12 * condition(robot, xi[inside][good], mode)).all()
             else:
                 assert not changes.any() or np.mean(changes) < 0.2, (locus.kind, mode)
                 assert np.nanmedian(np.abs(det_a(robot, xi, mode))) > 1e-6
@@ -228,15 +228,15 @@ def test_joint_space(robot, assembly):
 
     for leg, name in enumerate(("left", "right")):
         chosen = [p for p in loci if p.kind.startswith(name) and assembly in p.assembly]
-        assert on(chosen, sign_changes(lambda q, leg=leg: pose(q)._serial[leg], low, high, 160))
+        assert on(chosen, sign_changes(lambda q, leg=leg: pose(q).sines[leg], low, high, 160))
         for locus in chosen:
             assert locus.assembly == (assembly,)
-            here, other = (pose(interior(locus), mode)._serial[leg] for mode in (assembly, -assembly))
-            good = np.abs(pose(interior(locus))._parallel) > 1e-3
+            here, other = (pose(interior(locus), mode).sines[leg] for mode in (assembly, -assembly))
+            good = np.abs(pose(interior(locus)).det_A) > 1e-3
             assert np.abs(here[good]).max(initial=0) <= 1e-10
             assert np.nanmedian(np.abs(other)) > 1e-9
     chosen = [p for p in loci if p.kind in ("stretched", "folded")]
-    assert on(chosen, sign_changes(lambda q: np.where(np.isnan(pose(q)._parallel), -1, 1), low, high, 160))
+    assert on(chosen, sign_changes(lambda q: np.where(np.isnan(pose(q).det_A), -1, 1), low, high, 160))
     for locus in chosen:
         reach = robot.l12 + robot.l22 if locus.kind == "stretched" else abs(robot.l12 - robot.l22)
         elbows = [d.pivot((np.cos(q), np.sin(q))) for d, q in zip(robot.drives, locus.points.T)]

@@ -56,8 +56,8 @@ def test_margins_next_to_type_2_do_not_cancel():
     robot = fb.FiveBar(l21=abs(e2 - robot.d / 2))
     pose = fb.dgm(robot, (left, np.angle(e2 - robot.d / 2)), assembly=1)
     margins = singularity_margins(pose)
-    assert margins.sigma_min.A == pytest.approx(abs(pose._parallel) / np.sqrt(2), rel=1e-12)
-    assert margins.condition.A == pytest.approx(2 / abs(pose._parallel), rel=1e-12)
+    assert margins.sigma_min.A == pytest.approx(abs(pose.det_A) / np.sqrt(2), rel=1e-12)
+    assert margins.condition.A == pytest.approx(2 / abs(pose.det_A), rel=1e-12)
     assert abs(margins.parallel) == pytest.approx(spread, rel=1e-3)
 
 

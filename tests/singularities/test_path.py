@@ -65,7 +65,7 @@ def test_lab_task_1_is_free():
     assert (check.time, check.pose, check.type, check.criterion) == (None, None, Singularity.NONE, None)
     t = np.linspace(0, 2, 100001)
     pose = fb.igm(fb.FiveBar(), path(t)[0])
-    smallest = np.abs([*pose._serial, pose._parallel]).min()
+    smallest = np.abs([*pose.sines, pose.det_A]).min()
     assert smallest - 1e-9 <= check.min_margin <= smallest
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...models.geometry import four_joint_pose
+from ...models.four_joints import four_joint_pose
 from ...singularities.margins import singularity_margins
 from ...tables import must_increase
 from .document import packed

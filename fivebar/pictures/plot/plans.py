@@ -23,7 +23,7 @@ def planned(plan):
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
-    crossings = np.flatnonzero(np.diff(pose._parallel >= 0))  # once, too, where a node is on the singularity
+    crossings = np.flatnonzero(np.diff(pose.det_A >= 0))  # once, too, where a node is on the singularity
     _path(figure.add_subplot(grid[:, 0]), plan, motion[:, :2], pose, crossings)
     above = figure.add_subplot(grid[0, 1])
     _torques(above, plan, t, motion[:, 6:])
@@ -101,9 +101,9 @@ def _sines(axes, plan, t, pose):
     limits = plan.problem.limits
     names = (r"$\sin q_{12}$", r"$\sin q_{22}$") if plan.robot.turns else (r"$\sin \phi_1$", r"$\sin \phi_2$")
     for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
-        axes.plot(t, pose._serial[leg], color=colour, lw=1.4, label=name)
+        axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=name)
         axes.axhline(-plan.problem.working[leg] * limits.serial, color=colour, lw=1, ls=":")
-    axes.plot(t, pose._parallel, color=INK, lw=1.8, label="det A")
+    axes.plot(t, pose.det_A, color=INK, lw=1.8, label="det A")
     if limits.parallel is not None:
         axes.axhline(plan.problem.side * limits.parallel, color=INK, lw=1, ls=":")
     axes.axhline(0, color=INK, lw=0.6)

@@ -7,7 +7,8 @@ import numpy as np
 
 from ...models.dyads import Crank
 from ...models.dynamics import forward_dynamics, inverse_dynamics
-from ...models.geometry import four_joint_pose, igm
+from ...models.four_joints import four_joint_pose
+from ...models.geometry import igm
 from ...models.kinematics import dkm, ikm, ikm2
 from .frames import choose, grid
 from .machine import Event
@@ -193,7 +194,7 @@ class OfReference(OfRobot):
 
     @property
     def events(self):
-        sines = np.stack([*self.pose._serial, self.pose._parallel], axis=1)
+        sines = np.stack([*self.pose.sines, self.pose.det_A], axis=1)
         for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
             share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
             t = self.frames.t[k] + share * (self.frames.t[k + 1] - self.frames.t[k])

@@ -25,8 +25,8 @@ def _field(mode, gradient=False):
 
     xi = ca.SX.sym("xi", 2)
     pose = task_pose(ROBOT, (xi[0], xi[1]), mode)
-    sine = pose._parallel
-    outputs = [sine, ca.densify(ca.gradient(sine, xi)), ca.vertcat(*pose._serial)] if gradient else [sine]
+    sine = pose.det_A
+    outputs = [sine, ca.densify(ca.gradient(sine, xi)), ca.vertcat(*pose.sines)] if gradient else [sine]
     return ca.Function("det_A", [xi], ca.cse(outputs))
 
 

@@ -92,7 +92,7 @@ def automatic(jit):
 
         q, q_dot, q_ddot, s = (*(ca.SX.sym(name, 2) for name in ("q", "v", "a")), ca.SX.sym("s"))
         at = q + q_dot * s + q_ddot * s * s / 2
-        xi = ca.vertcat(*joint_pose(ROBOT, (at[0], at[1]), -1)._xi)
+        xi = ca.vertcat(*joint_pose(ROBOT, (at[0], at[1]), -1).point)
         first = ca.jacobian(xi, s)
         rates = ca.substitute([first, ca.jacobian(first, s)], [s], [ca.SX(0)])
         return _in_casadi(ca.Function("automatic", [q, q_dot, q_ddot], ca.cse(rates)), jit)

@@ -28,7 +28,7 @@ void dgm(long n, const double *q, double *xi) {
 
 def ours(q1, q2):
     pose = dgm(ROBOT, (q1, q2) if isinstance(q1, float) else np.stack([q1, q2], axis=-1), ASSEMBLY)
-    return pose._xi
+    return pose.point
 
 
 def elbows(q1, q2):

@@ -41,7 +41,7 @@ def poses(problem, gap=None):
     pose = dgm(ROBOT, np.nan_to_num(q), ASSEMBLY, unreachable="nan")
     good = np.isfinite(pose.xi[:, 0]) & np.isfinite(q[:, 1])
     if problem != "singular":
-        good &= np.abs(pose._parallel) > 0.3
+        good &= np.abs(pose.det_A) > 0.3
     q = q[good][:POSES]
     pose = dgm(ROBOT, q, ASSEMBLY)
     exact, other = ([exact_motion(ROBOT, angles, assembly=a)[0] for angles in q] for a in (ASSEMBLY, -ASSEMBLY))
