@@ -1,14 +1,21 @@
 """Dynamic models on base parameters: tau = M q'' + c, its inverse, and the bar-force form of forward dynamics."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .._backend import is_symbolic, pack, pack_matrix, unpack_for
 from ..errors import SingularityError
 from .dyads import SINGULAR, dot
-from .kinematics import Accelerations, refuse_parallel
+from .kinematics import Accelerations, Rates, refuse_parallel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
-def dynamic_model(rates):
+def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for sliders (AMORO eq. 26).
 
     M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. SingularityError where A is singular (Type 2).
@@ -29,7 +36,7 @@ def dynamic_model(rates):
     return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
 
 
-def inverse_dynamics(accelerations):
+def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
     """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
 
     SingularityError where A is singular (Type 2).
@@ -48,7 +55,7 @@ def inverse_dynamics(accelerations):
     return pack(*torques)
 
 
-def forward_dynamics(rates, tau):
+def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
     """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1 and at Type 2.
 
     By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
@@ -70,7 +77,7 @@ def forward_dynamics(rates, tau):
     return Accelerations(rates, q_ddot, xi_ddot)
 
 
-def bar_forces(rates, tau):
+def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
     """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as `forward_dynamics`.
 
     A bar that pushes has a positive one: m xi'' = A^T lambda.
@@ -100,7 +107,7 @@ def _forces_over_mass(rates, tau, model):
     return (r1, r2), mu, (k1, k2), g, inverse
 
 
-def bar_force_dynamics(accelerations, forces):
+def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
     """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on components.
 
     forces: of the two distal bars, components. Nothing is divided by: regular everywhere.
@@ -114,7 +121,7 @@ def bar_force_dynamics(accelerations, forces):
     return push, tuple(z * a + b * f for z, a, b, f in drives)
 
 
-def drives_forces(accelerations, tau):
+def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
     """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
     inertias, b = accelerations.rates.pose.robot.inertias, accelerations.rates.pose.b
     return tuple((t - z * a) / along for t, z, a, along in zip(tau, inertias, accelerations._q_ddot, b))
@@ -132,7 +139,7 @@ def _refuse_corner(pose, determinant, model):
         )
 
 
-def energy(rates):
+def energy(rates: Rates) -> np.ndarray:
     """Kinetic energy (*batch,) in J (AMORO eq. 21, 23)."""
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias

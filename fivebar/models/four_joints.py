@@ -1,13 +1,19 @@
 """Motions of which all four joints are given: nothing is solved for, so no mode is asked and nothing is singular."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from .._backend import cos, sin
 from .geometry import DrivenLeg, Pose
 from .kinematics import Rates
 
+if TYPE_CHECKING:
+    from .robots import Robot
 
-def four_joint_pose(robot, q, q_passive):
+
+def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
     """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
     legs = []
     for drive, own, passive in zip(robot.drives, q, q_passive):
@@ -31,6 +37,6 @@ class FourJointRates(Rates):
         return tuple(bar * drive.absolute(passive, q_dot) for drive, bar, passive, q_dot in legs)
 
 
-def four_joint_rates(pose, q_dot, q_passive_dot):
+def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJointRates:
     """Rates of which the four joints' are known, on components; the end-effector's velocity is not to be read."""
     return FourJointRates(pose, q_dot, (0.0, 0.0), _passive_dot=q_passive_dot)

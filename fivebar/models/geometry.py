@@ -1,13 +1,22 @@
 """Positions: the direct and inverse geometric models, and the pose that both give."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, unpack
 from ..errors import SingularityError, UnreachableError
 from .dyads import RRP, RRR, SINGULAR, cross
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from .robots import Robot
 
 BLOCK = 8192  # poses
 
@@ -42,7 +51,7 @@ class ReachedLeg:
     dyad: object
 
     @cached_property
-    def q(self):
+    def q(self) -> np.ndarray:
         return self.drive.coordinate(self.direction)
 
     @cached_property
@@ -72,9 +81,9 @@ class Pose:
     reach_margin (*batch,) m: how far the span of the bars is inside its limits, negative outside.
     """
 
-    robot: object
+    robot: Robot
     point: tuple
-    _build: object  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
+    _build: Callable  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
     _from_dgm: bool = False
 
     @cached_property
@@ -119,43 +128,43 @@ class Pose:
         return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self.legs))
 
     @cached_property
-    def q(self):
+    def q(self) -> np.ndarray:
         return pack(*(leg.q for leg in self.legs))
 
     @cached_property
-    def xi(self):
+    def xi(self) -> np.ndarray:
         return pack(*self.point)
 
     @cached_property
-    def elbows(self):
+    def elbows(self) -> np.ndarray:
         (x1, y1), (x2, y2) = (drive.pivot(u) for drive, u in zip(self.robot.drives, self._proximal))
         return pack_matrix(x1, y1, x2, y2)
 
     @cached_property
-    def q_passive(self):
+    def q_passive(self) -> np.ndarray:
         return pack(*(atan2(leg.sine, leg.cosine) for leg in self.legs))  # AMORO eq. 5, 6
 
     @cached_property
-    def assembly(self):
+    def assembly(self) -> np.ndarray:
         return -sign(self.det_A, SINGULAR)
 
     @cached_property
-    def working(self):
+    def working(self) -> np.ndarray:
         modes = tuple(-sign(s, SINGULAR) for s in self.sines)
         return pack(*modes) if is_symbolic(modes[0]) else np.stack(modes, axis=-1)
 
     @cached_property
-    def A(self):
+    def A(self) -> np.ndarray:
         (x1, y1), (x2, y2) = self.u2
         return pack_matrix(x1, y1, x2, y2)  # AMORO eq. 13
 
     @cached_property
-    def B(self):
+    def B(self) -> np.ndarray:
         zero = 0.0 * self.b[0]
         return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
 
     @cached_property
-    def reach_margin(self):
+    def reach_margin(self) -> np.ndarray:
         margins = [clearance for dyad in self._dyads for clearance in dyad.clearances]
         if is_symbolic(margins[0]):
             import casadi
@@ -164,7 +173,7 @@ class Pose:
         return np.minimum.reduce(np.broadcast_arrays(*margins))
 
 
-def dgm(robot, q, assembly=-1, unreachable="raise"):
+def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str = "raise") -> Pose:
     """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general lengths).
 
     q: (*batch, 2) rad (m for sliders), or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an array of the batch's
@@ -179,7 +188,7 @@ def dgm(robot, q, assembly=-1, unreachable="raise"):
     return pose
 
 
-def joint_pose(robot, q, assembly):
+def joint_pose(robot: Robot, q: tuple, assembly) -> Pose:
     """`dgm` on components, unchecked: nan where it does not close."""
     if isinstance(q[0], np.ndarray) and q[0].size > BLOCK:
         xi = _joint_xi_in_blocks(robot, q, assembly)
@@ -215,7 +224,7 @@ def _joint_xi_in_blocks(robot, q, assembly):
     return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 
 
-def igm(robot, xi, working=(-1, -1), unreachable="raise"):
+def igm(robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise") -> Pose:
     """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general lengths).
 
     xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left and right leg.
@@ -229,13 +238,13 @@ def igm(robot, xi, working=(-1, -1), unreachable="raise"):
     return pose
 
 
-def task_pose(robot, xi, working):
+def task_pose(robot: Robot, xi: tuple, working: tuple) -> Pose:
     """`igm` on components, unchecked: nan where it does not close."""
     legs = tuple(reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working))
     return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
 
 
-def reach(drive, xi, bar, working):
+def reach(drive, xi: tuple, bar: float, working) -> ReachedLeg:
     """The leg of this drive and distal bar that ends in xi."""
     return ReachedLeg(drive, drive.close(xi, bar, working))
 

@@ -1,7 +1,10 @@
 """First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive joints'."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +12,9 @@ from .._backend import first_index, is_symbolic, pack, unpack_for
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
 from .geometry import Pose, ReachedLeg
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +75,15 @@ class Rates:
         return *sines, dot(*pose.u2) * (turns[1] - turns[0])
 
     @cached_property
-    def q_dot(self):
+    def q_dot(self) -> np.ndarray:
         return pack(*self._q_dot)
 
     @cached_property
-    def xi_dot(self):
+    def xi_dot(self) -> np.ndarray:
         return pack(*self._xi_dot)
 
     @cached_property
-    def q_passive_dot(self):
+    def q_passive_dot(self) -> np.ndarray:
         return pack(*self._passive)
 
     @cached_property
@@ -95,7 +101,7 @@ class Rates:
         return tuple(drive.relative(s * (1 / bar), o) for drive, bar, s, o in legs)
 
     @cached_property
-    def d(self):
+    def d(self) -> np.ndarray:
         return pack(*self._bias)
 
 
@@ -113,7 +119,7 @@ class Accelerations:
     _from_task: bool = field(default=False, kw_only=True)  # xi'' was given
 
     @cached_property
-    def q_ddot(self):
+    def q_ddot(self) -> np.ndarray:
         return pack(*self._q_ddot)
 
     @property
@@ -122,7 +128,7 @@ class Accelerations:
         return tuple(swing * (1 / bar) for swing, bar in zip(self._swing, self.rates.pose.robot.distal))
 
     @cached_property
-    def xi_ddot(self):
+    def xi_ddot(self) -> np.ndarray:
         return pack(*self._xi_ddot)
 
     @cached_property
@@ -138,7 +144,7 @@ class Accelerations:
         return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
 
     @cached_property
-    def q_passive_ddot(self):
+    def q_passive_ddot(self) -> np.ndarray:
         rates, pose = self.rates, self.rates.pose
         if not (self._from_task and _reached(pose)):
             return pack(*rates._relative(self._swing, self._q_ddot))
@@ -153,7 +159,7 @@ class Accelerations:
         return pack(*passive)
 
 
-def dkm(pose, q_dot):
+def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
     """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
 
     q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
@@ -162,7 +168,7 @@ def dkm(pose, q_dot):
     return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm"))
 
 
-def ikm(pose, xi_dot):
+def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
     """Inverse first-order model: q' = B^-1 A xi' (AMORO eq. 13).
 
     xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
@@ -171,7 +177,7 @@ def ikm(pose, xi_dot):
     return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose.u2), "ikm"), xi_dot, _from_task=True)
 
 
-def dkm2(rates, q_ddot):
+def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:
     """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
 
     q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
@@ -181,7 +187,7 @@ def dkm2(rates, q_ddot):
     return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
 
 
-def ikm2(rates, xi_ddot):
+def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
     """Inverse second-order model: q'' = B^-1 (A xi'' - d) (AMORO eq. 18).
 
     xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
@@ -191,7 +197,7 @@ def ikm2(rates, xi_ddot):
     return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
 
 
-def solve_a(pose, along, model):
+def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
     """The vector whose components along the two distal bars are given: A^-1, refused where A is singular."""
     refuse_parallel(pose, model)
     (x1, y1), (x2, y2) = pose.u2
@@ -200,14 +206,14 @@ def solve_a(pose, along, model):
     return (y2 * r1 - y1 * r2) * inverse, (x1 * r2 - x2 * r1) * inverse
 
 
-def solve_b(pose, along, model):
+def solve_b(pose: Pose, along: tuple, model: str) -> tuple:
     """B^-1, refused where B is singular."""
     for joint, sine in zip(pose.robot.words.passive, pose.sines):
         _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
     return tuple(r / b for r, b in zip(along, pose.b))
 
 
-def refuse_parallel(pose, model):
+def refuse_parallel(pose: Pose, model: str) -> None:
     """Raise where A is singular."""
     _refuse(pose, pose.det_A, f"{model}: A is singular (Type 2)", "det A")
 

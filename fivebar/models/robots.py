@@ -1,8 +1,10 @@
 """Parameter sets of robots: frozen, self-validating, named by their source."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -10,12 +12,12 @@ from .._backend import wrap
 from .dyads import Crank, Slider
 
 
-def must_close(what, lengths):
+def must_close(what: str, lengths: dict[str, float]) -> None:
     """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
     must_span(what, max(lengths, key=lengths.get), lengths)
 
 
-def must_span(what, longest, lengths):
+def must_span(what: str, longest: str, lengths: dict[str, float]) -> None:
     """Refuse a side that is longer than all others together."""
     others = [name for name in lengths if name != longest]
     total = sum(lengths[name] for name in others)
@@ -40,7 +42,7 @@ class Words(NamedTuple):
     inertias: tuple
 
     @property
-    def sines(self):
+    def sines(self) -> tuple:
         """The margins of both legs' Type 1, and of Type 2."""
         return *(f"sin {angle}" for angle in self.passive), "det A"
 
@@ -49,6 +51,44 @@ FIVE_BAR = Words(
     "five-bar robot", ("q11", "q21"), ("q12", "q22"), "base joint", "elbows", "rad", "torque", "N m", ("zz1", "zz2")
 )
 BIGLIDE = Words("biglide robot", ("q1", "q2"), ("phi1", "phi2"), "guide", "feet", "m", "force", "N", ("mf1", "mf2"))
+
+
+class Drive(Protocol):
+    """What turns an active joint coordinate q into a pivot P(q) that moves; written on components (`dyads`).
+
+    Where a text says rad of joint coordinates, m is meant of a drive that slides, and N of its torque in N m.
+    """
+
+    length: float  # |P'(q)|
+
+    def direction(self, q): ...
+    def coordinate(self, direction): ...
+    def pivot(self, direction) -> tuple: ...
+    def tangent(self, direction) -> tuple: ...
+    def sine(self, direction, distal): ...
+    def cosine(self, direction, distal): ...
+    def slopes(self, sine, cosine) -> tuple: ...
+    def bends(self, sine, cosine) -> tuple: ...
+    def close(self, xi: tuple, bar: float, working): ...
+    def relative(self, absolute, own): ...
+    def absolute(self, passive, own): ...
+
+
+class Robot(Protocol):
+    """What every function here asks of a robot: two drives, and two distal bars that meet in the end-effector."""
+
+    m: float  # grouped mass of the end-effector, kg
+    turns: bool  # whether joint coordinates are angles
+    words: Words
+
+    @property
+    def drives(self) -> tuple[Drive, Drive]: ...
+    @property
+    def distal(self) -> tuple[float, float]: ...
+    @property
+    def inertias(self) -> tuple[float, float]: ...
+    def differ(self, difference): ...
+    def continuous(self, q): ...
 
 
 def _check_values(robot):
@@ -164,7 +204,7 @@ class Biglide:
 KINDS = FiveBar, Biglide
 
 
-def robot_of(parameters):
+def robot_of(parameters: dict[str, float]) -> FiveBar | Biglide:
     """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has."""
     for kind in KINDS:
         if set(parameters) <= {f.name for f in fields(kind)}:
