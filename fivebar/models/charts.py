@@ -1,20 +1,52 @@
 """Charts: which coordinates of the motion are integrated. The dynamics is the bar-force form in every one of them.
 
-A chart's state is (c1, c2, c1', c2'); its modes are the signs that its coordinates leave open. It is regular where
-none of its `margins` is zero, columns of (sin q12, sin q22, det A). `Joint`, `Leg(0)` and `Leg(1)` together cover
-every pose except those where all three are zero, which is where the robot itself is stuck.
+A chart's state is (c, c'), `size` coordinates and their rates; its modes are the signs that its coordinates leave open.
+It is regular where none of its `margins` is zero, columns of (sin q12, sin q22, det A). `Bars`, the state of every
+pose, has none; `Task` is the fastest where the motion is regular; `Joint` and `Leg` are what others integrate in.
 """
 
 from dataclasses import dataclass
 
 from .._backend import atan2, cos, sin
 from .dyads import dot
+from .four_joints import bars_of, bars_rates, closed
 from .geometry import DrivenLeg, Pose, joint_pose, reach, task_pose
 from .kinematics import Rates, solve_a
 
 
 @dataclass(frozen=True)
-class Joint:
+class Bars:
+    """The angles of all four bars (q1, phi1, q2, phi2), no mode. Regular everywhere but with all of them parallel."""
+
+    name = "bars"
+    size = 4
+    margins = ()
+
+    def rates(self, robot, c, c_dot, modes):
+        return bars_rates(robot, c, c_dot)
+
+    def accelerations(self, accelerations):
+        (q1, q2), (turn1, turn2) = accelerations._q_ddot, accelerations.phi_ddot
+        return q1, turn1, q2, turn2
+
+    def coordinates(self, rates):
+        return *bars_of(rates), (0, 0)
+
+    def closed(self, robot, c, c_dot):
+        return closed(robot, c, c_dot)[:2]
+
+
+class Minimal:
+    """What charts of two coordinates share: they close by themselves."""
+
+    size = 2
+
+    def closed(self, robot, c, c_dot):
+        return c, c_dot
+
+
+@dataclass(frozen=True)
+class Joint(Minimal):
     """Active joint coordinates (q1, q2), mode: assembly. Regular away from Type 2."""
 
     name = "joint"
@@ -34,7 +66,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Task:
+class Task(Minimal):
     """Task coordinates (x, y), modes: both working modes. Regular away from Type 1 of either leg; no sine in it."""
 
     name = "task"
@@ -52,7 +84,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Leg:
+class Leg(Minimal):
     """Coordinates (q_i1, phi_i) of leg i, mode: working mode of the other leg j. Regular away from Type 1 of leg j."""
 
     i: int
@@ -84,13 +116,12 @@ class Leg:
         return Rates(pose, tuple(q_dot), xi_dot)
 
     def accelerations(self, accelerations):
-        bar = accelerations.rates.pose.robot.distal[self.i]
-        return accelerations._q_ddot[self.i], accelerations._swing[self.i] * (1 / bar)
+        return accelerations._q_ddot[self.i], accelerations.phi_ddot[self.i]
 
     def coordinates(self, rates):
-        leg, bar = rates.pose.legs[self.i], rates.pose.robot.distal[self.i]
+        leg = rates.pose.legs[self.i]
         c = leg.q, atan2(leg.distal[1], leg.distal[0])
-        return c, (rates._q_dot[self.i], rates._swing[self.i] * (1 / bar)), (rates.pose.working[..., 1 - self.i], 0)
+        return c, (rates._q_dot[self.i], rates.phi_dot[self.i]), (rates.pose.working[..., 1 - self.i], 0)
 
 
-CHARTS = {"joint": (Joint(),), "task": (Task(),), "auto": (Joint(), Leg(0), Leg(1))}
+CHARTS = {"auto": Bars(), "task": Task(), "joint": Joint()}

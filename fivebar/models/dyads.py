@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from .._backend import EPS, atan2, cos, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
+from .._backend import EPS, atan2, cos, larger, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
 
 # Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
 SINGULAR = 16 * EPS
@@ -46,7 +46,7 @@ class RRR:
         # the longer bar: one stretched leg in nine rounds to below zero, and is not nan.
         square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
-        return sqrt_or_nan(heron, -32 * EPS * max(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
+        return sqrt_or_nan(heron, -32 * EPS * larger(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
 
     @property
     def clearances(self):

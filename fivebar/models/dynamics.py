@@ -22,7 +22,7 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """
     pose, m = rates.pose, rates.pose.robot.m
     z1, z2 = pose.robot.inertias
-    if m == 0:
+    if not is_symbolic(m) and m == 0:
         zero = 0.0 * pose.b[0]
         return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(zero, zero)
     refuse_parallel(pose, "dynamic_model")
@@ -44,7 +44,7 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
     rates = accelerations.rates
     pose, m = rates.pose, rates.pose.robot.m
     torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
-    if m:
+    if is_symbolic(m) or m:
         refuse_parallel(pose, "inverse_dynamics")
         (x1, y1), (x2, y2) = pose.u2
         ax, ay = accelerations._xi_ddot

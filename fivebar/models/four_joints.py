@@ -1,11 +1,19 @@
-"""Motions of which all four joints are given: nothing is solved for, so no mode is asked and nothing is singular."""
+"""Motions of which all four joints or bars are given: nothing is solved for, so no mode is asked for.
+
+The state of every pose: the four bars, a = (q1, phi1, q2, phi2), and their rates. Directions, end-effector, sines and
+modes follow without a root, a branch or a division, and so do the accelerations by the bar forces, regular at Type 1
+and Type 2, where a leg is folded on its base joint, and in corners of the workspace. Singular are only poses in which
+all four bars are parallel: they lie along the base then, so that +-l11 +-l12 +-l21 +-l22 = d, which change-point robots
+alone can do (a biglide where both bars are across the guides: l1 +-l2 = +-d).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from .._backend import cos, sin
+from .._backend import atan2, cos, sin
+from .dyads import dot
 from .geometry import DrivenLeg, Pose
 from .kinematics import Rates
 
@@ -15,10 +23,14 @@ if TYPE_CHECKING:
 
 def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
     """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
+    phi = (drive.absolute(passive, own) for drive, own, passive in zip(robot.drives, q, q_passive))
+    return _pose(robot, q, phi)
+
+
+def _pose(robot, q, phi):
     legs = []
-    for drive, own, passive in zip(robot.drives, q, q_passive):
-        phi = drive.absolute(passive, own)
-        legs.append(DrivenLeg(drive, own, drive.direction(own), lambda phi=phi: (cos(phi), sin(phi))))
+    for drive, own, angle in zip(robot.drives, q, phi):
+        legs.append(DrivenLeg(drive, own, drive.direction(own), lambda angle=angle: (cos(angle), sin(angle))))
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
     return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ()))
@@ -26,17 +38,82 @@ def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
 
 @dataclass(frozen=True, eq=False)
 class FourJointRates(Rates):
-    """Rates with the passive joints' given; nothing is asked of the end-effector's velocity."""
+    """Rates with the distal bars' given."""
 
-    _passive_dot: tuple = field(kw_only=True)
+    _turns: tuple = field(kw_only=True)  # phi_i'
 
     @property
     def _swing(self):
-        robot = self.pose.robot
-        legs = zip(robot.drives, robot.distal, self._passive_dot, self._q_dot)
-        return tuple(bar * drive.absolute(passive, q_dot) for drive, bar, passive, q_dot in legs)
+        return tuple(bar * turn for bar, turn in zip(self.pose.robot.distal, self._turns))
 
 
 def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJointRates:
     """Rates of which the four joints' are known, on components; the end-effector's velocity is not to be read."""
-    return FourJointRates(pose, q_dot, (0.0, 0.0), _passive_dot=q_passive_dot)
+    turns = tuple(drive.absolute(p, q) for drive, p, q in zip(pose.robot.drives, q_passive_dot, q_dot))
+    return FourJointRates(pose, q_dot, (0.0, 0.0), _turns=turns)
+
+
+def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
+    """Rates in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), and turn at a_dot.
+
+    On components; that they close the loop is the caller's word (`closed`).
+    """
+    return _rates(_pose(robot, a[::2], a[1::2]), a_dot)
+
+
+def _rates(pose, a_dot):
+    (tx, ty), (vx, vy) = _columns(pose)[0]
+    xi_dot = tx * a_dot[0] + vx * a_dot[1], ty * a_dot[0] + vy * a_dot[1]
+    return FourJointRates(pose, tuple(a_dot[::2]), xi_dot, _turns=tuple(a_dot[1::2]))
+
+
+def bars_of(rates: Rates) -> tuple:
+    """(a, a') of a motion known in any other way, on components."""
+    legs = zip(rates.pose.legs, rates._q_dot, rates.phi_dot)
+    (q1, phi1, *first), (q2, phi2, *second) = (
+        (leg.q, atan2(leg.distal[1], leg.distal[0]), q_dot, turn) for leg, q_dot, turn in legs
+    )
+    return (q1, phi1, q2, phi2), (*first, *second)
+
+
+def _columns(pose):
+    """Per leg the end-effector's velocity for q_i' = 1, P_i', and for phi_i' = 1, l_i2 v_i2."""
+    legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
+    return tuple(
+        (drive.tangent(leg.direction), (-bar * leg.distal[1], bar * leg.distal[0])) for drive, leg, bar in legs
+    )
+
+
+def loop_gap(pose: Pose) -> tuple:
+    """From where the right leg ends to where the left one does, m, on components; 0 in a pose that closes."""
+    drive, leg, bar = pose.robot.drives[1], pose.legs[1], pose.robot.distal[1]
+    x, y = drive.pivot(leg.direction)
+    return pose.point[0] - x - bar * leg.distal[0], pose.point[1] - y - bar * leg.distal[1]
+
+
+def closed(robot: Robot, a: tuple, a_dot: tuple) -> tuple:
+    """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then rates tangent to it.
+
+    On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards.
+    """
+    pose = _pose(robot, a[::2], a[1::2])
+    a = _least(_closure_columns(pose), a, loop_gap(pose))
+    pose = _pose(robot, a[::2], a[1::2])
+    columns = _closure_columns(pose)
+    gap = tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
+    a_dot = _least(columns, a_dot, gap)
+    return a, a_dot, _rates(pose, a_dot)
+
+
+def _closure_columns(pose):
+    """Columns of d(gap) / d(q1, phi1, q2, phi2)."""
+    first, second = _columns(pose)
+    return *first, *((-x, -y) for x, y in second)
+
+
+def _least(columns, values, gap):
+    """values less the vector of least norm that the columns take to the gap."""
+    xx, xy, yy = (sum(column[i] * column[j] for column in columns) for i, j in ((0, 0), (0, 1), (1, 1)))
+    inverse = 1.0 / (xx * yy - xy * xy)
+    share = (yy * gap[0] - xy * gap[1]) * inverse, (xx * gap[1] - xy * gap[0]) * inverse
+    return tuple(value - dot(column, share) for value, column in zip(values, columns))

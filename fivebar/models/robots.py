@@ -8,13 +8,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from .._backend import wrap
+from .._backend import is_symbolic, wrap
 from .dyads import Crank, Slider
 
 
 def must_close(what: str, lengths: dict[str, float]) -> None:
     """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
-    must_span(what, max(lengths, key=lengths.get), lengths)
+    if not any(map(is_symbolic, lengths.values())):
+        must_span(what, max(lengths, key=lengths.get), lengths)
 
 
 def must_span(what: str, longest: str, lengths: dict[str, float]) -> None:
@@ -95,6 +96,8 @@ def _check_values(robot):
     """Make every field a float: lengths of bars > 0, all others >= 0."""
     for f in fields(robot):
         value = getattr(robot, f.name)
+        if is_symbolic(value) and value.numel() == 1 and not value.is_constant():
+            continue  # what a compiled function is told later
         try:
             number = math.nan if isinstance(value, bool) else float(value)
         except (TypeError, ValueError):
@@ -111,7 +114,8 @@ class FiveBar:
 
     l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of the base joints, m;
     zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector, kg.
-    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have.
+    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have. CasADi symbols in
+    place of numbers are taken as they are: what is made of such a robot is a function of them.
     """
 
     l11: float = 0.09
@@ -175,7 +179,9 @@ class Biglide:
 
     def __post_init__(self):
         _check_values(self)
-        must_span("robot", "d", {"l1": self.l1, "l2": self.l2, "d": self.d})
+        lengths = {"l1": self.l1, "l2": self.l2, "d": self.d}
+        if not any(map(is_symbolic, lengths.values())):
+            must_span("robot", "d", lengths)
 
     @property
     def drives(self):
@@ -202,6 +208,11 @@ class Biglide:
 
 
 KINDS = FiveBar, Biglide
+
+
+def parameters_of(robot: FiveBar | Biglide) -> list:
+    """The robot's parameters in the order of its class."""
+    return [getattr(robot, f.name) for f in fields(robot)]
 
 
 def robot_of(parameters: dict[str, float]) -> FiveBar | Biglide:

@@ -1,120 +1,196 @@
-"""The robot in motion: fixed steps in a chart that is regular, each of them checked."""
+"""The robot in motion: by steps of any length that keep a tolerance, or by fixed ones, each of them checked."""
+
+from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from ..errors import SingularityError
-from ..models.compiled import Buffered
-from .steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, XI, Q, block_function, model_functions
+from ..models.charts import Bars
+from ..models.compiled import Buffered, compiled
+from ..models.four_joints import bars_rates, closed
+from ..models.robots import parameters_of
+from .steps import (
+    COLUMNS,
+    ENERGY,
+    MARGIN_RATES,
+    MARGINS,
+    Q_DOT,
+    XI,
+    Q,
+    between,
+    block_function,
+    free_step,
+    model_functions,
+    observation,
+)  # fmt: skip
 
-STUCK = 1e-7  # no chart is integrated through a margin smaller than this
-SWITCH = 0.75  # "auto" leaves a chart when its margin is below this part of the best one: measured, 0.5 loses a digit
-LOST_ENERGY = 1e-3  # of the energy that a step turns over: to lose more is a jump, not an integration error
+MOST_STEPS, MOST_PER_SECOND = 20_000, 2_000  # of steps that are chosen, in one call: a fraction of a second of work
+SHORTEST = 1e-11  # s, where nothing else says how short a step may become
+FIRST = 0.01  # s
+GROWTH, SHRINKING, SAFETY, ORDER = 8.0, 0.2, 0.9, 8  # of the steps' length, as usual for this method
+LOST_ENERGY = 1e-3  # of the energy that a fixed step turns over: to lose more is a jump, not an integration error
 ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing moves
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
-AHEAD = 1.5  # steps: a single chart is held to end where its margin would vanish within them
+AHEAD = 1.5  # steps: a chart with a singularity is held to end where its margin would vanish within them
+BLOCK = 50  # fixed steps in one compiled call
 
 
 class Plant:
-    """The robot in motion: chart, state and modes now, and what was observed so far, a row at each step."""
+    """The state of every pose, the four bars, by steps that keep `tolerance` (rad) each; t, state: now."""
 
-    def __init__(self, robot, charts, method, step, block, start):
-        if start.pose.robot != robot:
-            raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
-        if start.q_dot.shape != (2,) or start.xi_dot.shape != (2,):
-            raise ValueError("start must be the Rates of a single pose")
-        if not (np.isfinite(start.xi_dot).all() and np.isfinite(start.q_dot).all()):
-            raise ValueError("start must be finite: its pose is unreachable")
-        self.robot, self.charts, self.method, self.step, self.block = robot, charts, method, step, block
-        self.rows, self.torques, self.calls = [], [], {}
-        self._enter(start, 0)
-        self.observation = self._look()
+    def __init__(self, robot, start, tolerance, jit=False):
+        check_start(robot, start)
+        self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
+        self._step, self.length, self.t = _buffered(type(robot), jit), FIRST, 0.0
+        c, c_dot, _ = Bars().coordinates(start)
+        self.state = np.array([*c, *c_dot])
+        self._pieces = []  # (t, length, state, polynomial, torques)
 
-    def advance(self, k, count, tau):
-        """`count` steps from step k under the torque tau, changing charts on the way."""
-        done = 0
-        while done < count:
-            states, rows, last = self._call(tau)
-            good = self._first_weak(rows)
-            if good == 0:
-                self._enter(self._rates(), k + done)
-                states, rows, last = self._call(tau)
-                good = max(self._first_weak(rows), 1)
-            good = min(good, count - done)
-            self.rows.append(rows[:good].copy())
-            self.torques += [tau] * good
-            self.state = states[good - 1].copy()
-            done += good
-        self.observation = last.copy() if good == self.block else self._look()
+    @property
+    def joints(self):
+        """(q, q') now."""
+        return self.state[0:3:2].copy(), self.state[4:7:2].copy()
 
-    def _call(self, tau):
-        """A block of steps in the present chart: states after each, observations before each, observation after all."""
-        if self.chart not in self.calls:
-            block = block_function(self.robot, self.chart, self.method, self.step, self.block)
-            self.calls[self.chart] = Buffered(block)
-        states, rows, last = self.calls[self.chart](self.state, tau, self.modes)
-        return states.reshape(-1, 4), rows.reshape(-1, COLUMNS), last
+    @property
+    def rates(self):
+        """The motion now, as Rates of floats."""
+        return bars_rates(self.robot, self.state[:4].tolist(), self.state[4:].tolist())
 
-    def _look(self):
-        return model_functions(self.robot, self.chart)[1](self.state, self.modes).full().ravel()
+    def advance(self, until, tau):
+        """Move on to the time `until`, s, under the torque tau; where that fails, the plant stays where it was."""
+        before = self.t, self.state, len(self._pieces)
+        try:
+            self._advance(until, tau)
+        except ArithmeticError:
+            self.t, self.state, count = before
+            del self._pieces[count:]
+            raise
 
-    def _enter(self, rates, k):
-        """Take the chart of largest margin, at step k."""
-        sines = np.array([*rates.pose.sines, rates.pose.det_A])
-        margins = [np.abs(sines[list(chart.margins)]).min() for chart in self.charts]
-        self.chart = self.charts[int(np.argmax(margins))]
-        if not max(margins) > STUCK:
-            x, y = rates.pose.xi
-            raise SingularityError(
-                f"no chart is regular at t = {k * self.step:g} s, xi = ({x:.9g}, {y:.9g}) m: "
-                f"{', '.join(self.robot.words.sines)} = {sines[0]:.2g}, {sines[1]:.2g}, {sines[2]:.2g}",
-                max(margins),
-            )
-        c, c_dot, modes = self.chart.coordinates(rates)
+    def _advance(self, until, tau):
+        count, most = len(self._pieces), MOST_STEPS + int(MOST_PER_SECOND * (until - self.t))
+        while until - self.t > 1e-12 * (abs(until) + 1e-9):
+            rest = until - self.t
+            length = self.length if 2 * self.length < rest else rest / max(math.ceil(rest / self.length), 1)
+            after, error, polynomial = self._step(self.state, tau, length, self.tolerance, self.parameters)
+            error = error.item()
+            if error <= 1:
+                if len(self._pieces) - count > most:
+                    self._refuse(tau, f"{most} steps do not bring it to {until:g} s")
+                self._pieces.append((self.t, length, self.state, polynomial.copy(), tau))
+                self.t = until if length == rest else self.t + length
+                self.state = after.copy()
+                if length == rest and length < self.length and error < 1:
+                    continue  # cut short by the period's end: the next step may be as long as this could have been
+            elif length < SHORTEST:
+                self._refuse(tau, f"a step of {length:.2g} s is too long")
+            factor = SAFETY * error ** (-1 / ORDER) if error > 0 else GROWTH
+            self.length = length * (min(max(factor, SHRINKING), GROWTH) if math.isfinite(error) else SHRINKING)
+
+    def _refuse(self, tau, why):
+        pose, rates = self.rates.pose, self.state[4:]
+        sines = ", ".join(f"{s:.2g}" for s in (*pose.sines, pose.det_A))
+        words = self.robot.words
+        raise ArithmeticError(
+            f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m is too fast: {why} "
+            f"(joint rates {rates[0]:.3g}, {rates[2]:.3g} {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} "
+            f"{words.effort_unit}; {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
+        )
+
+    def rows(self, t):
+        """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""
+        t0, lengths, states, polynomials = (np.array([piece[k] for piece in self._pieces]) for k in range(4))
+        at = np.clip(np.searchsorted(t0, t, side="right") - 1, 0, None)
+        found = between(states[at], polynomials[at], (t - t0[at]) / lengths[at])
+        columns = np.ascontiguousarray(found.T)
+        c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]))
+        return observation(rates), np.stack([*c, *c_dot], axis=-1)
+
+    def after(self, state, tau, length):
+        """The Rates, of floats, `length` s after a state under the torque tau."""
+        a = self._step(state, tau, length, self.tolerance, self.parameters)[0].tolist()
+        return bars_rates(self.robot, a[:4], a[4:])
+
+
+def margins_after(plant, states, tau, k, length):
+    """The sines and det A, and their rates, (3,) each, `length` s after row k of a motion: see `crossings`."""
+    rates = plant.after(states[k], tau[k], length)
+    return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
+
+
+def _buffered(kind, jit):
+    """One for each plant: what it gives lies in arrays of its own."""
+    return Buffered(compiled(free_step(kind), jit))
+
+
+class FixedPlant:
+    """The same by fixed steps in a chart: `step` s by RK4 or the method of order 8."""
+
+    def __init__(self, robot, start, chart, method, step, jit=False):
+        check_start(robot, start)
+        self.robot, self.chart, self.step, self.t, self.k = robot, chart, step, 0.0, 0
+        c, c_dot, modes = chart.coordinates(start)
         self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
+        self._block = lambda count: Buffered(compiled(block_function(robot, chart, method, step, count), jit))
+        self._calls, self._rows, self._states, self._torques = {}, [], [], []
+        self._last = model_functions(robot, chart)[1](self.state, self.modes).full().ravel()
 
-    def _rates(self):
-        c, c_dot = tuple(self.state[:2].tolist()), tuple(self.state[2:].tolist())
-        return self.chart.rates(self.robot, c, c_dot, tuple(int(mode) for mode in self.modes))
+    @property
+    def joints(self):
+        return self._last[Q].copy(), self._last[Q_DOT].copy()
 
-    def _first_weak(self, rows):
-        """The first row where this chart's margin is below that part of the best one's (the number of rows if none)."""
-        if len(self.charts) == 1:
-            return len(rows)
-        sines = np.abs(rows[:, MARGINS])
-        own = sines[:, self.chart.margins[0]]
-        weak = np.flatnonzero(own < SWITCH * sines.max(axis=1))
-        return int(weak[0]) if len(weak) else len(rows)
+    def advance(self, until, tau):
+        steps = round(until / self.step) - self.k
+        while steps:
+            count = min(steps, BLOCK)
+            if count not in self._calls:
+                self._calls[count] = self._block(count)
+            states, rows, last = self._calls[count](self.state, tau, self.modes)
+            states = states.reshape(-1, len(self.state))
+            self._states.append(np.vstack([self.state, states[:-1]]))
+            self._rows.append(rows.reshape(-1, COLUMNS).copy())
+            self._torques += [tau] * count
+            self.state, self._last = states[-1].copy(), last.copy()
+            self.k, steps = self.k + count, steps - count
+        self.t = until
 
-    def refuse_jumps(self):
-        refuse_jumps(self.robot, *self.history(), self.charts, self.chart, self.step)
-
-    def history(self):
-        """Observations (n + 1, columns) at every step, torques (n, 2) held between them."""
-        return np.vstack([*self.rows, self.observation]), np.array(self.torques).reshape(-1, 2)
+    def rows(self, t):
+        rows = np.vstack([*self._rows, self._last])
+        refuse_losses(self.robot, rows, np.array(self._torques), self.chart, self.step)
+        return rows, np.vstack([*self._states, self.state])
 
 
-def refuse_jumps(robot, rows, tau, charts, chart, step, start=0.0):
-    """Raise at the first step that left its chart, lost energy, or in which a chart held fast ends; start: time, s."""
+def check_start(robot, start):
+    """Refuse Rates from which no motion of this robot can begin."""
+    if start.pose.robot != robot:
+        raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
+    if start.q_dot.shape != (2,) or start.xi_dot.shape != (2,):
+        raise ValueError("start must be the Rates of a single pose")
+    if not (np.isfinite(start.xi_dot).all() and np.isfinite(start.q_dot).all()):
+        raise ValueError("start must be finite: its pose is unreachable")
+
+
+def refuse_losses(robot, rows, tau, chart, step):
+    """Raise at the first fixed step that lost energy, or in which a chart with a singularity ends."""
     work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
-    if len(charts) == 1:
-        columns = list(chart.margins)
-        margins = rows[:-1, MARGINS][:, columns]
-        ahead = margins + AHEAD * step * rows[:-1, MARGIN_RATES][:, columns]
-        bad |= (margins * ahead <= 0).any(axis=1)
+    columns = list(chart.margins)
+    margins = rows[:-1, MARGINS][:, columns]
+    bad |= (margins * (margins + AHEAD * step * rows[:-1, MARGIN_RATES][:, columns]) <= 0).any(axis=1)
     if not bad.any():
         return
     k = int(np.argmax(bad))
-    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], start + k * step, robot.words
-    nearest = min(chart.margins, key=lambda column: abs(sines[column]))
-    if abs(sines[nearest]) > NEAR:
+    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], k * step, robot.words
+    nearest = min(columns, key=lambda column: abs(sines[column]), default=None)
+    if nearest is None or abs(sines[nearest]) > NEAR:
         raise ArithmeticError(
             f"the motion at t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m is too fast for steps of {step:g} s "
             f"(joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} {words.unit}/s, {words.effort}s {tau[k, 0]:.3g}, "
-            f"{tau[k, 1]:.3g} {words.effort_unit})"
+            f"{tau[k, 1]:.3g} {words.effort_unit}); without method= the steps choose their own length"
         )
     raise SingularityError(
         f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the {chart.name} "
-        f"chart ({words.sines[nearest]} = {sines[nearest]:.3g}): take a smaller step"
-        + (' or chart="auto"' if len(charts) == 1 else ""), float(sines[nearest]))  # fmt: skip
+        f'chart ({words.sines[nearest]} = {sines[nearest]:.3g}): chart="auto" has none', float(sines[nearest]),
+    )  # fmt: skip

@@ -1,85 +1,98 @@
 """Simulation: a sampled controller on the plant."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from .._backend import sign
 from ..errors import SingularityError, UnreachableError
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
-from ..models.kinematics import dkm, ikm
-from ..singularities.margins import Singularity
-from .plant import Plant
-from .run import Control, Event, Run
-from .steps import ENERGY, MARGIN_RATES, MARGINS, METHODS, Q_DOT, XI, Q
+from ..models.kinematics import Rates, dkm, ikm
+from ..models.robots import Robot
+from .events import crossings
+from .plant import FixedPlant, Plant, margins_after
+from .run import Control, Run
+from .steps import ENERGY, METHODS, Q_DOT, XI, Q
 
-HALVINGS = 10
-MOST_STEPS = 10**7  # more than a GB of motion
-ORDER = {"rk4": 4, "dop8": 8}
-BLOCK = 50  # steps in one call where no controller asks for fewer
+TOLERANCE = 1e-12  # rad, of a step where nothing is asked
+COARSER, FINER = 10, 200  # than the tolerance, a step's error: these add up; and of the run that tells how far
+LEAST_TOLERANCE = 1e-12  # rad: below, a step's error is rounding
+MOST_STEPS = 10**7  # rows: more than a GB of motion
 
 
 def simulate(
-    robot, controller=None, reference=None, *, duration=None, start=None, control_period=0.01, step=0.001,
-    torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method="rk4", tolerance=None,
-):  # fmt: skip
+    robot: Robot, controller: Callable | None = None, reference: Callable | None = None, *,
+    duration: float | None = None, start: Rates | None = None, control_period: float = 0.01, step: float = 0.001,
+    torque_limit: float | None = None, delay: int = 0, encoder_resolution: float | None = None, chart: str = "auto",
+    method: str | None = None, tolerance: float | None = None, jit: bool | str = False,
+) -> Run:  # fmt: skip
     """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
 
-    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque. Of a biglide
-    all that is in rad here is in m, and in N m, in N.
+    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
     reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
     start: Rates, default as the reference starts, in the working modes of a plan or of the controller, or (-1, -1), or
     at rest at q = (0, 0).
-    step: s; control_period a multiple of it; the run ends with the first step at or after the duration.
-    method: "rk4", or "dop8", Dormand and Prince's of order 8.
-    tolerance: rad; halves the step until two runs say that no joint angle is farther off, which Run.step_error holds.
+    step: s, from row to row of the Run; control_period a multiple of it; the last row is the first at or after the
+    duration.
     torque_limit: N m, saturates either torque.
     delay: samples between a measurement and the torque computed from it (0 until then).
     encoder_resolution: rad; the controller then gets rounded angles and their differences as velocities.
-    chart: "auto" moves between joint and leg coordinates and passes through singularities; "joint" and "task" stay in
-    theirs and raise SingularityError at its singularity. Raises SingularityError too where no chart is regular
-    (both legs in line with parallel distal bars), ArithmeticError where the motion or the torque is not finite.
+    method: None, steps as long as their error allows, of order 8; or fixed ones of length `step`: "rk4" or "dop8".
+    tolerance: rad. A step's error is kept below a tenth of it, and the motion computed once more, finer: that is what
+    you get, with the largest difference of q between both as Run.step_error, a bound on its own error (of a chaotic
+    motion it grows to any size). If not given, a step's error is kept below 1e-12.
+    chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed steps: faster and
+    regular away from Type 1 and Type 2, where they raise SingularityError.
+    jit: True, "auto": machine code, as `compile`.
+    ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars are, for every robot.
     """
     if tolerance is not None:
-        options = dict(duration=duration, start=start, control_period=control_period, torque_limit=torque_limit)
-        options |= dict(delay=delay, encoder_resolution=encoder_resolution, chart=chart, method=method)
-        return _refined(_positive(tolerance, "tolerance"), step, robot, controller, reference, **options)
+        tolerance = _positive(tolerance, "tolerance")
+        if tolerance < LEAST_TOLERANCE:
+            raise ValueError(f"tolerance = {tolerance:g} is below rounding: at least {LEAST_TOLERANCE:g}")
+        if method is not None or chart != "auto":
+            raise ValueError('tolerance chooses the steps: it goes with method=None and chart="auto"')
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
-    check_options(chart=chart, method=method, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution)
+    check_options(chart=chart, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution, method=method)
     start = start_with(robot, reference, controller) if start is None else start
-    plant = Plant(robot, CHARTS[chart], method, grid.step, grid.block, start)
+
+    def run(tolerance):
+        if chart == "auto" and method is None:
+            plant = Plant(robot, start, tolerance, jit)
+        else:
+            plant = FixedPlant(robot, start, CHARTS[chart], method or "rk4", grid.step, jit)
+        return _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution)
+
+    if tolerance is None:
+        return run(TOLERANCE)
+    coarse, fine = run(tolerance / COARSER), run(tolerance / FINER)
+    return replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
+
+
+def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution):
     period = grid.block * grid.step
-    loop = _Loop(robot.words, controller, reference, torque_limit, delay, encoder_resolution, period)
+    loop = _Loop(plant.robot.words, controller, reference, torque_limit, delay, encoder_resolution, period)
+    t, torques = np.arange(grid.steps + 1) * grid.step, []
     try:
         for k in range(0, grid.steps, grid.block):
-            plant.advance(k, min(grid.block, grid.steps - k), loop.torque(k * grid.step, plant.observation))
-    finally:
-        # Where a step has jumped, that is the cause of whatever came after it.
-        plant.refuse_jumps()
+            torques.append(loop.torque(k * grid.step, *plant.joints))
+            plant.advance(float(t[min(k + grid.block, grid.steps)]), torques[-1])
+    except ArithmeticError:
+        if isinstance(plant, FixedPlant):
+            plant.rows(t)  # where a step has jumped, that is the cause of whatever came after it
+        raise
+    rows, states = plant.rows(t)
+    tau = np.repeat(torques, grid.block, axis=0)[: grid.steps]
     control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
-    log = getattr(controller, "log", None)
-    return assemble(robot, reference, grid.step, *plant.history(), control, torque_limit, log)
-
-
-def _refined(tolerance, step, *loop, **options):
-    """The run of the first halved step whose difference from the one before it is small enough."""
-    coarse = simulate(*loop, step=step, **options)
-    for _ in range(HALVINGS):
-        step /= 2
-        fine = simulate(*loop, step=step, **options)
-        common = min(len(coarse.q), (len(fine.q) + 1) // 2)
-        error = float(np.abs(fine.q[::2][:common] - coarse.q[:common]).max())
-        error /= 2 ** ORDER[options["method"]] - 1  # of the finer run, as the method's order has it
-        if error <= tolerance:
-            return replace(fine, step_error=error)
-        coarse = fine
-    unit = coarse.robot.words.unit
-    raise ArithmeticError(
-        f"tolerance = {tolerance:g} {unit} is not reached by steps of {step:g} s: the error is {error:.2g} {unit}"
-    )
+    after = partial(margins_after, plant, states, tau) if isinstance(plant, Plant) else None
+    xi_ref = None if reference is None else reference(t)[0]
+    return assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, getattr(controller, "log", None), after)
 
 
 class Grid(NamedTuple):
@@ -91,9 +104,8 @@ class Grid(NamedTuple):
 
     @classmethod
     def of(cls, duration, reference, step, control_period):
-        """Checked; the default duration is the reference's, and without a controller blocks are as they please."""
-        step = _positive(step, "step")
-        block = BLOCK
+        """Checked; the default duration is the reference's, and without a controller all is one block."""
+        step, block = _positive(step, "step"), None
         if control_period is not None:
             ratio = _positive(control_period, "control_period") / step
             block = round(ratio)
@@ -106,14 +118,15 @@ class Grid(NamedTuple):
         count = _positive(duration, "duration") / step
         if count > MOST_STEPS:
             raise ValueError(f"duration = {duration:g} s is {count:.3g} steps of {step:g} s: at most {MOST_STEPS:g}")
-        return cls(max(math.ceil(count - 1e-6), 1), step, block)
+        steps = max(math.ceil(count - 1e-6), 1)
+        return cls(steps, step, block or steps)
 
 
-def check_options(chart, method, delay, torque_limit, resolution=None, charts=tuple(CHARTS)):
+def check_options(chart, delay, torque_limit, resolution=None, charts=tuple(CHARTS), method=None):
     """ValueError for an option that cannot be."""
-    for name, value, known in (("chart", chart, charts), ("method", method, METHODS)):
+    for name, value, known in (("chart", chart, charts), ("method", method, (None, *METHODS))):
         if value not in known:
-            raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+            raise ValueError(f"{name} must be one of {', '.join(map(str, known))}, not {value!r}")
     if isinstance(delay, bool) or not (isinstance(delay, (int, np.integer)) and delay >= 0):
         raise ValueError(f"delay must be a whole number of samples >= 0, not {delay!r}")
     for name, value in (("torque_limit", torque_limit), ("encoder_resolution", resolution)):
@@ -144,17 +157,14 @@ class _Loop:
         self.pending = [np.zeros(2)] * delay
         self.log = []
 
-    def torque(self, t, observation):
+    def torque(self, t, q, q_dot):
         """Applied torque for the period that begins at t."""
         if self.controller is None:
             return np.zeros(2)
-        q, q_dot = observation[Q], observation[Q_DOT]
         if self.resolution is not None:
             q = np.round(q / self.resolution) * self.resolution
             if self.log:
                 q_dot = (q - self.log[-1][1]) / self.period
-        else:
-            q, q_dot = q.copy(), q_dot.copy()  # a controller must not reach the plant's own state
         try:
             commanded = np.array(self.controller(t, q, q_dot, self.reference), dtype=float)
         except (UnreachableError, SingularityError) as error:
@@ -176,37 +186,16 @@ class _Loop:
         return applied
 
 
-def assemble(robot, reference, step, rows, torques, control, torque_limit, log=None):
-    """The Run of observations (n + 1, columns) and the torques (n, 2) held between them."""
-    t = np.arange(len(rows)) * step
+def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, after=None, crosses=True):
+    """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as `crossings` has it.
+
+    crosses: whether crossings are looked for.
+    """
     return Run(
         robot=robot, t=t, q=robot.continuous(rows[:, Q]), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
-        tau=np.vstack([torques, torques[-1]]), xi_ref=None if reference is None else reference(t)[0],
-        torque_limit=torque_limit, control=control, events=_events(robot, t, rows), log=log,
+        tau=np.vstack([torques, torques[-1]]), xi_ref=xi_ref, torque_limit=torque_limit, control=control,
+        events=crossings(robot, t, rows, after) if crosses else (), log=log,
     )  # fmt: skip
-
-
-def _events(robot, t, rows):
-    """Crossings of Type 1 and Type 2: the sines' changes of sign."""
-    events = []
-    modes = -sign(rows[:, MARGINS], 0.0)
-    for k in np.flatnonzero((modes == 0).any(axis=1)):  # a step that ends on a singularity has not crossed it yet
-        modes[k] = np.where(modes[k] == 0, modes[k - 1] if k else 0, modes[k])
-    step = t[1] - t[0]
-    for column, kind in enumerate((Singularity.SERIAL, Singularity.SERIAL, Singularity.PARALLEL)):
-        for k in np.flatnonzero(modes[1:, column] * modes[:-1, column] < 0):
-            sines, slopes = rows[k : k + 2, MARGINS][:, column], rows[k : k + 2, MARGIN_RATES][:, column]
-            when = t[k] + step * _hermite_zero(*sines, *(step * slopes))
-            before, after = (tuple(modes[k + i].tolist()) for i in (0, 1))
-            events.append(Event(float(when), kind, robot.words.sines[column], before, after))
-    return tuple(sorted(events, key=lambda event: event.t))
-
-
-def _hermite_zero(y0, y1, d0, d1):
-    """Where in [0, 1] the cubic with these end values (of opposite signs) and slopes is zero."""
-    change = y1 - y0
-    cubic = [d0 + d1 - 2 * change, 3 * change - 2 * d0 - d1, d0, y0]
-    return min(np.clip(np.roots(cubic).real, 0, 1), key=lambda s: abs(np.polyval(cubic, s)))
 
 
 def _positive(value, name):

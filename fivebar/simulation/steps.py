@@ -4,8 +4,17 @@ The right side is a CasADi function made from the same equations as everything e
 state says of itself (angles, end-effector, singular margins and their rates, energy).
 """
 
+from __future__ import annotations
+
+from dataclasses import fields
 from functools import lru_cache
 
+import casadi
+import numpy as np
+from scipy.integrate import DOP853
+
+from .._backend import pack
+from ..models.charts import Bars
 from ..models.dynamics import energy, forward_dynamics
 
 # Columns of an observation.
@@ -19,22 +28,17 @@ METHODS = ("rk4", "dop8")
 @lru_cache(maxsize=64)
 def model_functions(robot, chart):
     """(state, tau, modes) -> (slope, observation), and (state, modes) -> observation."""
-    import casadi
-
-    state, tau, modes = casadi.SX.sym("state", 4), casadi.SX.sym("tau", 2), casadi.SX.sym("modes", 2)
-    rates = chart.rates(robot, (state[0], state[1]), (state[2], state[3]), (modes[0], modes[1]))
-    slope = casadi.vertcat(state[2], state[3], *chart.accelerations(forward_dynamics(rates, tau)))
-    slope, seen = casadi.cse([slope, _observation(rates)])
+    state, tau, modes = _symbols(chart)
+    rates = chart.rates(robot, *_halves(state, chart), (modes[0], modes[1]))
+    slope, seen = casadi.cse([_slope(chart, rates, state, tau), observation(rates)])
     return casadi.Function("model", [state, tau, modes], [slope, seen]), casadi.Function("look", [state, modes], [seen])
 
 
 @lru_cache(maxsize=64)
 def block_function(robot, chart, method, step, count):
     """(state, tau, modes) -> (states after each of `count` steps, what is seen before each, and after the last)."""
-    import casadi
-
     one, look = step_function(robot, chart, method, step), model_functions(robot, chart)[1]
-    state, tau, modes = casadi.MX.sym("state", 4), casadi.MX.sym("tau", 2), casadi.MX.sym("modes", 2)
+    state, tau, modes = _symbols(chart, casadi.MX)
     held = casadi.repmat(tau, 1, count), casadi.repmat(modes, 1, count)
     states, rows = one.mapaccum(count)(state, *held)
     return casadi.Function("block", [state, tau, modes], [states, rows, look(states[:, -1], modes)])
@@ -43,13 +47,20 @@ def block_function(robot, chart, method, step, count):
 @lru_cache(maxsize=64)
 def step_function(robot, chart, method, step):
     """(state, tau, modes) -> (state after one step under a held torque, what is seen before it)."""
-    import casadi
+    state, tau, modes = _symbols(chart)
+    found = runge_kutta_step(robot, chart, method, step, state, tau, (modes[0], modes[1]))
+    return casadi.Function("step", [state, tau, modes], casadi.cse(list(found)))
 
-    model, _ = model_functions(robot, chart)
-    state, tau, modes = casadi.SX.sym("state", 4), casadi.SX.sym("tau", 2), casadi.SX.sym("modes", 2)
-    first, seen = model(state, tau, modes)
-    after = runge_kutta(method, step, state, lambda stage, _: first if stage is state else model(stage, tau, modes)[0])
-    return casadi.Function("step", [state, tau, modes], [after, seen])
+
+def runge_kutta_step(robot, chart, method, step, state, tau, modes):
+    """Symbols of the state after one step under a held torque, and of what is seen before it."""
+    first = chart.rates(robot, *_halves(state, chart), modes)
+
+    def slope(stage, _):
+        rates = first if stage is state else chart.rates(robot, *_halves(stage, chart), modes)
+        return _slope(chart, rates, stage, tau)
+
+    return _closed(robot, chart, runge_kutta(method, step, state, slope)), observation(first)
 
 
 def propagate(robot, chart, modes, method, step, count, torque):
@@ -58,23 +69,67 @@ def propagate(robot, chart, modes, method, step, count, torque):
     torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in models.charts. For the shortest time to a
     given accuracy: nothing else is computed.
     """
-    import casadi
-
     model, _ = model_functions(robot, chart)
-    state, t = casadi.SX.sym("state", 4), casadi.SX.sym("t")
+    state, t = casadi.SX.sym("state", 2 * chart.size), casadi.SX.sym("t")
 
     def slope(stage, fraction):
         return model(stage, casadi.vertcat(*torque(t + fraction * step)), list(modes))[0]
 
-    one = casadi.Function("step", [state, t], casadi.cse([runge_kutta(method, step, state, slope)]))
-    start = casadi.MX.sym("state", 4)
+    after = _closed(robot, chart, runge_kutta(method, step, state, slope))
+    one = casadi.Function("step", [state, t], casadi.cse([after]))
+    start = casadi.MX.sym("state", 2 * chart.size)
     return casadi.Function("propagate", [start], [one.fold(count)(start, step * casadi.DM(range(count)).T)])
 
 
-def runge_kutta(method, step, state, slope):
-    """The state one explicit Runge-Kutta step later; slope(stage's state, its fraction of the step)."""
-    a, b, c = tableau(method)
+@lru_cache(maxsize=4)
+def free_step(kind):
+    """A step of any length in the bars of any robot of a kind, by Dormand and Prince's method of order 8:
+
+    (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the tolerance, the polynomial in
+    between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
+    """
+    chart, names = Bars(), [f.name for f in fields(kind)]
+    parameters, (state, tau, _) = casadi.SX.sym("parameters", len(names)), _symbols(Bars())
+    length, tolerance = casadi.SX.sym("length"), casadi.SX.sym("tolerance")
+    robot = kind(**{name: parameters[k] for k, name in enumerate(names)})
+
+    whole = casadi.SX.sym("state", 8)
+    model = casadi.Function(
+        "model", [whole, tau, parameters], [_slope(chart, chart.rates(robot, *_halves(whole, chart), None), whole, tau)]
+    )
     slopes = []
+    after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters), slopes)
+    end = _closed(robot, chart, after)
+    scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
+    fifth, third = (sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3))
+    fifth, third = casadi.sumsqr(fifth), casadi.sumsqr(third)
+    error = length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)) / tolerance
+    slopes.append(model(end, tau, parameters))
+    for row in DOP853.A_EXTRA:
+        slopes.append(model(state + length * sum(w * k for w, k in zip(row, slopes) if w), tau, parameters))
+    change = end - state
+    between = [change, length * slopes[0] - change, 2 * change - length * (slopes[DOP853.n_stages] + slopes[0])]
+    between += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
+    inputs = [state, tau, length, tolerance, parameters]
+    return casadi.Function("free_step", inputs, casadi.cse([end, error, casadi.horzcat(*between)]))
+
+
+def between(state, polynomial, place):
+    """States (n, 8) at places (n,) in [0, 1] of steps that begin at state (n, 8) with polynomials (n, 7, 8)."""
+    x = place[:, None]
+    value = 0.0
+    for k in range(6, -1, -1):
+        value = (value + polynomial[:, k]) * (x if k % 2 == 0 else 1 - x)
+    return state + value
+
+
+def runge_kutta(method, step, state, slope, slopes=None):
+    """The state one explicit Runge-Kutta step later; slope(stage's state, its fraction of the step).
+
+    slopes: a list that takes the stages' slopes.
+    """
+    a, b, c = tableau(method)
+    slopes = [] if slopes is None else slopes
     for row, fraction in zip(a, c):
         stage = state
         for weight, k in zip(row, slopes):
@@ -89,16 +144,31 @@ def tableau(method):
     if method == "rk4":
         a = [[], [1 / 2], [0, 1 / 2], [0, 0, 1]]
         return a, [1 / 6, 1 / 3, 1 / 3, 1 / 6], [0, 1 / 2, 1 / 2, 1]
-    from scipy.integrate import DOP853
-
     return DOP853.A.tolist(), DOP853.B.tolist(), DOP853.C.tolist()
 
 
-def _observation(rates):
+def observation(rates):
     """q, q', xi, xi', the sines (q12, q22, det A), their rates, kinetic energy: in the order of the columns above."""
-    import casadi
-
     pose = rates.pose
-    return casadi.vertcat(
-        pose.q, rates.q_dot, pose.xi, rates.xi_dot, *pose.sines, pose.det_A, *rates.margin_rates, energy(rates)
-    )
+    q = (leg.q for leg in pose.legs)
+    margins = *pose.sines, pose.det_A, *rates.margin_rates
+    return pack(*q, *rates._q_dot, *pose.point, *rates._xi_dot, *margins, energy(rates))
+
+
+def _symbols(chart, kind=casadi.SX):
+    return kind.sym("state", 2 * chart.size), kind.sym("tau", 2), kind.sym("modes", 2)
+
+
+def _halves(state, chart):
+    """(c, c') on components."""
+    parts = tuple(state[k] for k in range(2 * chart.size))
+    return parts[: chart.size], parts[chart.size :]
+
+
+def _slope(chart, rates, state, tau):
+    return casadi.vertcat(state[chart.size :], *chart.accelerations(forward_dynamics(rates, tau)))
+
+
+def _closed(robot, chart, state):
+    c, c_dot = chart.closed(robot, *_halves(state, chart))
+    return casadi.vertcat(*c, *c_dot)

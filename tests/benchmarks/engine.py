@@ -56,7 +56,7 @@ def right_side(n, repeats):
     """(VM : C, compiled : C, largest difference) of the right side in the task chart, n times in a chain."""
     robot, begin = fb.FiveBar(), np.array([0.05, 0.085, 0.2, -0.1])
     state = casadi.SX.sym("state", 4)
-    rates = CHARTS["task"][0].rates(robot, (state[0], state[1]), (state[2], state[3]), (-1, -1))
+    rates = CHARTS["task"].rates(robot, (state[0], state[1]), (state[2], state[3]), (-1, -1))
     acc = fb.forward_dynamics(rates, casadi.SX.zeros(2)).xi_ddot
     (after,) = casadi.cse([state + 1e-6 * casadi.vertcat(state[2], state[3], acc)])
     function = casadi.Function("right", [state], [after]).fold(n)
@@ -77,7 +77,7 @@ def right_side(n, repeats):
 
 def forced_motion(repeats, tolerance=1e-9):
     """(steps, VM in s, compiled in s) for the 2 s forced motion to `tolerance` rad, order 8, joint chart."""
-    robot, (chart,) = fb.FiveBar(), CHARTS["joint"]
+    robot, chart = fb.FiveBar(), CHARTS["joint"]
     c, c_dot, modes = chart.coordinates(fb.dkm(fb.dgm(robot, (0.0, 0.0)), (0.0, 0.0)))
     modes, start, end = [int(mode) for mode in modes], np.array([*c, *c_dot]), (-0.441256357912, 0.423177464191)
 

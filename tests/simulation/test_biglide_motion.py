@@ -94,7 +94,10 @@ def test_free_motion_goes_on_through_every_singularity(robot):
 
 def test_each_chart_is_the_same_motion():
     start = fb.ikm(fb.igm(LAB, (0.01, 0.2)), (0.1, 0.3))
-    runs = [fb.simulate(LAB, duration=0.3, start=start, chart=chart) for chart in ("auto", "joint", "task")]
+    runs = [fb.simulate(LAB, duration=0.3, start=start)]
+    runs += [
+        fb.simulate(LAB, duration=0.3, start=start, chart=each, method="dop8") for each in ("auto", "joint", "task")
+    ]
     for run in runs[1:]:
         np.testing.assert_allclose(run.xi, runs[0].xi, rtol=0, atol=1e-11)
 
@@ -241,10 +244,8 @@ def test_errors_in_the_robots_units():
         fb.simulate(LAB, lambda *_: (np.nan, 0.0), duration=0.1, start=start)
     with pytest.raises(ValueError, match="must return two forces"):
         fb.simulate(LAB, lambda *_: 1.0, duration=0.1, start=start)
-    with pytest.raises(ArithmeticError, match=r"tolerance = 1e-300 m is not reached"):
-        fb.simulate(LAB, duration=0.01, start=fb.dkm(fb.dgm(LAB, (0, 0)), (0.5, -0.3)), tolerance=1e-300)
-    with pytest.raises(ArithmeticError, match=r"rates .* m/s, forces .* N\)"):
-        fb.simulate(LAB, lambda *_: (1e9, -1e9), duration=0.1, start=start)
+    with pytest.raises(ArithmeticError, match=r"rates .* m/s, forces .* N; sin phi1"):
+        fb.simulate(LAB, lambda *_: (1e12, -1e12), duration=0.1, start=start)
     with pytest.raises(ValueError, match="mf1 must be finite and > 0"):
         fb.Tracker(fb.Biglide(mf1=0))
 

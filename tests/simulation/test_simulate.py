@@ -50,8 +50,8 @@ def test_power_balance_along_a_driven_motion():
 
 
 def test_energy_of_the_free_motion(free_start):
-    for step, bound in ((5e-4, 1e-8), (1e-4, 1e-10)):
-        energy = fb.simulate(ROBOT, duration=10.0, start=free_start, step=step).energy
+    for options, bound in ((dict(step=5e-4, method="rk4"), 1e-8), (dict(step=1e-4, method="rk4"), 1e-10), ({}, 1e-10)):
+        energy = fb.simulate(ROBOT, duration=10.0, start=free_start, **options).energy
         assert energy[0] == pytest.approx(fb.energy(free_start), rel=1e-14)
         assert np.abs(energy / energy[0] - 1).max() <= bound
 
@@ -62,7 +62,8 @@ def test_rk4_has_order_4(chart):
         return 0.008 * np.cos(2 * np.pi * t), -0.006 * np.cos(2 * np.pi * t)
 
     def end(step):
-        return fb.simulate(ROBOT, torque, duration=1.28, control_period=0.16, step=step, chart=chart).q[-1]
+        options = dict(duration=1.28, control_period=0.16, step=step, chart=chart, method="rk4")
+        return fb.simulate(ROBOT, torque, **options).q[-1]
 
     exact = end(0.16 / 512)
     errors = [np.linalg.norm(end(0.16 / n) - exact) for n in (16, 32, 64)]
@@ -152,11 +153,14 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(torque_limit=-1.0), "torque_limit must be finite and > 0"),
         (dict(encoder_resolution=0), "encoder_resolution must be"),
         (dict(duration=np.inf), "duration must be finite"),
-        (dict(chart="polar"), "chart must be one of joint, task, auto"),
+        (dict(chart="polar"), "chart must be one of auto, task, joint"),
         (dict(controller=lambda *_: (1, 2, 3)), r"must return two torques, not an array of shape \(3,\)"),
         (dict(controller=lambda *_: (np.nan, 0)), r"the controller's torque is \[nan, 0.0\] N m at t = 0 s"),
         (dict(reference=None), "needs a duration"),
-        (dict(controller=lambda *_: (1e8, -1e8)), "too fast for steps of 0.001 s"),
+        (dict(controller=lambda *_: (1e8, -1e8)), "too fast: .* steps do not bring it to 0.01 s"),
+        (dict(controller=lambda *_: (1e8, -1e8), method="rk4"), "too fast for steps of 0.001 s"),
+        (dict(tolerance=1e-20), "tolerance = 1e-20 is below rounding"),
+        (dict(tolerance=1e-6, method="rk4"), "tolerance chooses the steps"),
         (dict(reference=None, duration=0.1), "ComputedTorque needs a reference to track"),
         (dict(controller=fb.FeedForward(ROBOT, 1, 1)), "FeedForward needs a Plan as the reference"),
         (dict(start=fb.dkm(fb.dgm(fb.FiveBar(d=0.1), (0, 0)), (0, 0))), "start is of another robot"),

@@ -1,17 +1,10 @@
 """What the lab's messages say of a state: active and passive joints, and the end-effector."""
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from ..._backend import wrap
-from ...models.compiled import Buffered
 from ...models.dynamics import forward_dynamics
-from ...simulation.steps import Q_DOT, XI, XI_DOT, Q
-
-# Columns of what is computed beside an observation.
-PASSIVE, PASSIVE_DOT, Q_DDOT, PASSIVE_DDOT, XI_DDOT = (slice(2 * k, 2 * k + 2) for k in range(5))
 
 
 class LabState(NamedTuple):
@@ -34,29 +27,13 @@ def lab_state(plant, tau, before, period, exact):
     Joint accelerations are velocity differences over the period, as the lab has them, or with `exact` those of the
     dynamics under tau, as the end-effector's always are.
     """
-    seen = plant.observation
-    more = _rest_of_state(plant.robot, plant.chart)(plant.state, tau, plant.modes)[0].copy()
-    q, passive = seen[Q].copy(), more[PASSIVE]
-    q_ddot, passive_ddot = more[Q_DDOT], more[PASSIVE_DDOT]
-    if before is not None:
-        q = before.q + plant.robot.differ(q - before.q)
-        passive = before.passive + wrap(passive - before.passive)
-        if not exact:
-            q_ddot = (seen[Q_DOT] - before.q_dot) / period
-            passive_ddot = (more[PASSIVE_DOT] - before.passive_dot) / period
+    rates, (q, q_dot) = plant.rates, plant.joints
+    found, robot = forward_dynamics(rates, tau), plant.robot
+    passive = np.array([drive.relative(phi, own) for drive, phi, own in zip(robot.drives, plant.state[1:4:2], q)])
+    q_ddot, passive_ddot = found.q_ddot, found.q_passive_ddot
+    if before is not None and not exact:
+        q_ddot = (q_dot - before.q_dot) / period
+        passive_ddot = (rates.q_passive_dot - before.passive_dot) / period
     return LabState(
-        q, seen[Q_DOT].copy(), q_ddot, passive, more[PASSIVE_DOT], passive_ddot, seen[XI].copy(), seen[XI_DOT].copy(),
-        more[XI_DDOT],
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=8)
-def _rest_of_state(robot, chart):
-    """(state, tau, modes) -> passive coordinates and rates, joint accelerations, the end-effector's."""
-    import casadi
-
-    state, tau, modes = casadi.SX.sym("state", 4), casadi.SX.sym("tau", 2), casadi.SX.sym("modes", 2)
-    rates = chart.rates(robot, (state[0], state[1]), (state[2], state[3]), (modes[0], modes[1]))
-    found = forward_dynamics(rates, tau)
-    columns = rates.pose.q_passive, rates.q_passive_dot, found.q_ddot, found.q_passive_ddot, found.xi_ddot
-    return Buffered(casadi.Function("rest", [state, tau, modes], [casadi.cse(casadi.vertcat(*columns))]))
+        q, q_dot, q_ddot, passive, rates.q_passive_dot, passive_ddot, rates.pose.xi, rates.xi_dot, found.xi_ddot
+    )

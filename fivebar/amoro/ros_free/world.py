@@ -3,20 +3,20 @@
 import math
 import signal
 import threading
+from functools import partial
 
 import numpy as np
 
-from ...models.charts import CHARTS
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import Biglide, FiveBar
-from ...simulation.plant import Plant, refuse_jumps
-from ...simulation.simulate import assemble
+from ...simulation.plant import Plant, margins_after
+from ...simulation.simulate import TOLERANCE, assemble
 from .clock import STEP, real_monotonic
 from .states import lab_state
 
 ROBOTS = {"five_bar": FiveBar, "biglide": Biglide}
-SUBSTEPS = 10
+ROWS = 10  # of a run in each step
 MOST_IDLE = 100_000  # calls of data_updated() with nothing new: the next would not be different
 GRACE = 100  # steps that a script may still make after its KeyboardInterrupt, to bring the motors to rest
 MOST_STOPS = 3  # times that a script may swallow `Stopped`
@@ -59,7 +59,7 @@ class World:
     def _to_home(self):
         robot = ROBOTS[self.kind]()
         home = dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
-        self.plant = Plant(robot, CHARTS["auto"], "rk4", STEP / SUBSTEPS, SUBSTEPS, home)
+        self.plant, self.efforts = Plant(robot, home, TOLERANCE), []
         self.since_reset, self.fresh, self.failure = 0, True, None
         self.state = lab_state(self.plant, np.zeros(2), None, STEP, self.exact)
 
@@ -77,20 +77,16 @@ class World:
         if self.failure is not None:
             raise self.failure
         tau = np.array([_number(value, side, self) for value, side in zip(efforts, ("left", "right"))])
-        plant, first, observed = self.plant, len(self.plant.rows), self.plant.observation
+        plant = self.plant
         try:
-            plant.advance(self.since_reset * SUBSTEPS, SUBSTEPS, tau)
-            rows = np.vstack([*plant.rows[first:], plant.observation])
-            held = np.tile(tau, (SUBSTEPS, 1))
-            refuse_jumps(plant.robot, rows, held, plant.charts, plant.chart, plant.step, start=self.time)
+            plant.advance((self.since_reset + 1) * STEP, tau)
         except ArithmeticError as error:
-            del plant.rows[first:], plant.torques[self.since_reset * SUBSTEPS :]
-            plant.observation = observed
             self.failure = ArithmeticError(
-                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the robot faster than "
-                f"steps of {plant.step:g} s can follow ({error})"
+                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the robot faster than can "
+                f"be followed ({error})"
             )
             raise self.failure from None
+        self.efforts.append(tau)
         self.since_reset += 1
         self.steps += 1
         self.idle, self.fresh, self.last_step = 0, True, real_monotonic()
@@ -148,7 +144,11 @@ class World:
         """The Run since the last reset, or if there was no step since, the one before; None where there is none."""
         if not self.since_reset:
             return self.motion
-        return assemble(self.plant.robot, None, self.plant.step, *self.plant.history(), None, None)
+        t = np.arange(self.since_reset * ROWS + 1) * (STEP / ROWS)
+        tau = np.repeat(self.efforts, ROWS, axis=0)
+        rows, states = self.plant.rows(t)
+        after = partial(margins_after, self.plant, states, tau)
+        return assemble(self.plant.robot, t, rows, tau, None, None, None, after=after)
 
 
 def _number(value, side, world):

@@ -127,7 +127,7 @@ def fixed_steps(motion, chart, method, count, jit):
 
 def ours(name, method, jit):
     """prepare of our fixed steps in a chart."""
-    (chart,) = CHARTS[name]
+    chart = CHARTS[name]
 
     def prepare(problem, count):
         call, modes = fixed_steps(MOTIONS[problem], chart, method, count, jit)
