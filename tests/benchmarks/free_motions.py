@@ -1,0 +1,72 @@
+"""Free motions of random robots: energy over a minute, the way back over ten seconds, what is refused.
+
+`python -m tests.benchmarks.free_motions [COUNT]`
+"""
+
+import sys
+from multiprocessing import Pool
+
+import numpy as np
+
+import fivebar as fb
+from fivebar.simulation.plant import Plant
+from fivebar.simulation.simulate import TOLERANCE
+
+CHANGE_POINT = 1e-3  # of the bars: nearer to one, four parallel bars are almost reached
+
+
+def random_motion(seed, fastest=3.0):
+    """A robot with unequal bars that closes somewhere, and Rates of a regular pose of it."""
+    rng = np.random.default_rng(seed)
+    while True:
+        l11, l12, l21, l22, d = rng.uniform(0.05, 0.2, 5)
+        try:
+            robot = fb.FiveBar(l11, l12, l21, l22, d, *rng.uniform(5e-4, 5e-3, 2), rng.uniform(0.1, 1.0))
+        except ValueError:
+            continue
+        pose = fb.dgm(robot, rng.uniform(-np.pi, np.pi, (50, 2)), int(rng.choice([-1, 1])), unreachable="nan")
+        good = np.flatnonzero(np.abs(pose.det_A) > 0.1)
+        if len(good):
+            pose = fb.dgm(robot, pose.q[good[0]], int(pose.assembly[good[0]]))
+            return robot, fb.dkm(pose, rng.uniform(-fastest, fastest, 2))
+
+
+def from_change_point(robot):
+    """How far the bars are from lying along the base, over the longest: the least |+-l11 +-l12 +-l21 +-l22 - d|."""
+    bars = robot.l11, robot.l12, robot.l21, robot.l22
+    signs = np.array(np.meshgrid(*[(-1, 1)] * 4)).reshape(4, -1).T
+    return np.abs(signs @ bars - robot.d).min() / max(bars)
+
+
+def judge(seed):
+    """(energy error over 60 s, miss after 10 s and back in m, distance from a change point, or the refusal)."""
+    robot, start = random_motion(seed)
+    try:
+        run = fb.simulate(robot, duration=60.0, start=start, step=0.01, tolerance=1e-10)
+        plant = Plant(robot, start, TOLERANCE)
+        plant.advance(10.0, np.zeros(2))
+        back = Plant(robot, start, TOLERANCE)
+        back.state = plant.state * np.repeat([1, -1], 4)
+        back.advance(10.0, np.zeros(2))
+    except ArithmeticError as error:
+        return seed, np.nan, np.nan, from_change_point(robot), str(error)
+    drift = np.abs(run.energy / run.energy[0] - 1).max()
+    return seed, drift, np.linalg.norm(back.rates.pose.xi - start.pose.xi), from_change_point(robot), ""
+
+
+def main(count=1000):
+    with Pool() as pool:
+        rows = pool.map(judge, range(count), chunksize=4)
+    drift, miss, apart = (np.array([row[k] for row in rows]) for k in (1, 2, 3))
+    refused = [row for row in rows if row[4]]
+    print(f"{count} robots, {len(refused)} refused")
+    for seed, *_, near, why in refused[:20]:
+        print(f"  {seed}: {near:.2g} of the bars from a change point: {why}")
+    print("energy over 60 s: median %.2g, 99 %% %.2g, worst %.2g" % tuple(np.nanpercentile(drift, (50, 99, 100))))
+    print("10 s and back, m: median %.2g, 99 %% %.2g, worst %.2g" % tuple(np.nanpercentile(miss, (50, 99, 100))))
+    for k in np.flatnonzero((drift > 1e-9) | (miss > 1e-6)):
+        print(f"  {k}: energy {drift[k]:.2g}, miss {miss[k]:.2g} m, {apart[k]:.2g} of the bars from a change point")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
