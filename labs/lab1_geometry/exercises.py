@@ -8,7 +8,7 @@ import numpy as np
 from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.misconceptions.common import with_one_length
-from fivebar.grading.misconceptions.direct_geometry import (
+from fivebar.grading.misconceptions.direct import (
     bars,
     dgm,
     dgm_passive,
@@ -21,7 +21,7 @@ from fivebar.grading.misconceptions.direct_geometry import (
     wrong_dgm_passive,
     xy,
 )
-from fivebar.grading.misconceptions.inverse_geometry import igm, igm_by_root, igm_with_bases, wrong_igm
+from fivebar.grading.misconceptions.inverse import igm, igm_by_root, igm_with_bases, wrong_igm
 
 
 def right_base_at_left(robot, q11, q21, assembly_mode):

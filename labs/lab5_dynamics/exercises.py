@@ -5,16 +5,8 @@ import numpy as np
 from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import inverse, motion, times
-from fivebar.grading.misconceptions.common import passive_misread
-from fivebar.grading.misconceptions.dynamics import (
-    M_of,
-    c_forgotten,
-    c_of,
-    dynamic_model,
-    turned,
-    with_model,
-    wrong_dynamic_model,
-)
+from fivebar.grading.misconceptions.common import c_forgotten, passive_misread
+from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, turned, with_model, wrong_dynamic_model
 
 ONLY_DIAGONAL = "only the diagonal of M", "Does the left motor feel nothing of the right one's acceleration?"
 

@@ -8,24 +8,10 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.four_joints import inverse, times
-from fivebar.grading.misconceptions.common import legs_exchanged, one_length, with_one_length
-from fivebar.grading.misconceptions.direct_geometry import (
-    dgm,
-    dgm_passive,
-    over_h,
-    pivots,
-    wrong_dgm,
-    wrong_dgm_passive,
-)
-from fivebar.grading.misconceptions.dynamics import (
-    M_of,
-    c_forgotten,
-    c_of,
-    dynamic_model,
-    with_model,
-    wrong_dynamic_model,
-)
-from fivebar.grading.misconceptions.inverse_geometry import igm, igm_with_bases, wrong_igm
+from fivebar.grading.misconceptions.common import c_forgotten, legs_exchanged, one_length, with_one_length
+from fivebar.grading.misconceptions.direct import dgm, dgm_passive, over_h, pivots, wrong_dgm, wrong_dgm_passive
+from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, with_model, wrong_dynamic_model
+from fivebar.grading.misconceptions.inverse import igm, igm_with_bases, wrong_igm
 from fivebar.grading.misconceptions.kinematics import (
     dkm,
     dkm_passive,

@@ -81,3 +81,9 @@ def of_bars(model: Callable, change: Callable) -> Callable:
 def length_forgotten(kind: Kind, model: Callable, hint: str) -> Misconception:
     name = f"length of the {words_for(kind)('distal bar', 'bar')} forgotten"
     return Misconception(name, hint, of_bars(model, lambda value, bar: value * bar))
+
+
+def c_forgotten(kind: Kind, model: Callable) -> Misconception:
+    speed, effort = words_for(kind)("motor speed", "speed of the feet"), words_for(kind)("torque", "effort")
+    hint = f"At constant {speed} the end-effector still accelerates. Which {effort} does that need?"
+    return Misconception("c forgotten", hint, model)

@@ -10,7 +10,7 @@ import numpy as np
 from ...models import dynamics
 from ..exercise import Misconception
 from ..four_joints import inverse, motion
-from .common import Columns, Kind, Robot, passive_misread, words_for
+from .common import Columns, Kind, Robot, c_forgotten, passive_misread, words_for
 
 
 def dynamic_model(robot: Robot, *row: np.ndarray) -> Columns:
@@ -39,12 +39,6 @@ def M_of(Z: np.ndarray, m: float, A: np.ndarray, B: np.ndarray, d: np.ndarray) -
 
 def c_of(Z: np.ndarray, m: float, A: np.ndarray, B: np.ndarray, d: np.ndarray) -> np.ndarray:
     return m * turned(inverse(A) @ B) @ inverse(A) @ d
-
-
-def c_forgotten(kind: Kind, model: Callable) -> Misconception:
-    speed, effort = words_for(kind)("motor speed", "speed of the feet"), words_for(kind)("torque", "effort")
-    hint = f"At constant {speed} the end-effector still accelerates. Which {effort} does that need?"
-    return Misconception("c forgotten", hint, model)
 
 
 def wrong_dynamic_model(kind: Kind) -> tuple[Misconception, ...]:
