@@ -4,7 +4,7 @@ import numpy as np
 
 from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import QUARTER, inverse, pose, times
+from fivebar.grading.columns import QUARTER, inverse, pose, times
 from fivebar.grading.misconceptions.common import passive_misread
 from fivebar.grading.misconceptions.kinematics import (
     dkm,

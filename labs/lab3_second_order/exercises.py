@@ -6,7 +6,7 @@ import numpy as np
 
 from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import inverse, times
+from fivebar.grading.columns import inverse, times
 from fivebar.grading.misconceptions.second_order import (
     dkm2,
     dkm2_passive,

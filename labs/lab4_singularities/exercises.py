@@ -6,7 +6,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import pose
+from fivebar.grading.columns import pose
 from fivebar.grading.misconceptions.common import passive_misread
 from fivebar.models.dyads import RRR
 

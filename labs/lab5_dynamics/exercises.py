@@ -4,7 +4,7 @@ import numpy as np
 
 from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import inverse, motion, times
+from fivebar.grading.columns import inverse, motion, times
 from fivebar.grading.misconceptions.common import c_forgotten, passive_misread
 from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, turned, with_model, wrong_dynamic_model
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import inverse, times
+from fivebar.grading.columns import inverse, times
 from fivebar.grading.misconceptions.common import c_forgotten, legs_exchanged, one_length, with_one_length
 from fivebar.grading.misconceptions.direct import dgm, dgm_passive, over_h, pivots, wrong_dgm, wrong_dgm_passive
 from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, with_model, wrong_dynamic_model

@@ -11,9 +11,9 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.grading.biglide_samples import beside_type_1, beside_type_2, poses, unequal_biglide
 from fivebar.grading.grade import Task, grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_biglide
 from fivebar.grading.variants import biglide_of, constants_in, robot_from, with_constants
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 

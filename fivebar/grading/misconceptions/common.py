@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...models.robots import Biglide, FiveBar
+from ...models.robots import Robot
+from ..columns import Array
 from ..exercise import Misconception
 
-Robot = FiveBar | Biglide
-Kind = type[FiveBar] | type[Biglide]
-Columns = tuple[np.ndarray, ...]
+Kind = type[Robot]
 
 
 def words_for(kind: Kind) -> Callable[[str, str], str]:
@@ -20,11 +19,11 @@ def words_for(kind: Kind) -> Callable[[str, str], str]:
     return lambda cranks, sliders: cranks if kind.turns else sliders
 
 
-def root_of_absolute(square: np.ndarray) -> np.ndarray:
+def root_of_absolute(square: Array) -> Array:
     return np.sqrt(np.abs(square))
 
 
-def root_or_0(square: np.ndarray) -> np.ndarray:
+def root_or_0(square: Array) -> Array:
     return np.sqrt(np.maximum(square, 0))
 
 

@@ -8,48 +8,50 @@ from functools import partial
 import numpy as np
 
 from ...models.dyads import RRR
+from ...models.robots import Robot
+from ..columns import Array, Columns
 from ..exercise import Misconception
-from .common import Columns, Kind, Robot, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
+from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
 
 
-def pivots(robot: Robot, q11: np.ndarray, q21: np.ndarray) -> Columns:
+def pivots(robot: Robot, q11: Array, q21: Array) -> Columns:
     """Both elbows, or feet."""
     found = (drive.pivot(drive.direction(q)) for drive, q in zip(robot.drives, (q11, q21)))
     return tuple(x + 1j * y for x, y in found)
 
 
-def meet(robot: Robot, left: np.ndarray, right: np.ndarray, assembly_mode: np.ndarray) -> np.ndarray:
+def meet(robot: Robot, left: Array, right: Array, assembly_mode: Array) -> Array:
     """The end-effector above these pivots."""
     span, (bar, other) = right - left, robot.distal
     x, y = RRR((span.real, span.imag), bar, other, -assembly_mode).first
     return left + bar * (x + 1j * y)
 
 
-def xy(point: np.ndarray) -> Columns:
+def xy(point: Array) -> Columns:
     return point.real, point.imag
 
 
-def dgm(robot: Robot, q11: np.ndarray, q21: np.ndarray, assembly_mode: np.ndarray, apart: float = 0.0) -> Columns:
+def dgm(robot: Robot, q11: Array, q21: Array, assembly_mode: Array, apart: float = 0.0) -> Columns:
     """apart: by how much each pivot is off, outwards, in distances d of the bases."""
     left, right = pivots(robot, q11, q21)
     return xy(meet(robot, left - apart * robot.d, right + apart * robot.d, assembly_mode))
 
 
-def foot(robot: Robot, span: np.ndarray) -> np.ndarray:
+def foot(robot: Robot, span: Array) -> Array:
     """Distance of H from the right pivot, the pivots being `span` apart."""
     bar, other = robot.distal
     return (span**2 + other**2 - bar**2) / (2 * span)
 
 
-def half(robot: Robot, span: np.ndarray) -> np.ndarray:
+def half(robot: Robot, span: Array) -> Array:
     return span / 2
 
 
 def over_h(
     robot: Robot,
-    q11: np.ndarray,
-    q21: np.ndarray,
-    assembly_mode: np.ndarray,
+    q11: Array,
+    q21: Array,
+    assembly_mode: Array,
     foot: Callable = foot,
     root: Callable = np.sqrt,
     normal: Callable = lambda along, to_h: 1j * along,
@@ -120,14 +122,14 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
     )
 
 
-def bars(robot: Robot, q11: np.ndarray, q21: np.ndarray, assembly_mode: np.ndarray) -> Columns:
+def bars(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> Columns:
     """The distal bars, from pivot to end-effector."""
     left, right = pivots(robot, q11, q21)
     end = meet(robot, left, right, assembly_mode)
     return end - left, end - right
 
 
-def dgm_passive(robot: Robot, *row: np.ndarray, read: Callable = np.angle, off: Callable | None = None) -> Columns:
+def dgm_passive(robot: Robot, *row: Array, read: Callable = np.angle, off: Callable | None = None) -> Columns:
     """read: the angle of a bar; off(robot, *row): by how much both pivots are off."""
     found = bars(robot, *row)
     if off:

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...models import dynamics
+from ...models.robots import Robot
+from ..columns import Array, Columns, inverse, motion
 from ..exercise import Misconception
-from ..four_joints import inverse, motion
-from .common import Columns, Kind, Robot, c_forgotten, passive_misread, words_for
+from .common import Kind, c_forgotten, passive_misread, words_for
 
 
-def dynamic_model(robot: Robot, *row: np.ndarray) -> Columns:
+def dynamic_model(robot: Robot, *row: Array) -> Columns:
     return dynamics.dynamic_model(motion(robot, *row))
 
 
@@ -28,16 +29,16 @@ def with_model(name: str, hint: str, change: Callable) -> Misconception:
     return Misconception(name, hint, model)
 
 
-def turned(matrix: np.ndarray) -> np.ndarray:
+def turned(matrix: Array) -> Array:
     return matrix.swapaxes(-1, -2)
 
 
-def M_of(Z: np.ndarray, m: float, A: np.ndarray, B: np.ndarray, d: np.ndarray) -> np.ndarray:
+def M_of(Z: Array, m: float, A: Array, B: Array, d: Array) -> Array:
     J = inverse(A) @ B
     return Z + m * turned(J) @ J
 
 
-def c_of(Z: np.ndarray, m: float, A: np.ndarray, B: np.ndarray, d: np.ndarray) -> np.ndarray:
+def c_of(Z: Array, m: float, A: Array, B: Array, d: Array) -> Array:
     return m * turned(inverse(A) @ B) @ inverse(A) @ d
 
 

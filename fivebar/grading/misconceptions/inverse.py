@@ -8,11 +8,13 @@ from functools import partial
 import numpy as np
 
 from ...models.geometry import reach
+from ...models.robots import Robot
+from ..columns import Array, Columns
 from ..exercise import Misconception
-from .common import Columns, Kind, Robot, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
+from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
 
 
-def igm(robot: Robot, x: np.ndarray, y: np.ndarray, gamma1: np.ndarray, gamma2: np.ndarray) -> Columns:
+def igm(robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array) -> Columns:
     legs = zip(robot.drives, robot.distal, (gamma1, gamma2))
     return tuple(reach(drive, (x, y), bar, gamma).q for drive, bar, gamma in legs)
 
@@ -28,10 +30,10 @@ def igm_with_bases(left: float, right: float) -> Callable:
 
 def igm_by_root(
     robot: Robot,
-    x: np.ndarray,
-    y: np.ndarray,
-    gamma1: np.ndarray,
-    gamma2: np.ndarray,
+    x: Array,
+    y: Array,
+    gamma1: Array,
+    gamma2: Array,
     root: Callable = np.sqrt,
     half_way: bool = False,
 ) -> Columns:

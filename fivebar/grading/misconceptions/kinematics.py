@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from ...models.kinematics import Rates
+from ...models.robots import Robot
+from ..columns import Columns, inverse, pose, times
 from ..exercise import Misconception
-from ..four_joints import inverse, pose, times
-from .common import Columns, Kind, Robot, legs_exchanged, length_forgotten, of_bars, passive_misread, words_for
+from .common import Kind, legs_exchanged, length_forgotten, of_bars, passive_misread, words_for
 
 
 def by_matrix(matrix: Callable) -> Callable:

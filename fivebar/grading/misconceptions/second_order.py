@@ -5,26 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-
 from ...models.kinematics import Accelerations
+from ...models.robots import Robot
+from ..columns import Array, Columns, inverse, motion, times
 from ..exercise import Misconception
-from ..four_joints import inverse, motion, times
-from .common import Columns, Kind, Robot, legs_exchanged, length_forgotten, passive_misread, words_for
+from .common import Kind, legs_exchanged, length_forgotten, passive_misread, words_for
 
 
-def parts(robot: Robot, *row: np.ndarray) -> Columns:
+def parts(robot: Robot, *row: Array) -> Columns:
     """A, B and d of a motion, arrays (n, 2, 2) and (n, 2)."""
     rates = motion(robot, *row)
     return rates.pose.A, rates.pose.B, rates.d
 
 
-def dkm2(robot: Robot, *row: np.ndarray, parts: Callable = parts) -> Columns:
+def dkm2(robot: Robot, *row: Array, parts: Callable = parts) -> Columns:
     A, B, d = parts(robot, *row[:8])
     return times(inverse(A), *(times(B, *row[8:]) + d.T))
 
 
-def ikm2(robot: Robot, *row: np.ndarray, parts: Callable = parts) -> Columns:
+def ikm2(robot: Robot, *row: Array, parts: Callable = parts) -> Columns:
     A, B, d = parts(robot, *row[:8])
     return times(inverse(B), *(times(A, *row[8:]) - d.T))
 
@@ -39,7 +38,7 @@ def with_d(name: str, hint: str, d: Callable) -> list[Misconception]:
     return with_parts(name, hint, lambda robot, *row: (*parts(robot, *row)[:2], d(robot, *row)))
 
 
-def d_of(robot: Robot, *row: np.ndarray) -> np.ndarray:
+def d_of(robot: Robot, *row: Array) -> Array:
     return parts(robot, *row)[2]
 
 
@@ -61,11 +60,11 @@ def wrong_bias(kind: Kind) -> list[list[Misconception]]:
     ]
 
 
-def dkm2_passive(robot: Robot, *row: np.ndarray) -> Columns:
+def dkm2_passive(robot: Robot, *row: Array) -> Columns:
     return tuple(Accelerations(motion(robot, *row[:8]), row[8:10], row[10:]).q_passive_ddot.T)
 
 
-def with_own_centripetal(robot: Robot, *row: np.ndarray) -> Columns:
+def with_own_centripetal(robot: Robot, *row: Array) -> Columns:
     legs = zip(robot.drives, dkm2_passive(robot, *row), row[4:8:2], row[5:8:2])
     return tuple(value + drive.absolute(passive, own) ** 2 for drive, value, own, passive in legs)
 
