@@ -4,6 +4,8 @@ A lab's check is a plain test: its docstring's first line is its title, `@pytest
 What it asks through `ask` is recorded even where the check crashes; such a crash is the lab's fault, not the student's.
 """
 
+from __future__ import annotations
+
 import hashlib
 from dataclasses import replace
 from functools import partial
@@ -14,9 +16,11 @@ import pytest
 
 from .ask import Ask, Wrong
 from .labs import Lab
+from .program import Job, Program
 from .report.text import check_lines, number
 from .results import checked
-from .variants import PUBLIC_SEED
+from .variants import PUBLIC_SEED, robot_for
+from .worker.sandbox import IsolationError
 
 _ASK = pytest.StashKey()
 
@@ -38,19 +42,15 @@ def pytest_configure(config):
 
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
-    from .grade import Task
-    from .variants import robot_for
-    from .worker.sandbox import IsolationError
-
     option = config.option
     if not option.submission:
         return Checks(None, option.seed)
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    task = Task(path, option.student, option.seed, None, option.isolate, option.time_limit)
+    job = Job(path, option.student, option.seed, None, option.isolate, option.time_limit)
     try:
-        program = task.open()
+        program = job.open()
     except IsolationError as error:
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
@@ -63,7 +63,7 @@ def _from_options(config):
 class Checks:
     """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
 
-    def __init__(self, program, seed):
+    def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}

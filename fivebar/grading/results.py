@@ -3,7 +3,9 @@
 from dataclasses import asdict, dataclass, field, fields
 
 from .ask import Wrong
+from .report.page import fragment
 from .report.pose_figure import pose_figure
+from .report.text import report_text
 
 SCHEMA = 1
 
@@ -120,11 +122,7 @@ class Report:
         return cls(**{name: value for name, value in data.items() if name in names} | lists | {"checks": checks})
 
     def __repr__(self):
-        from .report.text import report_text
-
         return report_text(self)
 
     def _repr_html_(self):
-        from .report.page import fragment
-
         return fragment(self)

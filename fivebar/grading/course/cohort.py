@@ -10,6 +10,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from tqdm import tqdm
+
 from ...errors import UsageError
 from ..grade import file_hash
 from ..labs import PACKAGE, Lab
@@ -81,8 +83,6 @@ def begin(lab, out, seed, secret, isolate, limit):
 
 def run_cohort(cohort, entries, jobs):
     """Reports in the order of the entries; those of an earlier run are kept."""
-    from tqdm import tqdm
-
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
     if kept := len(reports):

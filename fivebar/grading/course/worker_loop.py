@@ -6,8 +6,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from ..grade import Task, grade
+from ..grade import grade
 from ..labs import Lab
+from ..program import Job
 from ..report.page import report_page
 from ..worker.sandbox import IsolationError
 
@@ -25,7 +26,7 @@ def _graded(request):
     lab = Lab(Path(request.pop("lab")))
     try:
         robot = replace(lab.robot(), **request.pop("robot"))
-        report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
+        report = grade(lab, Job(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
         return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}
