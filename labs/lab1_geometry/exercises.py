@@ -72,6 +72,7 @@ DGM = Exercise(
             "Make l22 shorter in a drawing: does H come nearer to A22 or go away from it? And yours?",
             partial(over_h, foot=lambda robot, span: span - foot(robot, span)),
         ),
+        with_one_length(FiveBar, dgm),
     ),
 )
 
@@ -124,6 +125,7 @@ IGM = Exercise(
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
             partial(igm_by_root, half_way=True),
         ),
+        with_one_length(FiveBar, igm),
     ),
     angles=("q11", "q21"),
 )

@@ -54,6 +54,7 @@ DGM = Exercise(
             "Along which axis do the feet slide in the figure, and which of your feet's coordinates holds q?",
             lambda robot, *row: dgm(robot, *row)[::-1],
         ),
+        with_one_length(KIND, dgm),
     ),
 )
 
@@ -82,6 +83,7 @@ IGM = Exercise(
             "Along which axis do the feet slide in the figure? The other coordinate of a foot never changes.",
             lambda robot, x, y, *modes: igm(robot, y, x, *modes),
         ),
+        with_one_length(KIND, igm),
     ),
 )
 

@@ -11,7 +11,7 @@ from ...models.dyads import RRR
 from ...models.robots import Robot
 from ..columns import Array, Columns
 from ..exercise import Misconception
-from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
+from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, words_for
 
 
 def pivots(robot: Robot, q11: Array, q21: Array) -> Columns:
@@ -118,7 +118,6 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
             "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
             partial(over_h, foot=half),
         ),
-        with_one_length(kind, dgm),
     )
 
 

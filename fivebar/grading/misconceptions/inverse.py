@@ -11,7 +11,7 @@ from ...models.geometry import reach
 from ...models.robots import Robot
 from ..columns import Array, Columns
 from ..exercise import Misconception
-from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, with_one_length, words_for
+from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, words_for
 
 
 def igm(robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array) -> Columns:
@@ -107,5 +107,4 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
             ),
             partial(igm_by_root, root=root_or_0),
         ),
-        with_one_length(kind, igm),
     )

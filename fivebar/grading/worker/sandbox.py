@@ -4,10 +4,8 @@ import json
 import os
 import secrets
 import selectors
-import shutil
 import signal
 import subprocess
-import tempfile
 import time
 from dataclasses import dataclass
 
@@ -36,18 +34,16 @@ class Worker:
     def __init__(self, isolate, memory, cpu):
         self.nonce = secrets.token_hex(8)
         self.output = ""
-        self.folder = tempfile.mkdtemp(prefix="fivebar-") if isolate == "process" else None  # bwrap makes its own
         self._buffer = bytearray()
         self._room = MOST_OUTPUT
         request, self._out = os.pipe()
         self._in, reply = os.pipe()
         settings = {"read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu}
         try:
-            self._process, self._first = launch(isolate, settings, self.folder)
+            self._process, self._first = launch(isolate, settings)
         except OSError as error:
             os.close(self._out)
             os.close(self._in)
-            self._remove_folder()
             raise IsolationError(f"a worker process cannot be started: {error}") from None
         finally:
             os.close(request)
@@ -170,8 +166,3 @@ class Worker:
         os.close(self._in)
         self._process.stdout.close()
         self._open = False
-        self._remove_folder()
-
-    def _remove_folder(self):
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)  # it is empty where the filter of system calls works
