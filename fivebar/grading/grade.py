@@ -17,7 +17,7 @@ import pytest
 from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program
-from .results import Report
+from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, is_number, parameters
 from .worker.live import from_functions
 from .worker.submission import MOST_NOTEBOOK
@@ -66,7 +66,7 @@ def _forget(lab):
         del sys.modules[name]
 
 
-def grade(lab: Lab, job: Job, home: bool = False) -> Report:
+def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
     """Report on one file; home: the inputs are public and the report says that others exist."""
     before, digest = time.perf_counter(), file_hash(job.path)  # a file replaced from now on is graded again
     program = job.open()
@@ -87,7 +87,7 @@ def check(
     seed: str = PUBLIC_SEED,
     labs: str | Path | None = None,
     **functions: Callable,
-) -> Report:
+) -> ShownReport:
     """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file, `check("lab1", "my.py")`.
 
     lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in this process, so
@@ -114,7 +114,7 @@ def _report(lab, checks, before, home, **rest):
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
         trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
-    return Report(
+    return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
         notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,

@@ -7,6 +7,7 @@ What it asks through `ask` is recorded even where the check crashes; such a cras
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ..models.robots import Robot
 from .ask import Ask, Wrong
 from .labs import Lab
 from .program import Job, Program
@@ -25,7 +27,7 @@ from .worker.sandbox import IsolationError
 _ASK = pytest.StashKey()
 
 
-def pytest_addoption(parser):
+def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("fivebar", "checks of a student's program")
     group.addoption("--submission", metavar="FILE", help="the student's .py file or notebook")
     group.addoption("--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)")
@@ -35,7 +37,7 @@ def pytest_addoption(parser):
     group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
 
 
-def pytest_configure(config):
+def pytest_configure(config: pytest.Config) -> None:
     config.option.importmode = "importlib"  # all labs have files of the same names
     config.pluginmanager.register(_from_options(config), "fivebar checks")
 
@@ -68,30 +70,30 @@ class Checks:
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}
 
-    def pytest_configure(self, config):
+    def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
 
-    def pytest_collection_modifyitems(self, items):
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
             raise pytest.UsageError("which file is to be checked? Give --submission FILE")
 
     @pytest.fixture
-    def ask(self, request):
+    def ask(self, request: pytest.FixtureRequest) -> Ask:
         ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
-    def robot(self, request):
+    def robot(self, request: pytest.FixtureRequest) -> Robot:
         return self.program.robot_in(Lab(request.path.parent))
 
     @pytest.fixture
-    def draw(self, request):
+    def draw(self, request: pytest.FixtureRequest) -> np.random.Generator:
         text = f"{self.seed}\0{request.path.parent.name}\0{request.node.name}"
         return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()))
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item, call):
+    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Iterator:
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if self.program is not None and (report.when == "call" or error is not None):
@@ -111,14 +113,14 @@ class Checks:
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")
 
-    def pytest_collectreport(self, report):
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
             self.trouble.append(str(report.longrepr).strip().splitlines()[-1])
 
-    def pytest_terminal_summary(self, terminalreporter):
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if self.found:
             points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
-    def pytest_keyboard_interrupt(self, excinfo):
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo) -> None:
         self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass

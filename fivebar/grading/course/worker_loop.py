@@ -1,5 +1,7 @@
 """The process that grades a cohort's submissions one after another: a JSON line in, a JSON line out."""
 
+from __future__ import annotations
+
 import json
 import os
 import sys
@@ -13,7 +15,7 @@ from ..report.page import report_page
 from ..worker.sandbox import IsolationError
 
 
-def main():
+def main() -> None:
     """Serve until stdin ends. Nothing else can write to the pipe: stdout is moved away first."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)

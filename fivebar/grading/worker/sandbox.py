@@ -1,5 +1,7 @@
 """Starts a worker process, as isolated as asked, and talks with it against the clock."""
 
+from __future__ import annotations
+
 import json
 import os
 import secrets
@@ -12,7 +14,7 @@ from dataclasses import dataclass
 from .launch import launch
 from .wire import MOST_LINE, Garbled, clean, message
 
-MOST_OUTPUT = 64_000
+MOST_OUTPUT = 64_000  # bytes kept of what a program prints
 START_LIMIT = 20.0  # s, for the interpreter itself
 
 
@@ -31,7 +33,7 @@ class Lost(Exception):
 class Worker:
     """One worker process; ended by `close`, with all that it started."""
 
-    def __init__(self, isolate, memory, cpu):
+    def __init__(self, isolate: str, memory: int, cpu: int):
         self.nonce = secrets.token_hex(8)
         self.output = ""
         self._buffer = bytearray()
@@ -56,7 +58,7 @@ class Worker:
             self._selector.register(descriptor, selectors.EVENT_READ)
         os.set_blocking(self._out, False)
 
-    def confined(self):
+    def confined(self) -> dict:
         """The worker's own report before anything of the student's has run. Raises IsolationError."""
         try:
             report = self.receive(self.nonce, START_LIMIT)
@@ -68,7 +70,7 @@ class Worker:
             raise IsolationError(f"the worker process cannot be confined: {clean(report['t'])}")
         return report
 
-    def send(self, data, limit):
+    def send(self, data: dict, limit: float) -> None:
         """Sends a message, while it reads what the worker writes meanwhile. Raises Lost."""
         line = memoryview(json.dumps(data).encode() + b"\n")
         end = time.monotonic() + limit
@@ -85,7 +87,7 @@ class Worker:
         finally:
             self._selector.unregister(self._out)
 
-    def receive(self, nonce, limit):
+    def receive(self, nonce: str, limit: float) -> dict:
         """The next message, which must carry the nonce. Raises Lost, Garbled."""
         end = time.monotonic() + limit
         while (stop := self._buffer.find(b"\n")) < 0:
@@ -140,7 +142,7 @@ class Worker:
             return Lost("killed", f"signal {number} ({signal.strsignal(number)})")
         return Lost("exit", f"ended the process with status {code}")
 
-    def close(self):
+    def close(self) -> None:
         """Kills the process and its group, waits for the end of all who held its pipes, and cleans up."""
         if not self._open:
             return
