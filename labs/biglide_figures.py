@@ -1,7 +1,7 @@
 """Draws the figures of lab 7's statement: `python labs/biglide_figures.py [FOLDER]`, by default beside this file."""
 
 import numpy as np
-from figures import GREEN, INK, LEFT, MM, PINK, RIGHT, arc, arrow, label, main, panels, ray
+from drawing import GREEN, INK, LEFT, MM, PINK, RIGHT, arc, arrow, label, main, panels, ray
 
 import fivebar as fb
 

@@ -45,17 +45,19 @@ def _common(parser):
 
 
 def _check(arguments):
-    from ..grading.grade import Task, grade
+    from ..grading.grade import grade
     from ..grading.labs import find_lab
+    from ..grading.program import Job
 
     _must_be_file(arguments.file)
-    task = Task(arguments.file, limit=_limit(arguments))
-    _show(arguments, grade(find_lab(arguments.lab, arguments.labs), task, home=True))
+    job = Job(arguments.file, limit=_limit(arguments))
+    _show(arguments, grade(find_lab(arguments.lab, arguments.labs), job, home=True))
 
 
 def _grade(arguments):
-    from ..grading.grade import Task, grade
+    from ..grading.grade import grade
     from ..grading.labs import find_lab
+    from ..grading.program import Job
     from ..grading.variants import hidden_seed, robot_for
 
     lab, secret, limit = find_lab(arguments.lab, arguments.labs), _secret(arguments.secret_file), _limit(arguments)
@@ -72,8 +74,8 @@ def _grade(arguments):
         raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or path.stem
     robot = robot_for(student, secret, lab.robot())
-    task = Task(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
-    report = grade(lab, task)
+    job = Job(path, student, seed or os.urandom(8).hex(), robot, arguments.isolate or "process", limit)
+    report = grade(lab, job)
     print(*report.warnings, sep="\n", end="\n" if report.warnings else "", file=sys.stderr)
     if arguments.gradescope:
         from ..grading.report.outputs import gradescope_text

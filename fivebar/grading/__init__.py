@@ -1,6 +1,7 @@
 """Checks a student's functions in a process of their own and says which misconception they fell for."""
 
 from .exercise import Exercise, Misconception
+from .grade import check
 from .judge import Verdict, judge
 from .worker.live import from_functions
 from .worker.places import bwrap_trouble, bwrap_works
@@ -25,11 +26,3 @@ __all__ = [
     "judge",
     "read_submission",
 ]
-
-
-def __getattr__(name):
-    if name == "check":  # with pytest, which a lab's exercises.py has no use for
-        from .grade import check
-
-        return check
-    raise AttributeError(f"module 'fivebar.grading' has no attribute {name!r}")

@@ -1,11 +1,17 @@
 """What a lab's check asks through: the student's answer, the verdict on it, its record."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..models.robots import Robot
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
+from .labs import Lab
+from .program import Program
 from .variants import parameters
 from .worker.replies import Reply
 
@@ -15,7 +21,7 @@ LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a wor
 class Wrong(AssertionError):
     """The student's answer is not all right; `verdict` says why."""
 
-    def __init__(self, verdict):
+    def __init__(self, verdict: Verdict):
         super().__init__(verdict.text)
         self.verdict = verdict
 
@@ -27,20 +33,27 @@ class Asked:
     verdict: Verdict
     function: str = ""
     exercise: Exercise | None = None
-    robot: object = None
+    robot: Robot | None = None
 
 
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, program, lab, hopeless):
+    def __init__(self, program: Program, lab: Lab, hopeless: dict[str, Reply]):
         self._program, self._hopeless = program, hopeless
         self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
         self.record = []
 
     def __call__(
-        self, name, *columns, robot=None, constants=None, tolerance=TOLERANCE, refuse=None, limit=None
-    ):  # fmt: skip
+        self,
+        name: str,
+        *columns: ArrayLike,
+        robot: Robot | None = None,
+        constants: dict | None = None,
+        tolerance: ArrayLike = TOLERANCE,
+        refuse: np.ndarray | None = None,
+        limit: float | None = None,
+    ) -> None:
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them. constants: more
@@ -59,7 +72,7 @@ class Ask:
             exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
         self._keep(Asked(judge(exercise, robot, columns, replies, tolerance, refuse), name, exercise, robot))
 
-    def call(self, name, *row, limit=None):
+    def call(self, name: str, *row: float, limit: float | None = None) -> object:
         """The value that one call gives, arrays and floats as they came; Wrong where it gives none."""
         __tracebackhide__ = True
         (reply,) = self._replies(name, [row], {}, limit)
@@ -73,7 +86,9 @@ class Ask:
         )
         self._keep(Asked(verdict, name))
 
-    def verdict(self, share, reason="", asked="", came="", off=None):
+    def verdict(
+        self, share: float, reason: str = "", asked: str = "", came: str = "", off: float | None = None
+    ) -> None:
         """Record the check's own judgement: share of the points in [0, 1] and why it is not 1. Wrong unless it is."""
         __tracebackhide__ = True
         share = float(share)

@@ -1,9 +1,14 @@
 """What a lab asks of one function: its signature, the right model, and the wrong ones that students fall for."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from ..models.robots import Robot
 
 _SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
 
@@ -17,7 +22,7 @@ class Misconception:
 
     name: str
     hint: str
-    model: object = field(repr=False)
+    model: Callable = field(repr=False)
     turn: float = 2 * np.pi
 
 
@@ -32,10 +37,10 @@ class Exercise:
     """
 
     signature: str
-    answer: object = field(repr=False)
-    wrong: tuple = ()
-    angles: tuple = ()
-    shapes: dict = field(default_factory=dict)
+    answer: Callable | None = field(repr=False)
+    wrong: tuple[Misconception, ...] = ()
+    angles: tuple[str, ...] = ()
+    shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
 
     def __post_init__(self):
@@ -50,22 +55,22 @@ class Exercise:
         return name, *(tuple(word.strip() for word in part.split(",") if word.strip()) for part in (arguments, returns))
 
     @property
-    def name(self):
+    def name(self) -> str:
         return self._parts()[0]
 
     @property
-    def arguments(self):
+    def arguments(self) -> tuple[str, ...]:
         return self._parts()[1]
 
     @property
-    def returns(self):
+    def returns(self) -> tuple[str, ...]:
         return self._parts()[2]
 
-    def shape(self, name):
+    def shape(self, name: str) -> tuple[int, ...]:
         """Shape of a returned name, () for a number."""
         return tuple(self.shapes.get(name, ()))
 
-    def outcome(self, model, robot, columns):
+    def outcome(self, model: Callable, robot: Robot, columns: tuple[np.ndarray, ...]) -> np.ndarray:
         """The model's answers to all rows as one array (n, numbers returned)."""
         answers = model(robot, *columns)
         if len(self.returns) == 1 and not isinstance(answers, tuple):
@@ -74,6 +79,6 @@ class Exercise:
         flat = [np.broadcast_to(a, (n, *self.shape(name))).reshape(n, -1) for name, a in zip(self.returns, answers)]
         return np.concatenate(flat, axis=1).astype(float)
 
-    def is_angle(self):
+    def is_angle(self) -> np.ndarray:
         """Which of the numbers in `outcome` are angles, (numbers,)."""
         return np.concatenate([np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns])

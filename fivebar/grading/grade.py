@@ -1,20 +1,26 @@
 """Grades one submission: the lab's checks run by pytest in this process, the student's program in another."""
 
+from __future__ import annotations
+
 import hashlib
 import os
-import re
 import stat
 import sys
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
-from .labs import find_lab
-from .results import Report
-from .variants import PUBLIC_SEED, constants_in, is_number, parameters, robot_from
-from .worker.replies import Reply
-from .worker.submission import MOST_NOTEBOOK, SubmissionError, read_submission
+import pytest
+
+from .labs import Lab, find_lab
+from .plugin import Checks
+from .program import Job, NoProgram, Program
+from .report.shown import ShownReport
+from .variants import PUBLIC_SEED, is_number, parameters
+from .worker.live import from_functions
+from .worker.submission import MOST_NOTEBOOK
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
@@ -24,49 +30,8 @@ _OPTIONS = (
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
-class NoProgram:
-    """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
-
-    output, notes = "", ()
-
-    def __init__(self, text):
-        self.trouble = Reply("import", text=text)
-
-    def ask(self, function, rows, constants=None, limit=None):
-        return [self.trouble] * len(rows)
-
-    def close(self):
-        pass
-
-
-@dataclass(frozen=True)
-class Program:
-    """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
-
-    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
-    words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
-    where: a line's number in its author's words.
-    """
-
-    student: object
-    robot: object = None
-    words: frozenset = frozenset()
-    constants: dict = field(default_factory=dict)
-    where: object = "line {}".format
-    robot_from_standard: object = None
-
-    def robot_in(self, lab):
-        if self.robot_from_standard:
-            return self.robot_from_standard(lab.robot())
-        return self.robot or robot_from(lab.robot(), self.constants)
-
-
-def run_checks(lab, program, seed):
-    """The lab's checks on a Program: a plugin.Checks, whose `found` has a Check per test."""
-    import pytest
-
-    from .plugin import Checks
-
+def run_checks(lab: Lab, program: Program, seed: str) -> Checks:
+    """The lab's checks on a Program; `found` has a Check per test."""
     checks = Checks(program, seed)
     with _alone(lab):
         arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
@@ -101,54 +66,28 @@ def _forget(lab):
         del sys.modules[name]
 
 
-@dataclass(frozen=True)
-class Task:
-    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
-
-    trouble: why there is no file to grade; all its checks then earn nothing.
-    """
-
-    path: Path
-    student: str = ""
-    seed: str = PUBLIC_SEED
-    robot: object = None
-    isolate: str = "process"
-    limit: float | None = None
-    trouble: str = ""
-
-    def open(self):
-        """The Program in a process of its own, or NoProgram where it cannot be read."""
-        from .worker.student import Student
-
-        if self.trouble:
-            return Program(NoProgram(self.trouble), self.robot)
-        try:
-            submission = read_submission(self.path)
-        except SubmissionError as error:
-            return Program(NoProgram(str(error)), self.robot)
-        source, limits = submission.source, {}
-        if self.limit is not None:
-            limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
-        student = Student(submission, isolate=self.isolate, **limits)
-        words = frozenset(re.findall(r"\w+", source))
-        return Program(student, self.robot, words, constants_in(source), submission.where)
-
-
-def grade(lab, task, home=False):
-    """Report on one file. lab: a Lab; home: the inputs are public and the report says that others exist."""
-    before, digest = time.perf_counter(), file_hash(task.path)  # a file replaced from now on is graded again
-    program = task.open()
+def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
+    """Report on one file; home: the inputs are public and the report says that others exist."""
+    before, digest = time.perf_counter(), file_hash(job.path)  # a file replaced from now on is graded again
+    program = job.open()
     try:
-        checks = run_checks(lab, program, task.seed)
+        checks = run_checks(lab, program, job.seed)
     finally:
         program.student.close()
     return _report(
-        lab, checks, before, home, submission=task.path.name, student=task.student, isolate=task.isolate,
+        lab, checks, before, home, submission=job.path.name, student=job.student, isolate=job.isolate,
         submission_hash=digest,
     )  # fmt: skip
 
 
-def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
+def check(
+    lab: str,
+    submission: str | Path | None = None,
+    *,
+    seed: str = PUBLIC_SEED,
+    labs: str | Path | None = None,
+    **functions: Callable,
+) -> ShownReport:
     """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file, `check("lab1", "my.py")`.
 
     lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in this process, so
@@ -158,9 +97,7 @@ def check(lab, submission=None, *, seed=PUBLIC_SEED, labs=None, **functions):
     if (submission is None) == (not functions):
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
-        return grade(lab, Task(Path(submission), seed=seed), home=True)
-    from .worker.live import from_functions
-
+        return grade(lab, Job(Path(submission), seed=seed), home=True)
     before, scope = time.perf_counter(), {}
     for function in functions.values():
         scope |= getattr(function, "__globals__", {})
@@ -177,7 +114,7 @@ def _report(lab, checks, before, home, **rest):
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
         trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
-    return Report(
+    return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
         notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,
@@ -196,7 +133,7 @@ def _notes(lab, robot, constants):
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
-def file_hash(path):
+def file_hash(path: str | Path) -> str:
     """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to be read."""
     try:
         status = os.lstat(path)

@@ -1,12 +1,17 @@
 """Compares a student's replies with the right model, and with the wrong ones, in the grader's own process."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .exercise import Misconception
+from ..models.robots import Robot
+from .columns import Columns
+from .exercise import Exercise, Misconception
 from .values import Unfit, read
-from .worker.replies import KINDS
+from .worker.replies import KINDS, Reply
 
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a refusal.
@@ -37,11 +42,18 @@ class Verdict:
     diagnosis: Misconception | None = None
     line: int | None = None
     source: str = ""
-    remarks: tuple = ()
+    remarks: tuple[str, ...] = ()
     sample: dict | None = None
 
 
-def judge(exercise, robot, columns, replies, tolerance=TOLERANCE, refuse=None):
+def judge(
+    exercise: Exercise,
+    robot: Robot,
+    columns: Columns,
+    replies: list[Reply],
+    tolerance: ArrayLike = TOLERANCE,
+    refuse: np.ndarray | None = None,
+) -> Verdict:
     """Verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
@@ -179,13 +191,13 @@ def _by_parts(true, starts):
     return np.logical_and.reduceat(np.all(true, axis=0), starts)
 
 
-def call_text(exercise, columns, row):
+def call_text(exercise: Exercise, columns: Columns, row: int) -> str:
     """The call of one row as the student would write it."""
     words = ", ".join(f"{name}={column[row]:.12g}" for name, column in zip(exercise.arguments, columns))
     return f"{exercise.name}({words})"
 
 
-def came_text(reply):
+def came_text(reply: Reply) -> str:
     """What came back, short enough for one line of a report."""
     if reply.kind != "value":
         return f"{reply.text or KINDS[reply.kind]}"[:200]

@@ -1,11 +1,14 @@
 """Finds a lab's folder by its short name: in a folder of one's own, in a clone, in the installed package."""
 
+from __future__ import annotations
+
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import UsageError
-from ..models.robots import FiveBar
+from ..models.robots import FiveBar, Robot
+from .exercise import Exercise
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself
@@ -18,18 +21,18 @@ class Lab:
     folder: Path
 
     @property
-    def name(self):
+    def name(self) -> str:
         return self.folder.name
 
     @property
-    def tests(self):
+    def tests(self) -> Path:
         return self.folder / "test_lab.py"
 
-    def exercises(self):
+    def exercises(self) -> dict[str, Exercise]:
         """Name -> Exercise, from EXERCISES of exercises.py; none where there is no such file."""
         return {exercise.name: exercise for exercise in self._content().get("EXERCISES", ())}
 
-    def robot(self):
+    def robot(self) -> Robot:
         """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
         return self._content().get("ROBOT", FiveBar())
 
@@ -44,7 +47,7 @@ class Lab:
             _LOADED[path] = stamp, content
         return _LOADED[path][1]
 
-    def hash(self):
+    def hash(self) -> str:
         """SHA-256 over the lab's programs: results of another one are not comparable."""
         digest = hashlib.sha256()
         for path in sorted(self.folder.glob("*.py")):
@@ -56,7 +59,7 @@ class Lab:
 _LOADED = {}
 
 
-def known_labs(folder=None):
+def known_labs(folder: str | Path | None = None) -> list[Lab]:
     """All labs: of `folder`, which may be a lab itself, else the shipped ones."""
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
@@ -65,7 +68,7 @@ def known_labs(folder=None):
     return [Lab(path.resolve()) for path in found]
 
 
-def find_lab(name, folder=None):
+def find_lab(name: str, folder: str | Path | None = None) -> Lab:
     """The lab called `name`, in full or up to its first underscore: lab1 or lab1_geometry."""
     labs = known_labs(folder)
     for lab in labs:

@@ -4,7 +4,10 @@ A lab's check is a plain test: its docstring's first line is its title, `@pytest
 What it asks through `ask` is recorded even where the check crashes; such a crash is the lab's fault, not the student's.
 """
 
+from __future__ import annotations
+
 import hashlib
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,16 +15,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ..models.robots import Robot
 from .ask import Ask, Wrong
 from .labs import Lab
+from .program import Job, Program
 from .report.text import check_lines, number
 from .results import checked
-from .variants import PUBLIC_SEED
+from .variants import PUBLIC_SEED, robot_for
+from .worker.sandbox import IsolationError
 
 _ASK = pytest.StashKey()
 
 
-def pytest_addoption(parser):
+def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("fivebar", "checks of a student's program")
     group.addoption("--submission", metavar="FILE", help="the student's .py file or notebook")
     group.addoption("--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)")
@@ -31,26 +37,22 @@ def pytest_addoption(parser):
     group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
 
 
-def pytest_configure(config):
+def pytest_configure(config: pytest.Config) -> None:
     config.option.importmode = "importlib"  # all labs have files of the same names
     config.pluginmanager.register(_from_options(config), "fivebar checks")
 
 
 def _from_options(config):
     """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
-    from .grade import Task
-    from .variants import robot_for
-    from .worker.sandbox import IsolationError
-
     option = config.option
     if not option.submission:
         return Checks(None, option.seed)
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    task = Task(path, option.student, option.seed, None, option.isolate, option.time_limit)
+    job = Job(path, option.student, option.seed, None, option.isolate, option.time_limit)
     try:
-        program = task.open()
+        program = job.open()
     except IsolationError as error:
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
@@ -63,35 +65,35 @@ def _from_options(config):
 class Checks:
     """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
 
-    def __init__(self, program, seed):
+    def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted = [], [], False
         self._hopeless = {}
 
-    def pytest_configure(self, config):
+    def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
 
-    def pytest_collection_modifyitems(self, items):
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
             raise pytest.UsageError("which file is to be checked? Give --submission FILE")
 
     @pytest.fixture
-    def ask(self, request):
+    def ask(self, request: pytest.FixtureRequest) -> Ask:
         ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
         request.node.stash[_ASK] = ask
         return ask
 
     @pytest.fixture
-    def robot(self, request):
+    def robot(self, request: pytest.FixtureRequest) -> Robot:
         return self.program.robot_in(Lab(request.path.parent))
 
     @pytest.fixture
-    def draw(self, request):
+    def draw(self, request: pytest.FixtureRequest) -> np.random.Generator:
         text = f"{self.seed}\0{request.path.parent.name}\0{request.node.name}"
         return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()))
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item, call):
+    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Iterator:
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if self.program is not None and (report.when == "call" or error is not None):
@@ -111,14 +113,14 @@ class Checks:
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")
 
-    def pytest_collectreport(self, report):
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
             self.trouble.append(str(report.longrepr).strip().splitlines()[-1])
 
-    def pytest_terminal_summary(self, terminalreporter):
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if self.found:
             points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
-    def pytest_keyboard_interrupt(self, excinfo):
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo) -> None:
         self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass

@@ -1,8 +1,10 @@
 """What grading one submission found, as values that go to JSON and back."""
 
+from __future__ import annotations
+
 from dataclasses import asdict, dataclass, field, fields
 
-from .ask import Wrong
+from .ask import Asked, Wrong
 from .report.pose_figure import pose_figure
 
 SCHEMA = 1
@@ -36,11 +38,11 @@ class Check:
     line: int | None = None
     source: str = ""
     place: str = ""
-    remarks: tuple = ()
+    remarks: tuple[str, ...] = ()
     figure: str = field(default="", repr=False)  # SVG, for pages only
 
 
-def checked(name, title, points, record, error):
+def checked(name: str, title: str, points: float, record: list[Asked], error: BaseException | None) -> Check:
     """The Check of a test that ended with `error` (None: passed) after the `record` of what it asked."""
     if error is not None and not isinstance(error, AssertionError):
         text = f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
@@ -74,7 +76,7 @@ class Report:
 
     lab: str
     submission: str
-    checks: tuple
+    checks: tuple[Check, ...]
     student: str = ""
     seed: str = ""
     robot: dict = field(default_factory=dict)
@@ -82,26 +84,27 @@ class Report:
     lab_hash: str = ""
     submission_hash: str = ""
     trouble: str = ""
-    notes: tuple = ()
-    faults: tuple = ()
+    notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
     output: str = ""
     seconds: float = 0.0
     home: bool = False
-    warnings: tuple = field(default=(), repr=False)  # to the one who grades, of this machine: not part of the result
+    # To the one who grades, of this machine: not part of the result.
+    warnings: tuple[str, ...] = field(default=(), repr=False)
 
     @property
-    def points(self):
+    def points(self) -> float:
         return round(sum(check.points for check in self.checks), 2)
 
     @property
-    def max_points(self):
+    def max_points(self) -> float:
         return sum(check.max_points for check in self.checks)
 
     @property
-    def percent(self):
+    def percent(self) -> float:
         return 100 * self.points / self.max_points if self.max_points else 0.0
 
-    def as_json(self):
+    def as_json(self) -> dict:
         """Plain data; without the figures, which show right answers."""
         data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(self)
         del data["warnings"]
@@ -110,7 +113,7 @@ class Report:
         return data
 
     @classmethod
-    def from_json(cls, data):
+    def from_json(cls, data: dict) -> Report:
         """A Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it is something else."""
         if data["schema"] != SCHEMA:
             raise ValueError(f"a result of schema {data['schema']}, not {SCHEMA}")
@@ -118,13 +121,3 @@ class Report:
         checks = tuple(Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"])
         lists = {name: tuple(data[name]) for name in ("notes", "faults")}
         return cls(**{name: value for name, value in data.items() if name in names} | lists | {"checks": checks})
-
-    def __repr__(self):
-        from .report.text import report_text
-
-        return report_text(self)
-
-    def _repr_html_(self):
-        from .report.page import fragment
-
-        return fragment(self)

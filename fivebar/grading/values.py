@@ -1,17 +1,21 @@
 """Reading what real files return: 0-d, 1-element and column arrays, lists, tuples, where floats were asked."""
 
+from __future__ import annotations
+
 import numpy as np
+
+from .exercise import Exercise
 
 
 class Unfit(ValueError):
     """A returned value that cannot be read as the answer; `reason` is "shape" or "type"."""
 
-    def __init__(self, reason, text):
+    def __init__(self, reason: str, text: str):
         super().__init__(text)
         self.reason = reason
 
 
-def read(exercise, value):
+def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
     """The numbers in a returned value, (numbers,), and remarks on its form. Raises Unfit."""
     names = exercise.returns
     if value is None:

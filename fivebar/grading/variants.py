@@ -1,5 +1,7 @@
 """A robot for each student and hidden inputs for each grading, both drawn from the course's secret."""
 
+from __future__ import annotations
+
 import ast
 import hmac
 import re
@@ -10,10 +12,13 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..errors import UsageError
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import Biglide, FiveBar, Robot
 
 PUBLIC_SEED = "public"
-MOST_READ, LONGEST_LINE = 200_000, 2_000  # Python's parser takes minutes for long lines, and has no limit here
+MOST_READ, LONGEST_LINE = (
+    200_000,
+    2_000,
+)  # characters: Python's parser takes minutes for long lines, and has no limit here
 
 
 def _drawn(secret, *words):
@@ -21,12 +26,12 @@ def _drawn(secret, *words):
     return hmac.digest(secret, text.encode("utf-8", "surrogatepass"), "sha256")
 
 
-def hidden_seed(secret, lab):
+def hidden_seed(secret: bytes, lab: str) -> str:
     """Seed of a lab's hidden inputs, the same for the whole course."""
     return _drawn(secret, "inputs", lab).hex()[:16]
 
 
-def robot_of(secret, student):
+def robot_of(secret: bytes, student: str) -> FiveBar:
     """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
 
     Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm: always assemblable.
@@ -39,7 +44,7 @@ def robot_of(secret, student):
     return FiveBar(*bars, d / 1000, zz[0] / 10000, zz[1] / 10000, m / 100)
 
 
-def biglide_of(secret, student):
+def biglide_of(secret: bytes, student: str) -> Biglide:
     """The student's biglide likewise: bars alike in 262..302 mm, d in 380..420 mm."""
     draw = np.random.default_rng(int.from_bytes(_drawn(secret, "biglide", student)))
     bar, d = draw.integers((262, 380), (302, 420), endpoint=True).tolist()
@@ -47,7 +52,7 @@ def biglide_of(secret, student):
     return Biglide(bar / 1000, bar / 1000, d / 1000, mf1 / 100, mf2 / 100, m / 100)
 
 
-def with_constants(source, robot):
+def with_constants(source: str, robot: Robot) -> str:
     """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
     for name, value in parameters(robot).items():
         source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
@@ -56,14 +61,14 @@ def with_constants(source, robot):
     return source
 
 
-def robot_for(student, secret, standard):
+def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
     """A student's robot: his own where the course has a secret, else the lab's standard one."""
     if secret is None:
         return standard
     return (biglide_of if isinstance(standard, Biglide) else robot_of)(secret, student)
 
 
-def constants_in(source):
+def constants_in(source: str) -> dict[str, float]:
     """Names that a file gives plain numbers at its top level, name -> value; none where it is enormous."""
     if len(source) > MOST_READ or max(map(len, source.split("\n"))) > LONGEST_LINE:
         return {}
@@ -78,22 +83,22 @@ def constants_in(source):
     return found
 
 
-def is_number(value):
+def is_number(value: object) -> bool:
     """Whether it is a plain number that a float can hold."""
     return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
-def parameters(robot):
+def parameters(robot: Robot) -> dict[str, float]:
     """A robot's numbers by name."""
     return {f.name: getattr(robot, f.name) for f in fields(robot)}
 
 
-def lengths(robot):
+def lengths(robot: Robot) -> dict[str, float]:
     """A robot's lengths by name, m."""
     return {name: value for name, value in parameters(robot).items() if name[0] in "ld"}
 
 
-def robot_from(standard, constants):
+def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     """The standard robot with those of its numbers that are among the constants, or as it is where that is no robot."""
     try:
         return replace(standard, **{name: constants[name] for name in parameters(standard) if name in constants})

@@ -2,9 +2,20 @@
 
 import numpy as np
 
+from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import QUARTER, inverse, passive_as_absolute, pose, times
-from fivebar.models.kinematics import Rates
+from fivebar.grading.columns import QUARTER, inverse, pose, times
+from fivebar.grading.misconceptions.common import passive_misread
+from fivebar.grading.misconceptions.kinematics import (
+    dkm,
+    dkm_passive,
+    ikm,
+    with_matrix,
+    with_standing_pivots,
+    wrong_dkm,
+    wrong_dkm_passive,
+    wrong_ikm,
+)
 
 
 def A(robot, *q):
@@ -20,42 +31,13 @@ def lengths(robot):
     return np.diag([robot.l11, robot.l21])
 
 
-def dkm(robot, q11, q12, q21, q22, q11D, q21D):
-    q = q11, q12, q21, q22
-    return times(inverse(A(robot, *q)) @ B(robot, *q), q11D, q21D)
-
-
-def ikm(robot, q11, q12, q21, q22, xD, yD):
-    q = q11, q12, q21, q22
-    return times(inverse(B(robot, *q)) @ A(robot, *q), xD, yD)
-
-
-def dkm_passive(robot, q11, q12, q21, q22, q11D, q21D, xD, yD):
-    return tuple(Rates(pose(robot, q11, q12, q21, q22), (q11D, q21D), (xD, yD)).q_passive_dot.T)
-
-
-def across(robot, *row):
-    """v12 . xi' / l12 and v22 . xi' / l22, each (n,)."""
-    parts = times(A(robot, *row[:4]) @ QUARTER.T, *row[6:])
-    return tuple(part / bar for part, bar in zip(parts, robot.distal))
-
-
-def with_matrices(name, change, text):
-    """A wrong model of dkm or ikm: change(A, B, robot) in place of its matrix."""
-
-    def model(robot, *row):
-        return times(change(A(robot, *row[:4]), B(robot, *row[:4]), robot), *row[4:])
-
-    return Misconception(name, text, model)
-
-
 FOUR = "(q11, q12, q21, q22)"
 
 A_EXERCISE = Exercise(
     f"A{FOUR} -> A",
     A,
     (
-        passive_as_absolute(A),
+        passive_misread(FiveBar, A),
         Misconception(
             "unit vectors as columns",
             "Each scalar product with xi' is one row of A xi'.",
@@ -97,7 +79,7 @@ B_EXERCISE = Exercise(
     f"B{FOUR} -> B",
     B,
     (
-        passive_as_absolute(B),
+        passive_misread(FiveBar, B),
         Misconception(
             "lengths forgotten in B",
             "A has no unit and xi' is in m/s. Which unit must B have?",
@@ -139,35 +121,16 @@ DKM = Exercise(
     "dkm(q11, q12, q21, q22, q11D, q21D) -> xD, yD",
     dkm,
     (
-        passive_as_absolute(dkm),
-        with_matrices("A and B exchanged", lambda A, B, robot: inverse(B) @ A, "Solve A xi' = B q' for xi'."),
-        with_matrices(
-            "A transposed",
-            lambda A, B, robot: inverse(A).swapaxes(1, 2) @ B,
-            "Put A and B of one pose on paper: does your A xi' give u12 . xi' in its first row?",
-        ),
-        with_matrices(
-            "A not inverted", lambda A, B, robot: A @ B, "A stands beside xi'. What brings it to the other side?"
-        ),
-        with_matrices(
-            "matrices in the wrong order",
-            lambda A, B, robot: B @ inverse(A),
-            "Matrices do not commute: which of them must act on q' first?",
-        ),
-        with_matrices(
+        *wrong_dkm(FiveBar),
+        with_matrix(
             "lengths forgotten in B",
-            lambda A, B, robot: inverse(A) @ inverse(lengths(robot)) @ B,
             "xi' is in m/s and q' in rad/s. Where do the metres come from?",
+            lambda A, B, robot: inverse(A) @ inverse(lengths(robot)) @ B,
         ),
-        with_matrices(
-            "+90 degrees turned the other way",
-            lambda A, B, robot: -inverse(A) @ B,
-            "Everything moves the other way. Which way does v11 point?",
-        ),
-        with_matrices(
+        with_matrix(
             "sign of the right leg's row",
-            lambda A, B, robot: inverse(np.diag([1.0, -1.0]) @ A) @ B,
             "In the right leg's equation, which sign does u22 get on either side?",
+            lambda A, B, robot: inverse(np.diag([1.0, -1.0]) @ A) @ B,
         ),
         Misconception(
             "passive joints taken as locked",
@@ -184,35 +147,21 @@ IKM = Exercise(
     "ikm(q11, q12, q21, q22, xD, yD) -> q11D, q21D",
     ikm,
     (
-        passive_as_absolute(ikm),
-        with_matrices("A and B exchanged", lambda A, B, robot: inverse(A) @ B, "Solve A xi' = B q' for q'."),
-        with_matrices(
-            "A transposed",
-            lambda A, B, robot: inverse(B) @ A.swapaxes(1, 2),
-            "Does the first row of your A xi' give u12 . xi'?",
-        ),
-        with_matrices(
+        *wrong_ikm(FiveBar),
+        with_matrix(
             "matrices in the wrong order",
-            lambda A, B, robot: A @ inverse(B),
             "Matrices do not commute: which of them must act on xi' first?",
+            lambda A, B, robot: A @ inverse(B),
         ),
-        with_matrices(
-            "B not inverted", lambda A, B, robot: B @ A, "B stands beside q'. What brings it to the other side?"
-        ),
-        with_matrices(
+        with_matrix(
             "lengths forgotten in B",
-            lambda A, B, robot: lengths(robot) @ inverse(B) @ A,
             "A shorter proximal bar must turn faster. Does yours?",
+            lambda A, B, robot: lengths(robot) @ inverse(B) @ A,
         ),
-        with_matrices(
-            "+90 degrees turned the other way",
-            lambda A, B, robot: -inverse(B) @ A,
-            "Which way does an elbow move when its motor turns counter-clockwise, and which way does v11 point?",
-        ),
-        with_matrices(
+        with_matrix(
             "sign of the right leg's row",
-            lambda A, B, robot: inverse(B) @ np.diag([1.0, -1.0]) @ A,
             "In the right leg's equation, which sign does u22 get on either side?",
+            lambda A, B, robot: inverse(B) @ np.diag([1.0, -1.0]) @ A,
         ),
     ),
 )
@@ -221,7 +170,7 @@ DKM_PASSIVE = Exercise(
     "dkm_passive(q11, q12, q21, q22, q11D, q21D, xD, yD) -> q12D, q22D",
     dkm_passive,
     (
-        passive_as_absolute(dkm_passive),
+        *wrong_dkm_passive(FiveBar),
         Misconception(
             "absolute rate instead of relative",
             "You have the rate of the distal bar. Which part of it comes from the motor?",
@@ -231,11 +180,6 @@ DKM_PASSIVE = Exercise(
             "active rate added instead of subtracted",
             "The distal bar turns at q11' + q12'. Solve that for q12'.",
             lambda robot, *row: tuple(own + 2 * q for own, q in zip(dkm_passive(robot, *row), row[4:6])),
-        ),
-        Misconception(
-            "elbow taken as standing still",
-            "xi' is the elbow's velocity and the bar's rotation together. Did you take the elbow's part away?",
-            lambda robot, *row: tuple(part - q for part, q in zip(across(robot, *row), row[4:6])),
         ),
         Misconception(
             "u instead of v for the distal bar",
@@ -248,28 +192,11 @@ DKM_PASSIVE = Exercise(
             ),
         ),
         Misconception(
-            "length of the distal bar forgotten",
-            "A velocity in m/s is not a rate in rad/s. Which length lies between them?",
-            lambda robot, *row: tuple(
-                (own + q) * bar - q for own, bar, q in zip(dkm_passive(robot, *row), robot.distal, row[4:6])
-            ),
-        ),
-        Misconception(
-            "+90 degrees turned the other way",
-            "Turn (1, 0) by +90 degrees, counter-clockwise. Is it (0, 1) or (0, -1)?",
-            lambda robot, *row: tuple(-own - 2 * q for own, q in zip(dkm_passive(robot, *row), row[4:6])),
-        ),
-        Misconception(
             "+90 degrees turned the other way for both bars",
             "Print your v at the angle 0. Is it (0, 1) or (0, -1)?",
             lambda robot, *row: tuple(
-                own - 2 * part for own, part in zip(dkm_passive(robot, *row), across(robot, *row))
+                own - 2 * part for own, part in zip(dkm_passive(robot, *row), with_standing_pivots(robot, *row))
             ),
-        ),
-        Misconception(
-            "legs exchanged",
-            "In which order does the signature ask for the two rates?",
-            lambda robot, *row: dkm_passive(robot, *row)[::-1],
         ),
     ),
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.grading.four_joints import batch, joints
+from fivebar.grading.columns import batch, joints
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_robot
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.5, -3.5, 12)

@@ -4,31 +4,19 @@ from functools import partial
 
 import numpy as np
 
+from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import inverse, motion, passive_as_absolute, times
-from fivebar.models.kinematics import Accelerations
-
-
-def parts(robot, *row):
-    """A, B and d of a motion, arrays (n, 2, 2) and (n, 2)."""
-    rates = motion(robot, *row)
-    return rates.pose.A, rates.pose.B, rates.d
-
-
-def dkm2(robot, *row, parts=parts):
-    A, B, d = parts(robot, *row[:8])
-    along = times(B, *row[8:]) + d.T
-    return times(inverse(A), *along)
-
-
-def ikm2(robot, *row, parts=parts):
-    A, B, d = parts(robot, *row[:8])
-    along = times(A, *row[8:]) - d.T
-    return times(inverse(B), *along)
-
-
-def dkm2_passive(robot, *row):
-    return tuple(Accelerations(motion(robot, *row[:8]), row[8:10], row[10:]).q_passive_ddot.T)
+from fivebar.grading.columns import inverse, times
+from fivebar.grading.misconceptions.second_order import (
+    dkm2,
+    dkm2_passive,
+    ikm2,
+    parts,
+    with_d,
+    with_parts,
+    wrong_bias,
+    wrong_dkm2_passive,
+)
 
 
 def proximal(robot, q11, q12, q21, q22, q11D, q12D, q21D, q22D):
@@ -40,87 +28,67 @@ def distal(robot, *row):
     return parts(robot, *row)[2] - proximal(robot, *row)
 
 
-def with_d(name, d, hint):
-    """The misconception of another d (robot, *row) -> (n, 2) in both models."""
-
-    def other(robot, *row):
-        A, B, _ = parts(robot, *row)
-        return A, B, d(robot, *row)
-
-    return [Misconception(name, hint, partial(model, parts=other)) for model in (dkm2, ikm2)]
-
-
-def with_rates(name, change, hint):
+def with_rates(name, hint, change):
     """The misconception of other joint rates, change(q11D, q12D, q21D, q22D), in both models."""
-
-    def other(robot, *row):
-        return parts(robot, *row[:4], *change(*row[4:]))
-
-    return [Misconception(name, hint, partial(model, parts=other)) for model in (dkm2, ikm2)]
+    return with_parts(name, hint, lambda robot, *row: parts(robot, *row[:4], *change(*row[4:])))
 
 
 BIAS = [
-    with_d(
-        "d forgotten",
-        lambda robot, *row: 0 * distal(robot, *row),
-        "Let the motors run at constant speed: is the end-effector's acceleration 0?",
-    ),
-    with_d(
-        "d of the wrong sign",
-        lambda robot, *row: -proximal(robot, *row) - distal(robot, *row),
-        "The derivative of v is -u. To which side does that term go?",
-    ),
+    *wrong_bias(FiveBar),
     with_d(
         "centripetal term of the proximal bar missing",
-        distal,
         "Differentiate l11 q11' v11 once more: two factors depend on time.",
+        distal,
     ),
     with_d(
         "centripetal term of the distal bar missing",
-        proximal,
         "Differentiate l12 (q11' + q12') v12 once more: what does u12 . u12 give?",
+        proximal,
     ),
     with_d(
         "centripetal term of the proximal bar of the wrong sign",
-        lambda robot, *row: distal(robot, *row) - proximal(robot, *row),
         "The derivative of v11 is -q11' u11. Both bars pull to their centres: which signs do the two terms get?",
+        lambda robot, *row: distal(robot, *row) - proximal(robot, *row),
     ),
     with_d(
         "centripetal term of the distal bar of the wrong sign",
-        lambda robot, *row: proximal(robot, *row) - distal(robot, *row),
         "The derivative of v12 is minus its rate times u12. Which signs do the two terms get?",
+        lambda robot, *row: proximal(robot, *row) - distal(robot, *row),
     ),
     with_d(
         "proximal centripetal term not projected",
-        lambda robot, *row: distal(robot, *row) + proximal(robot, row[0], 0 * row[1], row[2], 0 * row[3], *row[4:]),
         "The elbow's centripetal acceleration points along u11. Which part of it lies along u12?",
+        lambda robot, *row: distal(robot, *row) + proximal(robot, row[0], 0 * row[1], row[2], 0 * row[3], *row[4:]),
     ),
     with_d(
         "v in place of u in the proximal centripetal term",
+        "Which way does the elbow's acceleration point when q11' is constant?",
         lambda robot, *row: (
             distal(robot, *row) + proximal(robot, row[0], row[1] - np.pi / 2, row[2], row[3] - np.pi / 2, *row[4:])
         ),
-        "Which way does the elbow's acceleration point when q11' is constant?",
     ),
     with_rates(
         "q12' where q11' + q12' belongs",
-        lambda q11D, q12D, q21D, q22D: (q11D, q12D - q11D, q21D, q22D - q21D),
         "How fast does the distal bar turn against the fixed frame?",
+        lambda q11D, q12D, q21D, q22D: (q11D, q12D - q11D, q21D, q22D - q21D),
     ),
     with_rates(
         "sum of squares instead of square of the sum",
-        lambda q11D, q12D, q21D, q22D: (
-            q11D, np.hypot(q11D, q12D) - q11D, q21D, np.hypot(q21D, q22D) - q21D
-        ),
         "(a + b)^2 has a third term.",
+        lambda q11D, q12D, q21D, q22D: (q11D, np.hypot(q11D, q12D) - q11D, q21D, np.hypot(q21D, q22D) - q21D),
     ),
-]  # fmt: skip
+]
+
+
+def without_d(robot, *row):
+    A, B, d = parts(robot, *row)
+    return A, B, 0 * d
+
 
 DKM2 = Exercise(
     "dkm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD) -> xDD, yDD",
     dkm2,
     (
-        passive_as_absolute(dkm2),
         *(direct for direct, _ in BIAS),
         Misconception(
             "A transposed",
@@ -132,24 +100,15 @@ DKM2 = Exercise(
         Misconception(
             "d not multiplied by the inverse of A",
             "A xi'' = B q'' + d: what happens to d when you bring A to the other side?",
-            lambda robot, *row: tuple(
-                dkm2(robot, *row, parts=without_d) + parts(robot, *row[:8])[2].T
-            ),
+            lambda robot, *row: tuple(dkm2(robot, *row, parts=without_d) + parts(robot, *row[:8])[2].T),
         ),
     ),
-)  # fmt: skip
-
-
-def without_d(robot, *row):
-    A, B, d = parts(robot, *row)
-    return A, B, 0 * d
-
+)
 
 IKM2 = Exercise(
     "ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD) -> q11DD, q21DD",
     ikm2,
     (
-        passive_as_absolute(ikm2),
         *(inverse_one for _, inverse_one in BIAS),
         Misconception(
             "d not divided by B",
@@ -160,22 +119,18 @@ IKM2 = Exercise(
 )
 
 
-def swung(robot, *row, centripetal=1.0, of_distal=0.0):
-    """The passive accelerations with the elbows' centripetal terms times a factor, and the distal bars' own added."""
-    q11, q12, q21, q22, q11D, q12D, q21D, q22D = row[:8]
-    right = dkm2_passive(robot, *row)
-    more = centripetal - 1
-    return (
-        right[0] - more * robot.l11 / robot.l12 * np.sin(q12) * q11D**2 + of_distal * (q11D + q12D) ** 2,
-        right[1] - more * robot.l21 / robot.l22 * np.sin(q22) * q21D**2 + of_distal * (q21D + q22D) ** 2,
-    )
+def swung(robot, *row, centripetal):
+    """The passive accelerations with the elbows' centripetal terms times this factor."""
+    right, bars = dkm2_passive(robot, *row), ((robot.l11, robot.l12), (robot.l21, robot.l22))
+    legs = zip(right, bars, row[1:4:2], row[4:8:2])
+    return tuple(own - (centripetal - 1) * l1 / l2 * np.sin(q) * rate**2 for own, (l1, l2), q, rate in legs)
 
 
 DKM2_PASSIVE = Exercise(
     "dkm2_passive(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD, xDD, yDD) -> q12DD, q22DD",
     dkm2_passive,
     (
-        passive_as_absolute(dkm2_passive),
+        *wrong_dkm2_passive(FiveBar),
         Misconception(
             "absolute acceleration instead of relative",
             "You have the acceleration of the distal bar. Which part of it comes from the motor?",
@@ -189,29 +144,12 @@ DKM2_PASSIVE = Exercise(
         Misconception(
             "centripetal term missing",
             "v12 . u12 is 0, but v12 . u11 is not.",
-            lambda robot, *row: swung(robot, *row, centripetal=0.0),
+            partial(swung, centripetal=0.0),
         ),
         Misconception(
             "centripetal term of the wrong sign",
             "The elbow's centripetal acceleration is -l11 q11'^2 u11. To which side did you bring it?",
-            lambda robot, *row: swung(robot, *row, centripetal=-1.0),
-        ),
-        Misconception(
-            "centripetal term of the distal bar kept",
-            "You multiply by v12. What is left there of a vector along u12?",
-            lambda robot, *row: swung(robot, *row, of_distal=1.0),
-        ),
-        Misconception(
-            "length of the distal bar forgotten",
-            "An acceleration in m/s^2 is not one in rad/s^2. Which length lies between them?",
-            lambda robot, *row: tuple(
-                (own + q) * bar - q for own, q, bar in zip(dkm2_passive(robot, *row), row[8:10], robot.distal)
-            ),
-        ),
-        Misconception(
-            "legs exchanged",
-            "In which order does the signature ask for the two accelerations?",
-            lambda robot, *row: dkm2_passive(robot, *row)[::-1],
+            partial(swung, centripetal=-1.0),
         ),
     ),
 )

@@ -4,30 +4,11 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.grading.four_joints import batch, joint_rates, joints
-from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_robot
+from fivebar.grading.columns import batch, joint_motion, resting
+from fivebar.grading.samples import accelerated, beside_type_1, beside_type_2, moving, poses, unequal_robot
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.2, -3, 12)
 LOOSE = 1e-9 + 1e-14 / NEAR**2
-
-
-def moving(pose, draw):
-    return fb.ikm(pose, draw.uniform(-0.3, 0.3, (len(pose.q), 2)))
-
-
-def columns(rates):
-    return *joints(rates.pose), *joint_rates(rates)
-
-
-def accelerated(pose, draw):
-    """All columns of dkm2_passive for a pose that moves and accelerates."""
-    rates = moving(pose, draw)
-    acc = fb.ikm2(rates, draw.uniform(-2, 2, (len(pose.q), 2)))
-    return *columns(rates), *acc.q_ddot.T, *acc.xi_ddot.T
-
-
-def resting(pose):
-    return *joints(pose), *np.zeros((4, len(pose.q)))
 
 
 @pytest.mark.points(1)
@@ -39,28 +20,28 @@ def test_dkm2_at_rest(ask, robot, draw):
 @pytest.mark.points(2)
 def test_dkm2_regular(ask, robot, draw):
     """dkm2: regular poses, assembly mode -1"""
-    ask("dkm2", *columns(moving(poses(robot, draw, 16, assembly=-1), draw)), *draw.uniform(-20, 20, (2, 16)))
+    ask("dkm2", *moving(poses(robot, draw, 16, assembly=-1), draw), *draw.uniform(-20, 20, (2, 16)))
 
 
 @pytest.mark.points(1)
 def test_dkm2_modes(ask, robot, draw):
     """dkm2: all modes"""
-    ask("dkm2", *columns(moving(poses(robot, draw, 16), draw)), *draw.uniform(-20, 20, (2, 16)))
+    ask("dkm2", *moving(poses(robot, draw, 16), draw), *draw.uniform(-20, 20, (2, 16)))
 
 
 @pytest.mark.points(2)
 def test_dkm2_unequal(ask, draw):
     """dkm2: four bars of different lengths"""
     other = unequal_robot(draw)
-    rates = moving(poses(other, draw, 16), draw)
-    ask("dkm2", *columns(rates), *draw.uniform(-20, 20, (2, 16)), robot=other)
+    rows = moving(poses(other, draw, 16), draw)
+    ask("dkm2", *rows, *draw.uniform(-20, 20, (2, 16)), robot=other)
 
 
 @pytest.mark.points(1)
 def test_dkm2_near_singularity(ask, robot, draw):
     """dkm2: close to a Type-2 singularity"""
-    rates = moving(beside_type_2(robot, draw, NEAR), draw)
-    ask("dkm2", *columns(rates), *draw.uniform(-20, 20, (2, 12)), tolerance=LOOSE)
+    rows = moving(beside_type_2(robot, draw, NEAR), draw)
+    ask("dkm2", *rows, *draw.uniform(-20, 20, (2, 12)), tolerance=LOOSE)
 
 
 @pytest.mark.points(1)
@@ -72,22 +53,22 @@ def test_ikm2_at_rest(ask, robot, draw):
 @pytest.mark.points(2)
 def test_ikm2_regular(ask, robot, draw):
     """ikm2: regular poses of all modes"""
-    ask("ikm2", *columns(moving(poses(robot, draw, 16), draw)), *draw.uniform(-2, 2, (2, 16)))
+    ask("ikm2", *moving(poses(robot, draw, 16), draw), *draw.uniform(-2, 2, (2, 16)))
 
 
 @pytest.mark.points(2)
 def test_ikm2_unequal(ask, draw):
     """ikm2: four bars of different lengths"""
     other = unequal_robot(draw)
-    rates = moving(poses(other, draw, 16), draw)
-    ask("ikm2", *columns(rates), *draw.uniform(-2, 2, (2, 16)), robot=other)
+    rows = moving(poses(other, draw, 16), draw)
+    ask("ikm2", *rows, *draw.uniform(-2, 2, (2, 16)), robot=other)
 
 
 @pytest.mark.points(1)
 def test_ikm2_near_singularity(ask, robot, draw):
     """ikm2: close to a Type-1 singularity"""
     rates = [fb.dkm(beside_type_1(robot, draw, NEAR, leg), draw.uniform(-3, 3, (12, 2))) for leg in (0, 1)]
-    rows = batch(*(columns(part) for part in rates))
+    rows = batch(*(joint_motion(part) for part in rates))
     ask("ikm2", *rows, *draw.uniform(-2, 2, (2, 24)), tolerance=np.tile(LOOSE, 2))
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import passive_as_absolute, pose
+from fivebar.grading.columns import pose
+from fivebar.grading.misconceptions.common import passive_misread
 from fivebar.models.dyads import RRR
 
 IN_LINE = 1e-6  # what the statement calls singular
@@ -32,7 +33,7 @@ TYPE = Exercise(
     "singularity_type(q11, q12, q21, q22) -> type",
     singularity_type,
     (
-        passive_as_absolute(singularity_type),
+        passive_misread(fb.FiveBar, singularity_type),
         Misconception(
             "types 1 and 2 exchanged",
             "Which matrix is singular when a leg is straight, and which type is that?",
@@ -78,7 +79,7 @@ MARGINS = Exercise(
     "margins(q11, q12, q21, q22) -> s1, s2, p",
     margins,
     (
-        passive_as_absolute(margins),
+        passive_misread(fb.FiveBar, margins),
         Misconception(
             "passive angles only in the parallel margin",
             "Which angle lies between the two distal bars? Write down the direction of each.",

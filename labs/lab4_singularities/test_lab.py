@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.grading.four_joints import batch, joints, pose
+from fivebar.grading.columns import batch, joints, pose
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses, straight_paths, unequal_robot
 from fivebar.models.dyads import RRR
 from fivebar.models.geometry import reach

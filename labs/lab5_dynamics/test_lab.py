@@ -3,21 +3,10 @@
 import numpy as np
 import pytest
 
-import fivebar as fb
-from fivebar.grading.four_joints import joint_rates, joints
-from fivebar.grading.samples import beside_type_2, poses, unequal_robot
+from fivebar.grading.columns import resting
+from fivebar.grading.samples import beside_type_2, moving, poses, unequal_robot
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.2, -2.2, 12)
-
-
-def moving(pose, draw):
-    """The columns of poses in motion."""
-    rates = fb.ikm(pose, draw.uniform(-0.3, 0.3, (len(pose.q), 2)))
-    return *joints(pose), *joint_rates(rates)
-
-
-def resting(pose):
-    return *joints(pose), *np.zeros((4, len(pose.q)))
 
 
 @pytest.mark.points(1)

@@ -6,7 +6,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
-from fivebar.grading.four_joints import motion, times
+from fivebar.grading.columns import motion, times
 
 
 def quintic(u):

@@ -5,7 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise
-from fivebar.grading.four_joints import batch, joint_rates, joints
+from fivebar.grading.columns import batch, joint_motion
 from fivebar.grading.samples import poses, straight_paths
 from fivebar.grading.values import Unfit, read
 
@@ -57,7 +57,7 @@ def test_computed_torque(ask, robot, draw):
     rates = fb.ikm(pose, draw.uniform(-0.3, 0.3, (16, 2)))
     target = *(pose.q + draw.uniform(-0.05, 0.05, (16, 2))).T, *(rates.q_dot + draw.uniform(-0.5, 0.5, (16, 2))).T
     gains = draw.uniform(20, 200, 16), draw.uniform(5, 40, 16)
-    ask("computed_torque", *target, *draw.uniform(-5, 5, (2, 16)), *joints(pose), *joint_rates(rates), *gains)
+    ask("computed_torque", *target, *draw.uniform(-5, 5, (2, 16)), *joint_motion(rates), *gains)
 
 
 @pytest.mark.points(2)

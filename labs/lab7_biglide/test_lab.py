@@ -7,23 +7,18 @@ import pytest
 from numpy.polynomial import polynomial as power
 
 import fivebar as fb
-from fivebar.grading.biglide_samples import beside_type_1, beside_type_2, poses, unequal_biglide
-from fivebar.grading.four_joints import batch, joint_rates, joints
+from fivebar.grading.columns import batch, joints
+from fivebar.grading.samples import accelerated, beside_type_1, beside_type_2, moving, poses, unequal_biglide
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.5, -3.5, 12)
 AT = np.arange(12) >= 8
 CROSSING = (1, -1)  # the working modes of the bonus
+SPEED = 0.5  # of the end-effector along x and y, at most, m/s
 SHORTEST = 0.01  # s from an end to the crossing
 
 
 def velocity(draw, n):
-    return draw.uniform(-0.5, 0.5, (2, n))
-
-
-def moving(pose, draw):
-    """Columns of poses in motion."""
-    rates = fb.ikm(pose, velocity(draw, len(pose.q)).T)
-    return *joints(pose), *joint_rates(rates)
+    return draw.uniform(-SPEED, SPEED, (2, n))
 
 
 @pytest.mark.points(1)
@@ -127,14 +122,14 @@ def test_dkm_passive(ask, draw):
 @pytest.mark.points(1)
 def test_dkm2_regular(ask, robot, draw):
     """dkm2: regular poses of all modes"""
-    ask("dkm2", *moving(poses(robot, draw, 16), draw), *draw.uniform(-3, 3, (2, 16)))
+    ask("dkm2", *moving(poses(robot, draw, 16), draw, SPEED), *draw.uniform(-3, 3, (2, 16)))
 
 
 @pytest.mark.points(1)
 def test_dkm2_unequal(ask, draw):
     """dkm2: bars of different lengths, also close to Type 2"""
     other = unequal_biglide(draw)
-    rows = batch(*(moving(pose, draw) for pose in (poses(other, draw, 8), beside_type_2(other, draw, NEAR[:8]))))
+    rows = batch(*(moving(pose, draw, SPEED) for pose in (poses(other, draw, 8), beside_type_2(other, draw, NEAR[:8]))))
     limit = 1e-9 + np.concatenate([np.zeros(8), 1e-14 / NEAR[:8] ** 2])
     ask("dkm2", *rows, *draw.uniform(-3, 3, (2, 16)), tolerance=limit, robot=other)
 
@@ -143,30 +138,27 @@ def test_dkm2_unequal(ask, draw):
 def test_ikm2(ask, draw):
     """ikm2: all modes, bars of different lengths"""
     other = unequal_biglide(draw)
-    ask("ikm2", *moving(poses(other, draw, 16), draw), *draw.uniform(-3, 3, (2, 16)), robot=other)
+    ask("ikm2", *moving(poses(other, draw, 16), draw, SPEED), *draw.uniform(-3, 3, (2, 16)), robot=other)
 
 
 @pytest.mark.points(1)
 def test_dkm2_passive(ask, draw):
     """dkm2_passive: all modes, bars of different lengths"""
     other = unequal_biglide(draw)
-    rates = fb.ikm(poses(other, draw, 16), velocity(draw, 16).T)
-    acc = fb.ikm2(rates, draw.uniform(-3, 3, (16, 2)))
-    rows = *joints(rates.pose), *joint_rates(rates), *acc.q_ddot.T, *acc.xi_ddot.T
-    ask("dkm2_passive", *rows, robot=other)
+    ask("dkm2_passive", *accelerated(poses(other, draw, 16), draw, SPEED, 3.0), robot=other)
 
 
 @pytest.mark.points(2)
 def test_dynamic_model_regular(ask, robot, draw):
     """dynamic_model: regular poses of all modes"""
-    ask("dynamic_model", *moving(poses(robot, draw, 16), draw))
+    ask("dynamic_model", *moving(poses(robot, draw, 16), draw, SPEED))
 
 
 @pytest.mark.points(2)
 def test_dynamic_model_unequal(ask, draw):
     """dynamic_model: bars and masses all different"""
     other = unequal_biglide(draw)
-    ask("dynamic_model", *moving(poses(other, draw, 16), draw), robot=other)
+    ask("dynamic_model", *moving(poses(other, draw, 16), draw, SPEED), robot=other)
 
 
 @pytest.mark.points(1)

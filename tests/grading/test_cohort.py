@@ -15,8 +15,9 @@ from fivebar.grading import grade as graded
 from fivebar.grading.course import worker_loop
 from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
 from fivebar.grading.course.submissions import Entry, find_submissions
-from fivebar.grading.grade import Task, grade
+from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
 from fivebar.grading.worker.sandbox import IsolationError
 from tests.helpers import ROOT
 
@@ -213,7 +214,7 @@ def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_pa
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     run = graded.run_checks
     monkeypatch.setattr(graded, "run_checks", lambda *a: entry.path.write_text(RIGHT) and run(*a))
-    report = grade(cohort.lab, Task(entry.path, "a", "s", cohort.robot(entry)))
+    report = grade(cohort.lab, Job(entry.path, "a", "s", cohort.robot(entry)))
     written(cohort.file(entry, ".json"), json.dumps(report.as_json()))
     assert report.points < report.max_points and cohort.done(entry) is None
     entry.path.write_text(SHIFTED)

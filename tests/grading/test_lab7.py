@@ -11,9 +11,10 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.grading.biglide_samples import beside_type_1, beside_type_2, poses, unequal_biglide
-from fivebar.grading.grade import Task, grade
+from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_biglide
 from fivebar.grading.variants import biglide_of, constants_in, robot_from, with_constants
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
@@ -133,8 +134,8 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
 def test_a_report_shows_the_bars_and_speaks_of_the_files_numbers(tmp_path):
     file = tmp_path / "student.py"
     file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("))
-    wrong = next(check for check in grade(find_lab("lab7"), Task(file), home=True).checks if check.outcome != "right")
+    wrong = next(check for check in grade(find_lab("lab7"), Job(file), home=True).checks if check.outcome != "right")
     assert wrong.figure.startswith("<svg") and wrong.figure.count("<polyline") == 4
     file.write_text(RIGHT.replace("l1 = 0.2828427", "l1 = 0.3"))
-    other = grade(find_lab("lab7"), Task(file, robot=HANDOUT))
+    other = grade(find_lab("lab7"), Job(file, robot=HANDOUT))
     assert "l1 = 0.3 (graded for 0.282843)" in other.notes[0] and not other.faults

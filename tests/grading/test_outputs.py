@@ -13,8 +13,9 @@ import pytest
 
 from fivebar.grading.course.cohort_page import write_summary
 from fivebar.grading.course.items import items, misconceptions, scores, summary_text
-from fivebar.grading.grade import Task, grade
+from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
 from fivebar.grading.report import outputs
 from fivebar.grading.report.page import POLICY, fragment, report_page
 from fivebar.grading.report.text import report_text
@@ -34,7 +35,7 @@ def report(tmp_path_factory):
 
     def graded(source):
         if source not in known:
-            known[source] = grade(lab, Task(written(folder / "my.py", source), "anna"), home=True)
+            known[source] = grade(lab, Job(written(folder / "my.py", source), "anna"), home=True)
         return known[source]
 
     return graded
@@ -229,7 +230,7 @@ def test_figures_show_both_poses_where_the_answers_are_poses(tmp_path, request, 
     for name in ("dgm", "igm", "dgm_passive", "dkm"):  # an error of 10 % in the second number
         source += f"\n\ntry:\n    right_{name} = {name}\n    def {name}(*row):\n        a, b = right_{name}(*row)\n"
         source += "        return a, 1.1 * b + 0.01\nexcept NameError:\n    pass\n"
-    found = grade(find_lab(lab), Task(written(tmp_path / "my.py", source)))
+    found = grade(find_lab(lab), Job(written(tmp_path / "my.py", source)))
     drawn = {c.function for c in found.checks if c.figure}
     assert drawn == ({"dgm", "igm", "dgm_passive"} if lab == "lab1" else {"dkm"})
     for figure in (c.figure for c in found.checks if c.figure):

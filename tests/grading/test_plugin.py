@@ -10,8 +10,9 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Reply
-from fivebar.grading.grade import Program, Task, grade, run_checks
+from fivebar.grading.grade import grade, run_checks
 from fivebar.grading.labs import Lab, find_lab
+from fivebar.grading.program import Job, Program
 from tests.helpers import DATA, LABS
 
 from ..helpers.grading_lab import HALF, HANGS, RIGHT, SHIFTED, write_lab, written
@@ -50,7 +51,7 @@ def elbow(tmp_path):
 
 
 def graded(lab, tmp_path, source, **choices):
-    return grade(lab, Task(written(tmp_path / "my.py", source), **choices))
+    return grade(lab, Job(written(tmp_path / "my.py", source), **choices))
 
 
 def test_what_the_readme_shows(elbow, tmp_path):

@@ -241,7 +241,11 @@ import os, sys
 import scipy.optimize, scipy.integrate, scipy.spatial.transform
 def root(): return scipy.optimize.brentq(lambda x: x**2 - 2, 0, 2)
 def user(): return [os.getuid(), os.getgid()] + os.getgroups()
-def folder(): return os.listdir(".")
+def folder():
+    try:
+        return [os.getcwd(), *os.listdir(".")]
+    except PermissionError:
+        return [os.getcwd(), "not to be listed"]
 def environment(): return sorted(os.environ)
 def arguments(): return sys.argv
 def fresh(): return [m for m in ("json.tool", "xml.dom", "email.mime.text", "numpy.fft") if not __import__(m)]
@@ -254,7 +258,8 @@ def linear():
         assert worker.trouble is None
         found = {name: worker.ask(name, [()])[0].value for name in worker.names}
         assert abs(found["root"] - 2**0.5) < 1e-12 and found["linear"] < 1e-9 and found["fresh"] == []
-        assert found["folder"] == [] and found["arguments"] == ["student"]
+        assert found["folder"] == (["/student"] if isolate == "bwrap" else ["/", "not to be listed"])
+        assert found["arguments"] == ["student"]
         names = {"HOME", "LANG", "LC_CTYPE", "PATH", "PWD"}
         assert {n for n in found["environment"] if not n.endswith("NUM_THREADS")} <= names
         if os.getuid() == 0:

@@ -1,5 +1,7 @@
 """Grades a folder of submissions by persistent processes; each result is on disk before the next is begun."""
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess
@@ -10,13 +12,17 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from tqdm import tqdm
+
 from ...errors import UsageError
+from ...models.robots import Robot
 from ..grade import file_hash
 from ..labs import PACKAGE, Lab
 from ..report.outputs import file_name, write_whole
 from ..report.text import printable
 from ..results import Report
 from ..variants import robot_for
+from .submissions import Entry
 
 STATE = "grading.json"
 SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
@@ -37,20 +43,20 @@ class Cohort:
     isolate: str
     limit: float | None
 
-    def robot(self, entry):
+    def robot(self, entry: Entry) -> Robot:
         return robot_for(entry.student, self.secret, self.lab.robot())
 
-    def request(self, entry):
+    def request(self, entry: Entry) -> dict:
         return {
             "lab": str(self.lab.folder), "path": os.fsencode(entry.path).hex(), "student": entry.student,
             "seed": self.seed, "robot": asdict(self.robot(entry)), "isolate": self.isolate, "limit": self.limit,
             "trouble": entry.trouble,
         }  # fmt: skip
 
-    def file(self, entry, suffix):
+    def file(self, entry: Entry, suffix: str) -> Path:
         return self.out / "students" / (file_name(entry.student) + suffix)
 
-    def done(self, entry):
+    def done(self, entry: Entry) -> Report | None:
         """The Report of an earlier run on the same file, lab, seed and robot; else None."""
         try:
             report = Report.from_json(json.loads(self.file(entry, ".json").read_text(encoding="utf-8")))
@@ -61,7 +67,7 @@ class Cohort:
         return report if key == now and report.submission_hash and not report.faults else None
 
 
-def begin(lab, out, seed, secret, isolate, limit):
+def begin(lab: Lab, out: Path, seed: str | None, secret: bytes | None, isolate: str, limit: float | None) -> Cohort:
     """The Cohort of a folder of results, with the seed of its earlier run where none is given."""
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
@@ -79,10 +85,8 @@ def begin(lab, out, seed, secret, isolate, limit):
     return Cohort(lab, out, seed, secret, isolate, limit)
 
 
-def run_cohort(cohort, entries, jobs):
+def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
     """Reports in the order of the entries; those of an earlier run are kept."""
-    from tqdm import tqdm
-
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
     if kept := len(reports):
@@ -115,7 +119,7 @@ def run_cohort(cohort, entries, jobs):
     return [reports[entry] for entry in entries]
 
 
-def trouble_of(report):
+def trouble_of(report: Report) -> str:
     """What an instructor wants to hear at once of a submission, "" where nothing."""
     if report.trouble:
         return report.trouble

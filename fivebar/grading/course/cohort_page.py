@@ -1,15 +1,19 @@
 """A cohort's summary on disk: CSV tables and one page without scripts or network."""
 
+from __future__ import annotations
+
 import math
+from pathlib import Path
 from urllib.parse import quote
 
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
 from ..report.text import number
+from ..results import Report
 from .cohort import trouble_of
 from .items import items, misconceptions, scores
 
-BINS = 10
+BINS = 10  # of the histogram of scores, each 10 % wide
 STYLE = """
 .fivebar table { border-collapse: collapse; width: 100%; }
 .fivebar .wide { overflow-x: auto; }
@@ -35,7 +39,7 @@ TELLS = (
 )
 
 
-def write_summary(out, lab, reports):
+def write_summary(out: Path, lab: str, reports: list[Report]) -> None:
     """checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html in the folder `out`."""
     rows = [row for report in reports for row in check_rows(report)]
     write_whole(out / "checks.csv", csv_text(CHECK_COLUMNS, rows))

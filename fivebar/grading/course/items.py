@@ -1,5 +1,7 @@
 """What a cohort's results say about the lab: how hard each check is, how well it tells, which misconceptions it met."""
 
+from __future__ import annotations
+
 import math
 import textwrap
 from collections import Counter
@@ -7,6 +9,7 @@ from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
 from ..report.text import number, printable
+from ..results import Report
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Item:
     discrimination: float
 
 
-def items(reports):
+def items(reports: list[Report]) -> list[Item]:
     """An Item per check, in the lab's order. All reports are of one lab."""
     found = []
     for k, check in enumerate(reports[0].checks):
@@ -43,7 +46,7 @@ def items(reports):
     return found
 
 
-def misconceptions(reports):
+def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
     """((function, misconception), number of students), the most frequent first."""
     met = Counter()
     for report in reports:
@@ -51,14 +54,14 @@ def misconceptions(reports):
     return sorted(met.items(), key=lambda pair: (-pair[1], pair[0]))
 
 
-def scores(reports):
+def scores(reports: list[Report]) -> dict[str, float]:
     """Number of students, mean, median, and how many have all points, in per cent of the points."""
     percent = [report.percent for report in reports]
     full = sum(all(check.outcome == "right" for check in report.checks) for report in reports)
     return {"students": len(percent), "mean": fmean(percent), "median": median(percent), "full": full}
 
 
-def summary_text(lab, reports):
+def summary_text(lab: str, reports: list[Report]) -> str:
     """The cohort in one terminal table."""
     of = scores(reports)
     middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"

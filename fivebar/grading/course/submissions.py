@@ -1,5 +1,7 @@
 """Who handed in what: a folder with a file or a folder per student, also as Moodle and Canvas pack them."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
 from dataclasses import dataclass
@@ -20,7 +22,7 @@ class Entry:
     trouble: str = ""
 
 
-def find_submissions(folder, besides=None):
+def find_submissions(folder: Path, besides: Path | None = None) -> list[Entry]:
     """The entries of a folder by name; `besides`: a folder in it that is not a student's."""
     besides = besides and besides.resolve()
     parts = [path for path in sorted(folder.iterdir()) if not _hidden(path) and path.resolve() != besides]

@@ -1,18 +1,21 @@
 """The process that grades a cohort's submissions one after another: a JSON line in, a JSON line out."""
 
+from __future__ import annotations
+
 import json
 import os
 import sys
 from dataclasses import replace
 from pathlib import Path
 
-from ..grade import Task, grade
+from ..grade import grade
 from ..labs import Lab
+from ..program import Job
 from ..report.page import report_page
 from ..worker.sandbox import IsolationError
 
 
-def main():
+def main() -> None:
     """Serve until stdin ends. Nothing else can write to the pipe: stdout is moved away first."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
@@ -25,7 +28,7 @@ def _graded(request):
     lab = Lab(Path(request.pop("lab")))
     try:
         robot = replace(lab.robot(), **request.pop("robot"))
-        report = grade(lab, Task(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
+        report = grade(lab, Job(Path(os.fsdecode(bytes.fromhex(request.pop("path")))), robot=robot, **request))
         return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}

@@ -1,14 +1,18 @@
 """Results as files: JSON, Gradescope's results.json, CSV; each written whole or not at all."""
 
+from __future__ import annotations
+
 import csv
 import io
 import json
 import os
 import re
 import secrets
+from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
+from ..results import Report
 from .text import check_lines, closing, headlines, printable, word
 
 CHECK_COLUMNS = (
@@ -20,7 +24,7 @@ _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another on
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
 
 
-def write_whole(path, text):
+def write_whole(path: str | Path, text: str) -> None:
     """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
     path = Path(path)
     name = path.with_name(f".{path.name[:40]}.{secrets.token_hex(6)}")
@@ -36,11 +40,11 @@ def write_whole(path, text):
         raise
 
 
-def json_text(report):
+def json_text(report: Report) -> str:
     return json.dumps(report.as_json(), indent=1, allow_nan=False) + "\n"
 
 
-def file_name(student):
+def file_name(student: str) -> str:
     """A file name for a student's id: plain letters, and a hash of the id where those do not tell it from others."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
@@ -48,14 +52,14 @@ def file_name(student):
     return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}"
 
 
-def cell(value):
+def cell(value: object) -> object:
     """A CSV cell that no spreadsheet takes for a formula."""
     if not isinstance(value, str):
         return "" if value is None else value
     return printable(_FORMULA.sub(r"\1'", value))
 
 
-def csv_text(columns, rows):
+def csv_text(columns: Sequence[str], rows: Iterable) -> str:
     file = io.StringIO()
     writer = csv.writer(file)
     writer.writerow(columns)
@@ -63,7 +67,7 @@ def csv_text(columns, rows):
     return file.getvalue()
 
 
-def check_rows(report):
+def check_rows(report: Report) -> Iterator[tuple]:
     """One row per check, in the order of CHECK_COLUMNS."""
     for check in report.checks:
         yield (
@@ -72,7 +76,7 @@ def check_rows(report):
         )  # fmt: skip
 
 
-def gradescope_text(report):
+def gradescope_text(report: Report) -> str:
     """The results.json that Gradescope's harness reads; all of it plain text."""
     tests = [
         {

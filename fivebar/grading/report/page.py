@@ -1,7 +1,10 @@
 """The report as HTML without scripts or network: a page of its own, or a fragment for a notebook."""
 
+from __future__ import annotations
+
 from html import escape
 
+from ..results import Report
 from .text import closing, facts, headlines, not_started, number, printable, word
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
@@ -41,12 +44,12 @@ CODE = ("asked", "came", "where")
 CAPTION = "Green: as it should be. Red, dashed: as your answer has it."
 
 
-def text(value):
+def text(value: str) -> str:
     """Any text as HTML text, control characters made visible."""
     return escape(printable(value))
 
 
-def page(title, body, style=""):
+def page(title: str, body: str, style: str = "") -> str:
     """A whole page that may load nothing from anywhere."""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -57,11 +60,11 @@ def page(title, body, style=""):
     )
 
 
-def report_page(report):
+def report_page(report: Report) -> str:
     return page(f"{report.lab}: {report.submission}", _body(report))
 
 
-def fragment(report):
+def fragment(report: Report) -> str:
     return f'<style>{STYLE}</style><div class="fivebar">{_body(report)}</div>'
 
 

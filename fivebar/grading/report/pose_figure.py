@@ -1,14 +1,18 @@
 """The robot in the expected and in the returned pose, as a small drawing."""
 
+from __future__ import annotations
+
 from math import cos, hypot, isfinite, sin
 
+from ...models.robots import Robot
+from ..exercise import Exercise
 from ..variants import lengths
 
-WIDTH, HEIGHT, ROOM = 300, 190, 14
+WIDTH, HEIGHT, ROOM = 300, 190, 14  # of the drawing and its margin, px
 EXPECTED, CAME = "#1a7f37", "#c4320a"
 
 
-def pose_figure(robot, exercise, sample):
+def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
     """SVG text; "" where the exercise's names are no pose or velocity, or nothing can be drawn of what came.
 
     The pose is read from the names of the arguments and the returned values: q11, q21 turn the proximal bars (slide

@@ -1,7 +1,12 @@
 """The report as plain text: every check, and for each that is not right what was asked, what came, and why."""
 
+from __future__ import annotations
+
 import shutil
 import textwrap
+from collections.abc import Iterator
+
+from ..results import Check, Report
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
 PRINTED = 20  # lines of the program's own
@@ -10,21 +15,21 @@ HOME = (
 )
 
 
-def printable(text):
+def printable(text: str) -> str:
     """The text with whatever could move a cursor, reverse or hide something written as an escape."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in text)
 
 
-def number(value):
+def number(value: float) -> str:
     """Points without needless decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
-def off_text(off):
+def off_text(off: float) -> str:
     return f"{off:.3g}"
 
 
-def not_started(check):
+def not_started(check: Check) -> bool:
     """The student has not come to it yet: a friendlier word than wrong."""
     return (
         check.reason == "exception"
@@ -34,12 +39,12 @@ def not_started(check):
     )
 
 
-def word(check):
+def word(check: Check) -> str:
     """A check's outcome in one word or two."""
     return "to do" if not_started(check) else check.outcome
 
 
-def facts(check):
+def facts(check: Check) -> Iterator[tuple[str, str]]:
     """(label, text) of what a student can do something with, most telling first."""
     if check.outcome == "right":
         return
@@ -70,7 +75,7 @@ def facts(check):
         yield "hint", check.hint
 
 
-def same_fault(check):
+def same_fault(check: Check) -> tuple | None:
     """What two checks share if reading one of their explanations is enough."""
     if check.outcome in ("right", "broken") or check.reason in ("value", "accepted") and not check.misconception:
         return None
@@ -79,7 +84,7 @@ def same_fault(check):
     return check.reason, check.text, check.line, check.reason != "import" and check.function
 
 
-def check_lines(check, width, known=None):
+def check_lines(check: Check, width: int, known: dict | None = None) -> list[str]:
     """One check's lines; `known` maps faults already explained to the title of the check that did."""
     score = f"{number(check.points)}/{number(check.max_points)}"
     title = printable(check.title)
@@ -100,7 +105,7 @@ def _wrapped(label, text, width):
     return textwrap.wrap(text, width, initial_indent=head, subsequent_indent=" " * indent, break_on_hyphens=False)
 
 
-def report_text(report, width=None, colour=False):
+def report_text(report: Report, width: int | None = None, colour: bool = False) -> str:
     """The whole report for a terminal of `width` columns (None: this one's, at most 100)."""
     width = max(30, min(width or shutil.get_terminal_size().columns, 100))
     total = f"{number(report.points)} of {number(report.max_points)} points"
@@ -125,7 +130,7 @@ def _coloured(line, check):
     return f"\x1b[{COLOURS[word(check)]}m{line[:7]}\x1b[0m{line[7:]}"
 
 
-def headlines(report):
+def headlines(report: Report) -> Iterator[str]:
     """What to know before reading the checks."""
     if report.trouble:
         yield report.trouble
@@ -136,7 +141,7 @@ def headlines(report):
         yield f"The lab itself has a fault, so this result does not count: {'; '.join(report.faults)}"
 
 
-def closing(report):
+def closing(report: Report) -> Iterator[str]:
     remarks = {}
     for check in report.checks:
         for remark in check.remarks:

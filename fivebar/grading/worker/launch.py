@@ -1,5 +1,7 @@
 """Starts the process of a worker, confined by itself or by bubblewrap."""
 
+from __future__ import annotations
+
 import json
 import os
 import secrets
@@ -15,11 +17,10 @@ ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/nonexistent
 ENVIRONMENT |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
 
 
-def launch(isolate, settings, folder):
+def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
     """(process, descriptor of the first process in bubblewrap's PID namespace or None).
 
-    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s); folder: empty, to start in,
-    None under bubblewrap.
+    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s).
     """
     outside = isolate == "process"
     uid = _spare_user() if os.getuid() == 0 else None
@@ -27,19 +28,18 @@ def launch(isolate, settings, folder):
     settings = settings | {
         "packages": PACKAGES, "paths": [str(place) for place in import_folders(PACKAGES)], "uid": uid,
         "moved": uid is not None and outside and unreachable(PACKAGES), "readable": files,
-        "listable": [*folders, folder] if outside else None, "parent": os.getpid() if outside else None,
+        "listable": folders, "parent": os.getpid() if outside else None,
     }  # fmt: skip
     cell = str(CELL) if outside else "/cell"
     command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
     passed = (settings["read"], settings["write"])
     if outside:
-        os.chmod(folder, 0o755)  # the worker's user is another
-        return _popen(command, passed, folder), None
+        return _popen(command, passed), None
     told, tell = os.pipe()
     with open(told) as information:
         try:
             command = [*bwrap_command(PACKAGES), "--info-fd", str(tell), *command]
-            process = _popen(command, (*passed, tell), None)
+            process = _popen(command, (*passed, tell))
         finally:
             os.close(tell)
         text = ""
@@ -48,10 +48,11 @@ def launch(isolate, settings, folder):
     return process, os.pidfd_open(json.loads(text)["child-pid"]) if text else None
 
 
-def _popen(command, passed, folder):
+def _popen(command, passed):
+    # It starts in a folder that is always there: one of its own would stay if the grader were killed.
     return subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, pass_fds=passed,
-        start_new_session=True, cwd=folder, env=ENVIRONMENT,
+        start_new_session=True, cwd="/", env=ENVIRONMENT,
     )  # fmt: skip
 
 

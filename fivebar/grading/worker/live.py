@@ -1,14 +1,17 @@
 """Functions of the user's own session in the place of a submission: at home, where nobody need be kept out."""
 
+from __future__ import annotations
+
 import json
 import linecache
+from collections.abc import Callable
 
 from .cell.answers import call
 from .replies import Reply
 from .wire import reply
 
 
-def from_functions(**functions):
+def from_functions(**functions: Callable) -> Live:
     """A Live student of the functions of a notebook or a script: `from_functions(dgm=dgm, igm=my_igm)`."""
     return Live(functions)
 
@@ -18,7 +21,7 @@ class Live:
 
     trouble, output, notes = None, "", ()
 
-    def __init__(self, functions):
+    def __init__(self, functions: dict[str, Callable]):
         strange = [name for name, function in functions.items() if not callable(function)]
         if strange:
             raise TypeError(f"{strange[0]} is a {type(functions[strange[0]]).__name__}, not a function")
@@ -31,10 +34,10 @@ class Live:
     def __exit__(self, *_):
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Nothing to end."""
 
-    def ask(self, function, rows, constants=None, limit=None):
+    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
         """A Reply for each row of `function(*row)`; constants: its module's globals, set for this ask and put back."""
         if function not in self._functions:
             return [Reply("missing", text=f"no function {function}")] * len(rows)

@@ -1,5 +1,7 @@
 """Where the interpreter and the packages lie that a worker may use, and bubblewrap's command to show only those."""
 
+from __future__ import annotations
+
 import os
 import shutil
 import site
@@ -16,13 +18,13 @@ CELL = Path(__file__).parent / "cell"
 
 
 @cache
-def interpreter():
+def interpreter() -> Path:
     """The base interpreter, of which a virtual environment is only a view."""
     return Path(sys._base_executable or sys.executable).resolve()
 
 
 @cache
-def import_folders(packages):
+def import_folders(packages: tuple[str, ...]) -> tuple[Path, ...]:
     """The folders that hold the packages."""
     return tuple(dict.fromkeys(_folder(name).parent for name in packages))
 
@@ -32,14 +34,14 @@ def _folder(package):
 
 
 @cache
-def unreachable(packages):
+def unreachable(packages: tuple[str, ...]) -> bool:
     """Whether a user without rights cannot reach the interpreter's library or the packages."""
     places = [Path(sysconfig.get_path("stdlib")), *import_folders(packages)]
     return any(not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents))
 
 
 @cache
-def system_folders():
+def system_folders() -> list[Path]:
     """Real folders of the libraries that an interpreter needs, none within another."""
     prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
     wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/nix/store", *_ROOT_FOLDERS)]
@@ -64,7 +66,7 @@ def _hidden():
 
 
 @cache
-def readable(packages):
+def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
     more = (*_SETTINGS, "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
     readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
@@ -90,7 +92,7 @@ def _parts(packages):
 
 
 @cache
-def bwrap_command(packages):
+def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     """The words before the worker's command: it sees the interpreter, the packages, and nothing else."""
     system = system_folders()
     binds = [("--ro-bind", str(place), str(place)) for place in system]
@@ -116,7 +118,7 @@ def _bwrap():
 
 
 @cache
-def bwrap_trouble():
+def bwrap_trouble() -> str:
     """Why a worker cannot be isolated by bubblewrap here, "" if it can."""
     try:
         command = [*bwrap_command(()), str(interpreter()), "-I", "-S", "-c", ""]
@@ -126,6 +128,6 @@ def bwrap_trouble():
     return "" if run.returncode == 0 else run.stderr.strip() or f"bwrap ended with status {run.returncode}"
 
 
-def bwrap_works():
+def bwrap_works() -> bool:
     """Whether a worker can be isolated by bubblewrap here; `bwrap_trouble` says why not."""
     return not bwrap_trouble()

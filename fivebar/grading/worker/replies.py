@@ -1,5 +1,7 @@
 """What a worker process says about one call of a student's function: a claim, judged by others."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 KINDS = {
@@ -31,6 +33,6 @@ class Reply:
     seconds: float = 0.0
 
     @property
-    def words(self):
+    def words(self) -> str:
         """What happened instead of a value."""
         return f"{KINDS[self.kind]}{': ' + self.text if self.text else ''}"

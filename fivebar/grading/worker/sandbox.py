@@ -1,20 +1,20 @@
 """Starts a worker process, as isolated as asked, and talks with it against the clock."""
 
+from __future__ import annotations
+
 import json
 import os
 import secrets
 import selectors
-import shutil
 import signal
 import subprocess
-import tempfile
 import time
 from dataclasses import dataclass
 
 from .launch import launch
 from .wire import MOST_LINE, Garbled, clean, message
 
-MOST_OUTPUT = 64_000
+MOST_OUTPUT = 64_000  # bytes kept of what a program prints
 START_LIMIT = 20.0  # s, for the interpreter itself
 
 
@@ -33,21 +33,19 @@ class Lost(Exception):
 class Worker:
     """One worker process; ended by `close`, with all that it started."""
 
-    def __init__(self, isolate, memory, cpu):
+    def __init__(self, isolate: str, memory: int, cpu: int):
         self.nonce = secrets.token_hex(8)
         self.output = ""
-        self.folder = tempfile.mkdtemp(prefix="fivebar-") if isolate == "process" else None  # bwrap makes its own
         self._buffer = bytearray()
         self._room = MOST_OUTPUT
         request, self._out = os.pipe()
         self._in, reply = os.pipe()
         settings = {"read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu}
         try:
-            self._process, self._first = launch(isolate, settings, self.folder)
+            self._process, self._first = launch(isolate, settings)
         except OSError as error:
             os.close(self._out)
             os.close(self._in)
-            self._remove_folder()
             raise IsolationError(f"a worker process cannot be started: {error}") from None
         finally:
             os.close(request)
@@ -60,7 +58,7 @@ class Worker:
             self._selector.register(descriptor, selectors.EVENT_READ)
         os.set_blocking(self._out, False)
 
-    def confined(self):
+    def confined(self) -> dict:
         """The worker's own report before anything of the student's has run. Raises IsolationError."""
         try:
             report = self.receive(self.nonce, START_LIMIT)
@@ -72,7 +70,7 @@ class Worker:
             raise IsolationError(f"the worker process cannot be confined: {clean(report['t'])}")
         return report
 
-    def send(self, data, limit):
+    def send(self, data: dict, limit: float) -> None:
         """Sends a message, while it reads what the worker writes meanwhile. Raises Lost."""
         line = memoryview(json.dumps(data).encode() + b"\n")
         end = time.monotonic() + limit
@@ -89,7 +87,7 @@ class Worker:
         finally:
             self._selector.unregister(self._out)
 
-    def receive(self, nonce, limit):
+    def receive(self, nonce: str, limit: float) -> dict:
         """The next message, which must carry the nonce. Raises Lost, Garbled."""
         end = time.monotonic() + limit
         while (stop := self._buffer.find(b"\n")) < 0:
@@ -144,7 +142,7 @@ class Worker:
             return Lost("killed", f"signal {number} ({signal.strsignal(number)})")
         return Lost("exit", f"ended the process with status {code}")
 
-    def close(self):
+    def close(self) -> None:
         """Kills the process and its group, waits for the end of all who held its pipes, and cleans up."""
         if not self._open:
             return
@@ -170,8 +168,3 @@ class Worker:
         os.close(self._in)
         self._process.stdout.close()
         self._open = False
-        self._remove_folder()
-
-    def _remove_folder(self):
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)  # it is empty where the filter of system calls works

@@ -1,5 +1,7 @@
 """A student's program in a process of its own: ask it one function with many rows, get one Reply for each."""
 
+from __future__ import annotations
+
 import os
 import re
 import secrets
@@ -11,11 +13,12 @@ import numpy as np
 
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
-from .sandbox import IsolationError, Lost, Worker
+from .sandbox import MOST_OUTPUT, IsolationError, Lost, Worker
+from .submission import Submission
 from .wire import Garbled, clean, place, reply
 
-MOST_LOSSES = 3
-MOST_NAMES = 1000
+MOST_LOSSES = 3  # workers that one function, or the file, may cost
+MOST_NAMES = 1000  # of functions listed
 MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
@@ -30,7 +33,15 @@ class Student:
     Raises IsolationError where the worker cannot be isolated so.
     """
 
-    def __init__(self, submission, isolate="process", limit=2.0, total=10.0, memory=1 << 30, cpu=60):
+    def __init__(
+        self,
+        submission: Submission,
+        isolate: str = "process",
+        limit: float = 2.0,
+        total: float = 10.0,
+        memory: int = 1 << 30,
+        cpu: int = 60,
+    ):
         if isolate not in ("process", "bwrap"):
             raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
         if sys.platform == "win32":
@@ -54,18 +65,18 @@ class Student:
         self.close()
 
     @property
-    def output(self):
+    def output(self) -> str:
         """What the program printed, from its start, capped."""
         return self._output + (self._worker.output if self._worker else "")
 
-    def close(self):
+    def close(self) -> None:
         """Ends the worker process."""
         if self._worker is not None:
             self._worker.close()
-            self._output = self.output[:64_000]
+            self._output = self.output[:MOST_OUTPUT]
             self._worker = None
 
-    def ask(self, function, rows, constants=None, limit=None):
+    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
         """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
 
         constants: globals of the student's module, set for this ask and put back; limit: seconds for one call.

@@ -1,5 +1,7 @@
 """Reads what a student hands in, a .py file or a notebook, without running, parsing or following anything of it."""
 
+from __future__ import annotations
+
 import codecs
 import json
 import os
@@ -9,9 +11,9 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from pathlib import Path
 
-MOST_SOURCE = 1_000_000
-MOST_NOTEBOOK = 20_000_000
-MOST_NAME = 200
+MOST_SOURCE = 1_000_000  # bytes of a .py file, characters of a notebook's code
+MOST_NOTEBOOK = 20_000_000  # bytes, with its outputs
+MOST_NAME = 200  # characters of a file's name
 ENCODINGS = ("utf-8", "ascii", "iso8859-1", "iso8859-15", "cp1252")  # none of them costs more than its length
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 
@@ -30,9 +32,9 @@ class Submission:
     name: str
     source: str
     kind: str = "py"
-    cells: tuple = ()
+    cells: tuple[int, ...] = ()
 
-    def where(self, line):
+    def where(self, line: int) -> str:
         """A line of the source in the words of its author: "line 12", or "cell 3, line 2" in a notebook."""
         if not self.cells:
             return f"line {line}"
@@ -40,7 +42,7 @@ class Submission:
         return f"code cell {cell}, line {line - self.cells[cell - 1] + 1}"
 
 
-def read_submission(path):
+def read_submission(path: str | Path) -> Submission:
     """Submission in a .py or .ipynb file. Raises SubmissionError."""
     path = Path(path)
     name = path.name

@@ -1,5 +1,7 @@
 """What a worker process sends, read as a stranger's text: lines of JSON with a limit, into Replies of plain values."""
 
+from __future__ import annotations
+
 import json
 import math
 
@@ -7,18 +9,18 @@ import numpy as np
 
 from .replies import KINDS, Reply
 
-MOST_LINE = 1_000_000
-MOST_TEXT = 500
-MOST_BITS = 1000
-MOST_NUMBERS = 10_000
-DEEPEST = 16
+MOST_LINE = 1_000_000  # bytes of a message
+MOST_TEXT = 500  # characters of a message or a name
+MOST_BITS = 1000  # of an integer
+MOST_NUMBERS = 10_000  # in one array
+DEEPEST = 16  # lists in each other, those of the protocol among them
 
 
 class Garbled(ValueError):
     """A line that is no message of the protocol."""
 
 
-def message(line, nonce):
+def message(line: bytes, nonce: str) -> dict:
     """The JSON object in a line that carries the nonce. Raises Garbled."""
     try:
         data = json.loads(line)
@@ -29,7 +31,7 @@ def message(line, nonce):
     return data
 
 
-def reply(data, lines):
+def reply(data: dict, lines: list[str]) -> Reply:
     """Reply in a worker's message; `lines` are the student's own, to quote from. Raises Garbled."""
     kind = data.get("k")
     if not isinstance(kind, str) or kind not in KINDS or not isinstance(data.get("t", ""), str):
@@ -42,19 +44,19 @@ def reply(data, lines):
     return Reply(kind, found, clean(data.get("t", "")), line, source, float(seconds))
 
 
-def place(line, lines):
+def place(line: object, lines: list[str]) -> tuple[int | None, str]:
     """(line number or None, its text), for a claimed line number."""
     if type(line) is not int or not 1 <= line <= len(lines):
         return None, ""
     return line, clean(lines[line - 1].strip())
 
 
-def clean(text, most=MOST_TEXT):
+def clean(text: str, most: int = MOST_TEXT) -> str:
     """Text of a limited length without control characters, safe on a terminal."""
     return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most])
 
 
-def value(data, depth=0):
+def value(data: object, depth: int = 0) -> object:
     """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by "~"."""
     if depth > DEEPEST:
         raise Garbled("lists too deep in each other")

@@ -4,6 +4,8 @@
 student's program does to this process, a line that leaves it is only a claim about one row of one ask.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import sys
@@ -12,17 +14,17 @@ from answers import call
 from confine import confine
 from loading import FILE, load
 
-MOST_LINE = 1_000_000
+MOST_LINE = 1_000_000  # bytes of a message
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
 
 
 class Gate:
     """Refuses all imports but the standard library's and those of the named packages."""
 
-    def __init__(self, packages):
+    def __init__(self, packages: list[str]):
         self.known = sys.stdlib_module_names | set(packages)
 
-    def find_spec(self, name, path=None, target=None):
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
         top = name.partition(".")[0]
         if top not in self.known and not top.startswith("_sysconfigdata"):
             raise ModuleNotFoundError(
@@ -30,7 +32,7 @@ class Gate:
             )
 
 
-def main():
+def main() -> None:
     settings = json.loads(sys.argv[1])
     read, write, close = os.read, os.write, os._exit
     loads, dumps = json.loads, json.dumps

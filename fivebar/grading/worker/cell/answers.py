@@ -1,15 +1,18 @@
 """Calls a student's function and puts what comes back into plain JSON data; standard library only."""
 
+from __future__ import annotations
+
 import sys
 import time
+from collections.abc import Callable
 
-MOST_NUMBERS = 10_000
-MOST_TEXT = 500
-MOST_BITS = 1000
-DEEPEST = 8
+MOST_NUMBERS = 10_000  # in one answer
+MOST_TEXT = 500  # characters of a message or a name
+MOST_BITS = 1000  # of an integer
+DEEPEST = 8  # lists in each other
 
 
-def plain(value):
+def plain(value: object) -> object:
     """JSON data of a returned value; none of the value's own methods are trusted or called, NumPy's excepted."""
     return _plain(value, [MOST_NUMBERS], 0)
 
@@ -48,7 +51,7 @@ def _other(kind, text):
     return {"~": "other", "type": kind.__name__[:MOST_TEXT], "text": text}
 
 
-def call(function, row, file):
+def call(function: Callable, row: list, file: str) -> dict:
     """What `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in `file`, and seconds "s"."""
     start = time.perf_counter()
     try:
@@ -64,7 +67,7 @@ def call(function, row, file):
     return answer
 
 
-def failure(error, file):
+def failure(error: BaseException, file: str) -> dict:
     """Kind, text and the student's own line of an exception of any making."""
     if isinstance(error, MemoryError):
         return {"k": "memory", "t": "", "l": _line(error, file)}

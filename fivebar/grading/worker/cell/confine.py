@@ -1,5 +1,7 @@
 """Takes from this process what a student's functions never need, for good; standard library only."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 import resource
@@ -12,7 +14,7 @@ from landlock import restrict
 _DEATH_SIGNAL = 1  # prctl
 
 
-def confine(settings):
+def confine(settings: dict) -> dict:
     """Limits, an unprivileged user, no new processes, no files written, few read: {"filter", "landlock", "uid"}.
 
     settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to stay), readable and

@@ -3,6 +3,8 @@
 The system calls refused fail with EPERM; those that this table does not know (newer than it) with ENOSYS.
 """
 
+from __future__ import annotations
+
 import ctypes
 import errno
 import os
@@ -44,7 +46,7 @@ _ALLOW, _REFUSE, _UNKNOWN, _KILL = 0x7FFF0000, 0x00050000 | errno.EPERM, 0x00050
 _NO_NEW_PRIVILEGES, _SECCOMP, _FILTER = 38, 22, 2  # prctl
 
 
-def program(machine):
+def program(machine: str) -> list[tuple[int, int, int, int]]:
     """The filter's instructions (code, jump if true, jump if false, operand) for "x86_64" or "aarch64"."""
     column, architecture = _MACHINES[machine]
 
@@ -72,7 +74,7 @@ def program(machine):
     return [*steps, *ends(_AT_LEAST, _NEW, _UNKNOWN), allow]
 
 
-def install():
+def install() -> bool:
     """Filter this process for ever; whether the machine and its kernel can."""
     machine = os.uname().machine
     if machine not in _MACHINES or struct.calcsize("P") != 8:

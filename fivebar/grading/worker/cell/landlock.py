@@ -1,5 +1,7 @@
 """Landlock without any library: from now on this process reads the named files and folders, and no others."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 import struct
@@ -10,7 +12,7 @@ _BENEATH = 1
 _NO_NEW_PRIVILEGES = 38  # prctl
 
 
-def restrict(readable, listable):
+def restrict(readable: list[str], listable: list[str]) -> bool:
     """Reads only what is in or beneath `readable`, lists also `listable`; whether the kernel can."""
     library = ctypes.CDLL(None, use_errno=True)
     handled = struct.pack("=Q", _READ_FILE | _READ_FOLDER)

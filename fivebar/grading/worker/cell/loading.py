@@ -6,6 +6,7 @@ import ast
 import re
 import sys
 import types
+from collections.abc import Callable
 
 from answers import failure
 
@@ -16,7 +17,9 @@ _START = re.compile(r"[A-Za-z_@(\[\"']")
 _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
-def load(source, notebook, skip, announce):
+def load(
+    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None]
+) -> tuple[types.ModuleType, dict | None]:
     """(module, first trouble or None) after running the statements that are not in `skip`.
 
     announce(index, line) is called before each, so that one that kills the process is known.

@@ -1,0 +1,84 @@
+"""A submission opened: the student's program in a process of its own, and the robot that it is judged for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..models.robots import Robot
+from .labs import Lab
+from .variants import PUBLIC_SEED, constants_in, robot_from
+from .worker.live import Live
+from .worker.replies import Reply
+from .worker.student import Student
+from .worker.submission import SubmissionError, read_submission
+
+
+class NoProgram:
+    """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
+
+    output, notes = "", ()
+
+    def __init__(self, text: str):
+        self.trouble = Reply("import", text=text)
+
+    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
+        return [self.trouble] * len(rows)
+
+    def close(self) -> None:
+        pass
+
+
+@dataclass(frozen=True)
+class Program:
+    """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
+
+    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
+    words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
+    where: a line's number in its author's words.
+    """
+
+    student: Student | Live | NoProgram
+    robot: Robot | None = None
+    words: frozenset[str] = frozenset()
+    constants: dict[str, float] = field(default_factory=dict)
+    where: Callable[[int], str] = "line {}".format
+    robot_from_standard: Callable[[Robot], Robot] | None = None
+
+    def robot_in(self, lab: Lab) -> Robot:
+        if self.robot_from_standard:
+            return self.robot_from_standard(lab.robot())
+        return self.robot or robot_from(lab.robot(), self.constants)
+
+
+@dataclass(frozen=True)
+class Job:
+    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
+
+    trouble: why there is no file to grade; all its checks then earn nothing.
+    """
+
+    path: Path
+    student: str = ""
+    seed: str = PUBLIC_SEED
+    robot: Robot | None = None
+    isolate: str = "process"
+    limit: float | None = None
+    trouble: str = ""
+
+    def open(self) -> Program:
+        """The Program in a process of its own, or NoProgram where it cannot be read. Raises IsolationError."""
+        if self.trouble:
+            return Program(NoProgram(self.trouble), self.robot)
+        try:
+            submission = read_submission(self.path)
+        except SubmissionError as error:
+            return Program(NoProgram(str(error)), self.robot)
+        source, limits = submission.source, {}
+        if self.limit is not None:
+            limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
+        student = Student(submission, isolate=self.isolate, **limits)
+        words = frozenset(re.findall(r"\w+", source))
+        return Program(student, self.robot, words, constants_in(source), submission.where)
