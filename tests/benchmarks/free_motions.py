@@ -62,8 +62,9 @@ def main(count=1000):
     print(f"{count} robots, {len(refused)} refused")
     for seed, *_, near, why in refused[:20]:
         print(f"  {seed}: {near:.2g} of the bars from a change point: {why}")
-    print("energy over 60 s: median %.2g, 99 %% %.2g, worst %.2g" % tuple(np.nanpercentile(drift, (50, 99, 100))))
-    print("10 s and back, m: median %.2g, 99 %% %.2g, worst %.2g" % tuple(np.nanpercentile(miss, (50, 99, 100))))
+    for what, values in (("energy over 60 s", drift), ("10 s and back, m", miss)):
+        median, most, worst = np.nanpercentile(values, (50, 99, 100))
+        print(f"{what}: median {median:.2g}, 99 % {most:.2g}, worst {worst:.2g}")
     for k in np.flatnonzero((drift > 1e-9) | (miss > 1e-6)):
         print(f"  {k}: energy {drift[k]:.2g}, miss {miss[k]:.2g} m, {apart[k]:.2g} of the bars from a change point")
 
