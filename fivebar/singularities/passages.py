@@ -1,0 +1,171 @@
+"""How the aspects hang together: where a motion may pass from one to another, and by which of them to go.
+
+Two aspects in working modes that differ in one leg share the arcs of Type 1 on which that leg is in line: there both
+modes have one pose. Two in one mode share arcs of Type 2, across which the assembly mode changes. A leg of equal bars
+may also fold on its base joint, turn there, and open in either mode.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..models.geometry import Pose, igm
+from ..models.robots import FiveBar
+from .aspects import Aspect, aspects
+from .locus import MODES
+from .margins import Singularity
+
+SAMPLES = 33  # places on an arc, of which the one farthest from other singularities is kept
+SHORTEST = 1e-6  # of an arc's range of parameters: less in common is rounding
+BESIDE = 1e-4  # of the leg's bars: how far from its base joint it is asked what lies around a fold
+DIRECTIONS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """Where a motion can pass between two aspects, to and fro.
+
+    between: numbers of both; type: SERIAL, where leg (0 left, 1 right) changes its working mode, or PARALLEL, leg None;
+    xi (2,) m: a place on the arc far from other singularities; fold: only by folding the leg on its base joint.
+    """
+
+    between: tuple[int, int]
+    type: Singularity
+    leg: int | None
+    xi: np.ndarray
+    fold: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """A way from aspect to aspect: their numbers, and the passages between them in order."""
+
+    aspects: tuple[int, ...]
+    passages: tuple[Passage, ...]
+
+    @property
+    def folds(self) -> bool:
+        """Whether a leg has to fold on its base joint."""
+        return any(passage.fold for passage in self.passages)
+
+    def __str__(self) -> str:
+        words = [f"aspect {self.aspects[0]}"]
+        for number, passage in zip(self.aspects[1:], self.passages):
+            how = "Type 2" if passage.leg is None else f"{('left', 'right')[passage.leg]} leg"
+            words.append(f"{how}{' folded' * passage.fold} -> {number}")
+        return ", ".join(words)
+
+
+@lru_cache(maxsize=8)
+def passages(robot: FiveBar) -> tuple[Passage, ...]:
+    """All passages between the aspects of a five-bar, the best of each kind between each two. Raises as `aspects`."""
+    found, everything = [], aspects(robot)
+    for k, one in enumerate(everything):
+        for other in everything[k + 1 :]:
+            differ = [leg for leg in (0, 1) if one.working[leg] != other.working[leg]]
+            if len(differ) > 1 or (differ and one.assembly != other.assembly):
+                continue
+            leg = differ[0] if differ else None
+            xi = _shared_place(robot, one, other, leg)
+            if xi is not None:
+                kind = Singularity.PARALLEL if leg is None else Singularity.SERIAL
+                found.append(Passage((one.number, other.number), kind, leg, xi))
+    joined = {passage.between for passage in found}
+    return (*found, *(fold for fold in _folds(robot, everything) if fold.between not in joined))
+
+
+def _shared_place(robot, one, other, leg):
+    """The place, far from other singularities, on the arcs that both have: of Type 2, or where that leg is in line."""
+    wanted = Singularity.PARALLEL if leg is None else Singularity.SERIAL
+    best, farthest = None, 0.0
+    for a in _arcs(one, wanted, leg):
+        for b in _arcs(other, wanted, leg):
+            if a.locus is not b.locus:
+                continue
+            low, high = max(min(a.start, a.end), min(b.start, b.end)), min(max(a.start, a.end), max(b.start, b.end))
+            if high - low <= SHORTEST * abs(a.end - a.start):
+                continue
+            z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+            xi = np.stack([z.real, z.imag], axis=-1)
+            pose = igm(robot, xi, one.working, unreachable="nan")
+            others = [*pose.sines] if leg is None else [pose.sines[1 - leg], pose.det_A]
+            clear = np.nan_to_num(np.abs(others).min(axis=0))
+            if clear.max() > farthest:
+                best, farthest = xi[clear.argmax()], float(clear.max())
+    return best
+
+
+def _arcs(aspect, wanted, leg):
+    side = "" if leg is None else ("left", "right")[leg]
+    for loop in aspect.boundary:
+        for arc in loop:
+            if arc.locus.type == wanted and arc.locus.kind.startswith(side):
+                yield arc
+
+
+def _folds(robot, everything):
+    """Passages through a leg of equal bars folded on its base joint, where the aspects share no arc."""
+    angles = np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) + 0.1
+    around = BESIDE * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    for leg, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
+        if drive.length != bar:
+            continue
+        centre = np.array([drive.x, drive.y])
+        meeting = [aspect for aspect in everything if aspect.contains(centre + bar * around).any()]
+        for k, one in enumerate(meeting):
+            for other in meeting[k + 1 :]:
+                same = one.working[1 - leg] == other.working[1 - leg] and one.assembly == other.assembly
+                if same and one.working[leg] != other.working[leg]:
+                    yield Passage((one.number, other.number), Singularity.SERIAL, leg, centre, True)
+
+
+def aspect_of(pose: Pose) -> Aspect:
+    """The aspect in which a pose is; ValueError where it is singular."""
+    working, found = tuple(int(mode) for mode in pose.working), aspects(pose.robot)
+    for aspect in found:
+        if aspect.working == working and aspect.assembly == pose.assembly and aspect.contains(pose.xi):
+            return aspect
+    x, y = pose.xi
+    raise ValueError(f"this pose is in no aspect, as it is singular: xi = ({x:.9g}, {y:.9g}) m, modes {working}")
+
+
+def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8) -> tuple[Route, ...]:
+    """Ways from start to goal through the aspects, those with fewest crossings first; () where none joins them.
+
+    start, goal: regular poses (ValueError otherwise). folds: whether a leg of equal bars may fold on its base joint.
+    most: ways that are looked for; none visits an aspect twice.
+    """
+    for name, pose in (("start", start), ("goal", goal)):
+        if pose.robot != robot:
+            raise ValueError(f"routes: {name} is a pose of another robot: {pose.robot}, not {robot}")
+    first, last = aspect_of(start).number, aspect_of(goal).number
+    neighbours: dict[int, list] = {}
+    for passage in passages(robot):
+        if folds or not passage.fold:
+            for here, there in (passage.between, passage.between[::-1]):
+                neighbours.setdefault(here, []).append((there, passage))
+    found, waiting = [], deque([((first,), ())])
+    while waiting and len(found) < most:  # by breadth, so that the shortest come first
+        way, taken = waiting.popleft()
+        if way[-1] == last:
+            found.append(Route(way, taken))
+            continue
+        waiting += [((*way, there), (*taken, p)) for there, p in neighbours.get(way[-1], ()) if there not in way]
+    return tuple(found)
+
+
+def groups(robot: FiveBar, types: Singularity, folds: bool = True) -> tuple[frozenset[int], ...]:
+    """The aspects' numbers, grouped by what motions join that cross these types alone."""
+    left = {aspect.number: {aspect.number} for aspect in aspects(robot)}
+    for passage in passages(robot):
+        if passage.type in types and (folds or not passage.fold):
+            one, other = (left[number] for number in passage.between)
+            if one is not other:
+                one |= other
+                for number in other:
+                    left[number] = one
+    return tuple({id(group): frozenset(group) for group in left.values()}.values())
