@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import UnreachableError
 from .limits import TURN, crank_range
+from .moving import move
 
 DRIVES = ("turn", "until-lock", "swing")
 MARGIN = 0.02  # of the range that a swing keeps from a lock, where rates have no limit
@@ -108,7 +109,6 @@ def two_motors(linkage, drive, speed, turns, samples, branch, start):
     "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
     or the half, quarter ... of it that closes.
     """
-    from .moving import move
 
     def closes(q):
         motion = move(linkage, q, branch=branch, unreachable="nan")

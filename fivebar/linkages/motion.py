@@ -11,7 +11,8 @@ from .._backend import atan2, is_symbolic, pack, sqrt
 from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
 
-BLOCK = 8192  # poses
+STRETCH = 8192  # poses that fit into the processor's cache
+RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide and of a block on it, which only pictures need
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,20 @@ class Chain(NamedTuple):
     bars: tuple  # pairs of point names, for pictures
     grounded: tuple
     actuated: tuple
-    traced: str | None
+    traced: str
+    rails: tuple = ()  # pairs of points: the ends of guides
+    blocks: tuple = ()  # pairs of points: the ends of blocks on guides
 
     @property
     def found(self):
         """A number per pose that is nan where the chain does not close."""
         last = self.dyads[-1]
         return last.u[0] if isinstance(last, Slot) else last.first[0]
+
+    @property
+    def drawn(self):
+        """Names of the points that only pictures need: the ends of rails and blocks."""
+        return {name for pair in (*self.rails, *self.blocks) for name in pair}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +98,12 @@ class Motion:
 
         What is computed in one is forgotten in the next, so that all of it stays in the processor's cache.
         """
-        if not isinstance(self.q, np.ndarray) or self.q.size <= BLOCK:
+        if not isinstance(self.q, np.ndarray) or self.q.size <= STRETCH:
             yield None, self
             return
         given = self.q, self.q_dot, self.q_ddot, self.branch
-        for first in range(0, self.q.size, BLOCK):
-            part = slice(first, first + BLOCK)
+        for first in range(0, self.q.size, STRETCH):
+            part = slice(first, first + STRETCH)
             yield part, self.linkage.start(*(stretch(x, self._shape, part) for x in given))
 
     @property

@@ -55,7 +55,7 @@ def known(motion):
 
 def usual(motion, loaded):
     """The names that a table has where none are asked for: without the points that only pictures need."""
-    points = [p for p in motion.points if p not in "GHKL" and p not in motion.chain.grounded]
+    points = [p for p in motion.points if p not in motion.chain.drawn and p not in motion.chain.grounded]
     names = [f"{link}.{own}" for link in motion.links for own in LINK if link != "slider"]
     names += [f"{way}.{own}" for way in motion.coordinates for own in COORDINATE]
     names += [f"{point}.{own}" for point in points for own in ("x", "y", "vx", "vy", "ax", "ay")]

@@ -13,7 +13,7 @@ from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import finite, positive
 from .limits import four_bar_limits
-from .motion import Body, Chain, Link, one_drive
+from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 
 START, SPEED = math.radians(160.24), math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
 GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
@@ -75,10 +75,11 @@ class SixBarPress:
         ways = {"S6": Along(e, d.p, (0.0, -1.0), self.l12), "S6_down": Along(e, d.p, (0.0, 1.0), self.l12)}
         far = branch[1] * (self.l4 + self.l5)
         points = {"A": a, "B": b, "C": c, "D": d, "E": e}
-        points |= {"G": Fixed((d.p[0], d.p[1] + 0.4 * far)), "H": Fixed((d.p[0], d.p[1] + 1.1 * far))}
-        points |= {"K": Reach(e, Still((0.0, 1.0)), -0.06 * self.l5), "L": Reach(e, Still((0.0, 1.0)), 0.06 * self.l5)}
-        bars = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E"), ("K", "L"))
-        return Chain(points, links, ways, (c.dyad, e.dyad), bars, ("A", "D", "G", "H"), ("A",), "C")
+        points |= {name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))}
+        points |= {name: Reach(e, Still((0.0, 1.0)), share * self.l5) for name, share in zip(BLOCK, (-0.06, 0.06))}
+        bars = ("A", "B"), ("B", "C"), ("D", "C"), ("C", "E"), BLOCK
+        grounded = "A", "D", *RAIL
+        return Chain(points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (BLOCK,))
 
     start = one_drive
     driven = "crank"
