@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..models.dynamics import bar_force_dynamics, drives_forces
 from ..models.kinematics import Accelerations
 from ..models.robots import robot_of
+from ..pictures.plot.plans import planned
 from ..tables import read_columns
 from .collocation import METHODS, Pieces, scheme
 from .problem import Limits, Problem
@@ -197,8 +198,6 @@ class Plan:
 
     def plot(self, path: str | PathLike | None = None) -> Figure:
         """Matplotlib figure of path, torques and margins; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.plans import planned
-
         figure = planned(self)
         if path is not None:
             figure.savefig(path)

@@ -39,7 +39,7 @@ def torque(robot, reference, t):
 
 
 @dataclass(frozen=True)
-class FeedForward:
+class OpenLoop:
     """A controller that applies the reference's own torque, taken in the middle of each control period (s)."""
 
     robot: object

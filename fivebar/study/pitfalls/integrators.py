@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 
 def explicit_euler(slope, t, state, step):
@@ -54,8 +55,6 @@ def adaptive(slope, state, t_eval, method, rtol=1e-3, atol=1e-6, limit=100_000):
 
     limit: evaluations after which it is stopped, for a solver that meets nan may go on for ever.
     """
-    from scipy.integrate import solve_ivp
-
     count = 0
 
     def counted(t, y):

@@ -65,7 +65,7 @@ def joint_slope(robot, assembly):
 
 
 @dataclass(frozen=True, eq=False)
-class FreeMotion:
+class FreeRun:
     """One attempt at the free motion: t (n,) s, xi (n, 2) m, energy (n,) J; `claim` is the solver's own word for it."""
 
     name: str
@@ -90,7 +90,7 @@ def free_motion_by(robot, method, rtol=1e-9, duration=2.0, samples=401):
     found = adaptive(joint_slope(robot, assembly), state, t, method, rtol=rtol, atol=1e-3 * rtol)
     with np.errstate(all="ignore"):
         xi, _, _, energy = joint_model(robot, found.states.T, assembly)
-    return FreeMotion(f"{method}, {rtol:g}", found.t, xi.T, energy, found.success, found.message, found.evaluations)
+    return FreeRun(f"{method}, {rtol:g}", found.t, xi.T, energy, found.success, found.message, found.evaluations)
 
 
 def free_motion_by_rk4(robot, step, duration=2.0):
@@ -101,13 +101,13 @@ def free_motion_by_rk4(robot, step, duration=2.0):
         state = np.concatenate([start.pose.q, start.q_dot])
         t, states = march(rk4, joint_slope(robot, assembly), state, duration, step)
         xi, _, _, energy = joint_model(robot, states.T, assembly)
-    return FreeMotion(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1))
+    return FreeRun(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1))
 
 
 def free_motion_of_ours(robot, step, duration=2.0):
     """The same by fivebar.simulate, the four bars in fixed steps."""
     run = simulate(robot, duration=duration, start=free_start(robot), step=step, method="rk4")
-    return FreeMotion("fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1))
+    return FreeRun("fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1))
 
 
 def whole_steps(count=400, shortest=4e-4, longest=4e-3, duration=2.0):

@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
+from scipy.optimize import brentq
 
 from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
@@ -130,8 +132,6 @@ def exact_noise_gain(p, q, delay=0):
         driven = np.array([0.0, 0.0, 1.0])
     else:
         A, driven = A - np.outer(push, feedback), push
-    from scipy.linalg import solve_discrete_lyapunov
-
     covariance = solve_discrete_lyapunov(A, (p * p + q * q) * np.outer(driven, driven))
     return math.sqrt(covariance[0, 0])
 
@@ -158,8 +158,6 @@ def measure_limit(robot, delay=0, count=8, resolution=1e-3):
 
     The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in parts of the ray.
     """
-    from scipy.optimize import brentq
-
     curve, centre = boundary(delay), np.array(CENTRES[delay])
     if delay == 0:
         lower, upper = (np.linspace(a, b, count // 2 + 2)[1:-1] for a, b in zip(curve[:2], curve[1:3]))

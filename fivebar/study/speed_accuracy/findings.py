@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from .table import OURS
+from .chart import OURS
 
 ABOVE_ROUNDING = 10.0
 LEVEL = 1.1  # a ratio of times below it is no difference

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from .chart import OURS
 from .findings import caption, counted, failures, orders, words_of
-from .table import OURS
 
 INK, PALE = "#222222", "#777777"
 COLOURS = (

@@ -1,5 +1,7 @@
 """The one runner: makes a chart's attempts, each in a process that may hang or crash, and times and judges them."""
 
+import gc
+import math
 import multiprocessing
 import os
 import signal
@@ -8,9 +10,9 @@ import time
 import numpy as np
 
 from ...errors import SingularityError, UnreachableError
-from .machine import describe, missing, times_of
+from .chart import Attempt, Failed, load, module_of
+from .machine import describe, missing
 from .store import Partial, Result
-from .table import Attempt, Failed, load, module_of
 
 BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
 REFUSALS = (ArithmeticError, ValueError, RuntimeError, MemoryError)  # other errors are ours, and end the run
@@ -20,6 +22,9 @@ WORDS = (
 )  # fmt: skip
 THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"  # each process has one of them
 QUARTILES = (25, 50, 75)
+SHORTEST_SAMPLE = 1e-4  # s; shorter calls are timed together
+MOST_SAMPLES = 101
+LONGEST_REPEATED = 5.0  # budgets; a call as long is not timed again
 
 
 def run(name, folder, quick=False, progress=None):
@@ -72,6 +77,32 @@ def measure(chart, problem, name, knob, budget):
         "seconds": middle, "seconds_low": low, "seconds_high": high, "repeats": len(samples),
         **{key: float(value) for key, value in measures.items()},
     }  # fmt: skip
+
+
+def times_of(call, first, budget):
+    """Seconds of a call, (n,) samples in about `budget` s, without the garbage collector.
+
+    first: s that it took before, which warmed it up; all there is where that is LONGEST_REPEATED budgets or more.
+    """
+    if first > LONGEST_REPEATED * budget:
+        return np.array([first])
+    before = time.perf_counter()
+    call()
+    once = time.perf_counter() - before
+    together = max(1, math.ceil(SHORTEST_SAMPLE / max(once, 1e-9)))
+    count = int(np.clip(budget / (together * once), 3, MOST_SAMPLES))
+    samples, collecting = np.empty(count), gc.isenabled()
+    gc.disable()
+    try:
+        for k in range(count):
+            before = time.perf_counter()
+            for _ in range(together):
+                call()
+            samples[k] = (time.perf_counter() - before) / together
+    finally:
+        if collecting:
+            gc.enable()
+    return samples
 
 
 def word_for(error):

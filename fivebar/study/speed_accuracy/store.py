@@ -5,7 +5,7 @@ import json
 import os
 from dataclasses import dataclass
 
-from .table import Chart
+from .chart import Chart
 
 BASE = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
 TEXT = ("problem", "method", "status", "word")

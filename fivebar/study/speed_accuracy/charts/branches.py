@@ -7,7 +7,7 @@ import numpy as np
 from ....models.compiled import Buffered, compile
 from ....models.geometry import dgm
 from ....models.robots import FiveBar
-from ..table import Attempt
+from ..chart import OURS, Attempt, Method
 from .exact import distance, exact_motion
 
 TURNING = FiveBar(l12=0.16, l22=0.16)  # long enough bars for both cranks to turn
@@ -72,3 +72,15 @@ def pylinkage(fast):
         return Attempt(call, judged(degrees), POSES)
 
     return prepare
+
+
+def methods():
+    """Methods of the turning cranks."""
+    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
+    return (
+        Method("fivebar.dgm, arrays", OURS, arrays, degrees),
+        Method("fivebar.compile, VM", OURS, in_casadi(False), degrees),
+        Method("fivebar.compile, compiled", OURS, in_casadi(True), degrees, ("C compiler",)),
+        Method("pylinkage step", other, pylinkage(False), degrees, (other,)),
+        Method("pylinkage step_fast, numba", other, pylinkage(True), degrees, (other, "numba")),
+    )

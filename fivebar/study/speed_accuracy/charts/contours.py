@@ -2,7 +2,10 @@
 
 from functools import lru_cache
 
+import casadi as ca
 import numpy as np
+from contourpy import contour_generator
+from scipy.spatial import cKDTree
 
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import task_pose
@@ -10,7 +13,7 @@ from ....models.robots import FiveBar
 from ....singularities.loci import MODES, singularity_loci
 from ....singularities.maps import singularity_map, workspace_window
 from ....singularities.margins import Singularity
-from ..table import OURS, Attempt, Chart, Method, Panel
+from ..chart import OURS, Attempt, Chart, Method, Panel
 
 ROBOT = FiveBar()
 NODES = (25, 35, 50, 71, 100, 141, 200, 283, 400, 566, 800, 1131)
@@ -21,8 +24,6 @@ REGULAR = 0.3  # sines of both legs from which on a pose counts as away from Typ
 @lru_cache(maxsize=8)
 def _field(mode, gradient=False):
     """xi -> det A, with its gradient and the legs' sines if wanted."""
-    import casadi as ca
-
     xi = ca.SX.sym("xi", 2)
     pose = task_pose(ROBOT, (xi[0], xi[1]), mode)
     sine = pose.det_A
@@ -62,8 +63,6 @@ def type_2():
 
 def missing(lines, points):
     """How far points are from the nearest of some polylines, (n,) m."""
-    from scipy.spatial import cKDTree
-
     if not lines:
         return np.full(len(points), np.inf)
     a, b = (np.concatenate([line[part] for line in lines]) for part in (slice(None, -1), slice(1, None)))
@@ -85,8 +84,6 @@ def judge(drawn):
 
 def lines_of(x, y, values):
     """The polylines of value 0 on a grid, by Matplotlib's contouring."""
-    from contourpy import contour_generator
-
     return [line for line in contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0) if len(line) > 1]
 
 

@@ -2,13 +2,14 @@
 
 from functools import lru_cache
 
+import casadi as ca
 import numpy as np
 
 from ....models.compiled import Buffered, compile, compiled
 from ....models.geometry import dgm, joint_pose
 from ....models.robots import FiveBar
 from ...pitfalls.differentiation import analytic, differences, swing
-from ..table import OURS, Attempt, Chart, Method, Panel
+from ..chart import OURS, Attempt, Chart, Method, Panel
 from .dgm_routes import printed
 from .exact import distance, exact_motion
 
@@ -88,8 +89,6 @@ def automatic(jit):
     """prepare of CasADi's own differentiation of the position along the motion, twice."""
 
     def prepare(*_):
-        import casadi as ca
-
         q, q_dot, q_ddot, s = (*(ca.SX.sym(name, 2) for name in ("q", "v", "a")), ca.SX.sym("s"))
         at = q + q_dot * s + q_ddot * s * s / 2
         xi = ca.vertcat(*joint_pose(ROBOT, (at[0], at[1]), -1).point)

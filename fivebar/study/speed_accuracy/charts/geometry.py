@@ -5,6 +5,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import root
 
 from ...._backend import EPS
 from ....models.compiled import Buffered, compile
@@ -12,7 +13,7 @@ from ....models.geometry import dgm
 from ....models.machine_code import library
 from ....singularities.margins import singularity_margins
 from ...pitfalls.newton_dgm import newton_dgm
-from ..table import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
 from .dgm_routes import ASSEMBLY, C_LOOP, ROBOT, arctg, elbows, equivalent_four_bar, ours, printed, tangent_half_angle
 from .exact import distance, exact_motion
 
@@ -138,8 +139,6 @@ def newton(warm):
 
 def scipy_root(problem, knob):
     """SciPy's root with its defaults (hybr), warm start, xtol the knob."""
-    from scipy.optimize import root
-
     gap, xtol = (knob, 1e-14) if problem == "singular" else (None, knob)
     q, _, _, phi, _ = poses(problem, gap)
     jobs, judge = list(zip([elbows(*row) for row in q.tolist()], (phi + WARM).tolist())), judged(problem, gap)

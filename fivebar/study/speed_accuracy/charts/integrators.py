@@ -1,5 +1,6 @@
 """Integrators on three motions without torque: regular, grazing a Type-2 singularity, and through two of them."""
 
+import casadi as ca
 import numpy as np
 
 from ....models.charts import CHARTS, Joint
@@ -10,7 +11,7 @@ from ....simulation.steps import model_functions, propagate
 from ...pitfalls.integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from ...pitfalls.joint_space import joint_model, joint_slope
 from ...pitfalls.redundant import closure, redundant_slope, redundant_state
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from .motions import DURATION, MOTIONS, ROBOT
 
 ALPHA = 10.0  # 1/s, Baumgarte's
@@ -83,12 +84,10 @@ def by_casadi(plugin):
     """prepare of casadi.integrator on our model in joint coordinates; its knob: reltol, or the finite elements."""
 
     def prepare(problem, knob):
-        import casadi
-
         start, judge = MOTIONS[problem].begin(), judged(problem)
         c, c_dot, modes = Joint().coordinates(start)
-        x = casadi.SX.sym("x", 4)
-        slope = model_functions(ROBOT, Joint())[0](x, casadi.DM.zeros(2), [int(mode) for mode in modes])[0]
+        x = ca.SX.sym("x", 4)
+        slope = model_functions(ROBOT, Joint())[0](x, ca.DM.zeros(2), [int(mode) for mode in modes])[0]
         options = (
             {"reltol": knob, "abstol": 1e-3 * knob, "max_num_steps": 100_000, "show_eval_warnings": False}
             if plugin == "cvodes"
@@ -99,7 +98,7 @@ def by_casadi(plugin):
                 "rootfinder_options": {"abstol": 1e-15, "abstolStep": 1e-16, "error_on_fail": False},
             }
         )
-        integrator = casadi.integrator("integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options)
+        integrator = ca.integrator("integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options)
         begin = np.array([*c, *c_dot])
 
         def judge_end(found):

@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 from functools import partial
 
+import casadi as ca
 import numpy as np
 
 from ...._backend import wrap
@@ -14,10 +15,10 @@ from ....simulation.simulate import simulate
 from ....simulation.steps import model_functions, runge_kutta
 from ...pitfalls.integrators import adaptive
 from ...pitfalls.redundant import closure, redundant_state
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from ..rivals.drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
 from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from ..rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
 from . import branches
 from .constrained import multipliers
 from .integrators import counts, fixed_steps
@@ -78,13 +79,11 @@ def redundant_compiled(jit):
     """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler as ours."""
 
     def prepare(problem, count):
-        import casadi as ca
-
         motion, judge, step = DRIVEN[problem], judged(problem), DURATION / count
         state, t = ca.SX.sym("state", 8), ca.SX.sym("t")
 
         def slope(stage, fraction):
-            return multipliers(ca, stage, motion.torque(t + fraction * step))
+            return multipliers(stage, motion.torque(t + fraction * step))
 
         one = ca.Function("step", [state, t], ca.cse([runge_kutta("dop8", step, state, slope)]))
         start = ca.MX.sym("start", 8)
@@ -199,18 +198,6 @@ def simulated():
     )  # fmt: skip
 
 
-def positioned():
-    """Methods of the turning cranks."""
-    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
-    return (
-        Method("fivebar.dgm, arrays", OURS, branches.arrays, degrees),
-        Method("fivebar.compile, VM", OURS, branches.in_casadi(False), degrees),
-        Method("fivebar.compile, compiled", OURS, branches.in_casadi(True), degrees, ("C compiler",)),
-        Method("pylinkage step", other, branches.pylinkage(False), degrees, (other,)),
-        Method("pylinkage step_fast, numba", other, branches.pylinkage(True), degrees, (other, "numba")),
-    )
-
-
 def on(problems, methods):
     """The methods, tried on these problems only."""
     return tuple(
@@ -238,7 +225,7 @@ def chart():
         "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
         "the closed form gains.",
         problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
-        methods=on(DRIVEN, simulated()) + on((POSITIONS,), positioned()),
+        methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
         step=lambda count: DURATION / count,
         apart=(SAME,),
         panels=(*(

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....models.robots import FiveBar
 from ...pitfalls.sampled import exact_noise_gain, growth, noise_gain, spectral_radius
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 ROBOT = FiveBar()
 SIDES = {"growth": 29, "noise": 15}  # points of a side; odd, so that every other point is a chessboard

@@ -10,7 +10,7 @@ from ....control.qp import QP
 from ....control.tracker import Tracker
 from ....simulation.cases import case
 from ....simulation.comparison import compare
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 QUIET = {"print_iter": False, "print_header": False, "print_info": False}
 TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}

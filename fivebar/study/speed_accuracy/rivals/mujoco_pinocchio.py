@@ -6,6 +6,7 @@ end-effector's mass at their ends, which the loop holds together: the dynamics i
 
 import numpy as np
 
+from ....simulation.steps import tableau
 from ..charts.motions import DURATION, ROBOT
 
 # Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
@@ -163,8 +164,6 @@ def _at(pin, x):
 
 def runge_kutta(method, acceleration, count, h, q, v):
     """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
-    from ....simulation.steps import tableau
-
     a, b, c = tableau(method)
     for k in range(count):
         rates, forces = [], []

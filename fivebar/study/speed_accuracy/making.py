@@ -4,18 +4,19 @@ import io
 from importlib import import_module
 
 from PIL import Image
+from tqdm import tqdm
 
 from . import findings, picture, runner
+from .chart import MODULES, PEERS, load, module_of
 from .page import write_page
 from .store import from_csv
-from .table import CHARTS, PEERS, load, module_of
 
 DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
 
 
 def chart_names(peers=False):
     """All charts, those of other simulators only if asked for."""
-    return tuple(name for name in CHARTS if peers or name not in PEERS)
+    return tuple(name for name in MODULES if peers or name not in PEERS)
 
 
 def make(names, folder, quick=False):
@@ -23,11 +24,9 @@ def make(names, folder, quick=False):
 
     quick: every other knob and less time for each. An interrupted run goes on where it was.
     """
-    from tqdm import tqdm
-
     partials, modules = [], {name: module_of(name) for name in names}
     folder.mkdir(parents=True, exist_ok=True)
-    others = [name for name in CHARTS if name not in modules and (folder / f"{name}.csv").exists()]
+    others = [name for name in MODULES if name not in modules and (folder / f"{name}.csv").exists()]
     results = {name: redraw(folder / f"{name}.csv", name) for name in others}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
     with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
@@ -36,7 +35,7 @@ def make(names, folder, quick=False):
             results[name], partial = runner.run(name, folder, quick, bar.update)
             results[name].to_csv(folder / f"{name}.csv")
             partials.append(partial)
-    ordered = {name: results[name] for name in CHARTS if name in results}
+    ordered = {name: results[name] for name in MODULES if name in results}
     pictures, captions = {}, {}
     for name, result in ordered.items():
         pictures[name], captions[name] = draw(result, folder), module_with(result.chart).caption(result)

@@ -6,7 +6,7 @@ from importlib import import_module
 from ...errors import UsageError
 
 # Name -> module with a function `chart()`.
-CHARTS = {
+MODULES = {
     name: f"{__package__}.charts.{module}"
     for name, module in {
         "geometry": "geometry",
@@ -109,9 +109,9 @@ class Chart:
 
 def module_of(name):
     """The module of a chart; UsageError, with the known ones, for a name that is none."""
-    if name not in CHARTS:
-        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(CHARTS)}, and all")
-    return CHARTS[name]
+    if name not in MODULES:
+        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(MODULES)}, and all")
+    return MODULES[name]
 
 
 def load(module):
