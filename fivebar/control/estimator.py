@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from ..models.charts import Leg, Task
     from ..models.robots import Robot
 
-LOST = 0.1  # rad (m) between measured and estimated joints: more is no error of an estimate, but another motion
-EXACT = 1e-6, 1e-4  # standard deviations of joints (rad, m) and rates (rad/s, m/s) that are not rounded
+LOST = 0.1  # rad between measured and estimated joints: more is no error of an estimate, but another motion
+EXACT = 1e-6, 1e-4  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 
 
 class Estimator:

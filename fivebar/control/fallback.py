@@ -27,7 +27,7 @@ def _working(margins):
 
 
 def reference_torques(robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray) -> np.ndarray:
-    """The torques (n, 2) of the reference itself at n times, N m (N); 0 where a part of it has none."""
+    """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
     xi, xi_dot, xi_ddot = reference(times)
     try:
         return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))
@@ -36,9 +36,9 @@ def reference_torques(robot: Robot, margins: Sequence[float], reference: Referen
 
 
 def safe_torque(robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple) -> np.ndarray:
-    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m (N).
+    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m.
 
-    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2 (kg), what a joint moves.
+    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
     """
     kp, kd = FALLBACK_GAINS
     if abs(margins[2]) > NEAR_PARALLEL:

@@ -1,13 +1,19 @@
 """The slider-crank with offset: any of its four links held, on either branch."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .._backend import EPS
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import finite, positive
 from .limits import ends_of, guide_limits
 from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
+
+if TYPE_CHECKING:
+    from .chain import Number
 
 HELD = {
     "guide": "the slider-crank of engines and pumps; the crank is driven",
@@ -37,7 +43,7 @@ class SliderCrank:
 
     usual_branch = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive(self, "crank", "rod")
         finite(self, "offset")
         if self.held not in HELD:
@@ -48,13 +54,13 @@ class SliderCrank:
                 f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"
             )
 
-    def chain(self, q, branch):
+    def chain(self, q: Number, branch: Number) -> Chain:
         return (self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide)(q, branch)
 
     start = one_drive
 
     @property
-    def flats(self):
+    def flats(self) -> list[float]:
         """Angles of the driven link, rad, at which the dyad is singular without being a limit."""
         tolerance = 8 * EPS * (self.crank + self.rod)
         if self.held in ("guide", "slider"):
@@ -67,11 +73,11 @@ class SliderCrank:
         return []
 
     @property
-    def title(self):
+    def title(self) -> str:
         return f"slider-crank, {self.held} held"
 
     @property
-    def driven(self):
+    def driven(self) -> str:
         """The name of the driven link."""
         return "crank" if self.held in ("guide", "rod") else "rod"
 
@@ -138,7 +144,7 @@ class SliderCrank:
         ends = (-0.3 * self._length, self._length)
         return {name: Reach(origin, heading, along, self.offset) for name, along in zip(RAIL, ends)}
 
-    def crank_limits(self, branch):
+    def crank_limits(self, branch: int) -> list[float]:
         """Angles of the driven link, rad, at which the dyad is singular."""
         if self.held == "guide":
             return guide_limits(self.crank, self.rod, self.offset)

@@ -1,13 +1,19 @@
 """The machine that measures: what a reader of the times must know of it, and what a method may miss on it."""
 
+from __future__ import annotations
+
 import os
 import platform
 import subprocess
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from ...models.machine_code import c_compiler
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 LIBRARIES = (
     "fivebar", "numpy", "scipy", "casadi", "matplotlib", "mujoco", "pin", "drake", "exudyn", "pylinkage", "numba",
@@ -27,12 +33,12 @@ NEEDED = {
 }
 
 
-def missing(needs):
+def missing(needs: Iterable[str]) -> str | None:
     """The first of these needs that this machine does not meet, in words; None if there is none."""
     return next((word for word in (NEEDED[need]() for need in needs) if word), None)
 
 
-def describe():
+def describe() -> dict:
     """What a reader of the times must know of this machine: processor, cores, compiler, libraries' versions."""
     return {
         "cpu": _processor(), "cores": os.cpu_count(), "system": platform.platform(),

@@ -1,7 +1,10 @@
 """Charts made: measured, written, drawn."""
 
+from __future__ import annotations
+
 import io
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from PIL import Image
 from tqdm import tqdm
@@ -11,15 +14,22 @@ from .chart import MODULES, PEERS, load, module_of
 from .page import write_page
 from .store import from_csv
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from .chart import Chart
+    from .store import Result
+
 DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
 
 
-def chart_names(peers=False):
+def chart_names(peers: bool = False) -> tuple[str, ...]:
     """All charts, those of other simulators only if asked for."""
     return tuple(name for name in MODULES if peers or name not in PEERS)
 
 
-def make(names, folder, quick=False):
+def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, Result]:
     """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
 
     quick: every other knob and less time for each. An interrupted run goes on where it was.
@@ -45,12 +55,12 @@ def make(names, folder, quick=False):
     return {name: results[name] for name in modules}
 
 
-def redraw(path, name):
+def redraw(path: Path, name: str) -> Result:
     """The Result of a CSV file that `make` wrote."""
     return from_csv(path, load(module_of(name)))
 
 
-def draw(result, folder):
+def draw(result: Result, folder: Path) -> bytes:
     """NAME.png and .svg of a Result; the PNG's bytes."""
     figure = module_with(result.chart).figure(result)
     buffer = io.BytesIO()
@@ -67,6 +77,6 @@ class _Usual:
     caption = staticmethod(findings.caption)
 
 
-def module_with(chart):
+def module_with(chart: Chart) -> object:
     """What has figure(result) and caption(result) for a chart."""
     return import_module(f".charts.{chart.picture}", __package__) if chart.picture else _Usual

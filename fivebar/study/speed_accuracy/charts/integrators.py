@@ -1,5 +1,9 @@
 """Integrators on three motions without torque: regular, grazing a Type-2 singularity, and through two of them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import casadi as ca
 import numpy as np
 
@@ -14,18 +18,24 @@ from ...pitfalls.redundant import closure, redundant_slope, redundant_state
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from .motions import DURATION, MOTIONS, ROBOT
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ....models.charts import Task
+    from .motions import DrivenMotion, FreeMotion
+
 ALPHA = 10.0  # 1/s, Baumgarte's
 MOST = 20_000  # evaluations of the model
 LOST = 1e-2  # m: an end as far off is no approximation any more
 RUNNING = np.sqrt(2.0)  # from one number of steps to the next
 
 
-def counts(first, last):
+def counts(first: float, last: float) -> tuple[int, ...]:
     """Whole numbers of steps, each about sqrt 2 times the one before."""
     return tuple(int(round(first * RUNNING**k)) for k in range(int(np.log(last / first) / np.log(RUNNING) + 1.5)))
 
 
-def judged(problem):
+def judged(problem: str) -> Callable[..., dict[str, float]]:
     """(xi (2,), q (2,), energy) at the end -> how far off it is, in m, in parts of the energy, in bar length."""
     motion = MOTIONS[problem]
     before = float(energy(motion.begin()))
@@ -53,7 +63,7 @@ def _from_joints(problem):
     return joint_slope(ROBOT, assembly), np.concatenate([start.pose.q, start.q_dot]), read
 
 
-def stepped(method):
+def stepped(method: Callable) -> Callable[..., Attempt]:
     """prepare of a fixed-step method in Python on the lab's joint-space model; its knob is the number of steps."""
 
     def prepare(problem, count):
@@ -63,7 +73,7 @@ def stepped(method):
     return prepare
 
 
-def by_scipy(solver):
+def by_scipy(solver: str) -> Callable[..., Attempt]:
     """prepare of solve_ivp on the lab's joint-space model; its knob is rtol, atol a thousandth of it."""
 
     def prepare(problem, rtol):
@@ -80,7 +90,7 @@ def by_scipy(solver):
     return prepare
 
 
-def by_casadi(plugin):
+def by_casadi(plugin: str) -> Callable[..., Attempt]:
     """prepare of casadi.integrator on our model in joint coordinates; its knob: reltol, or the finite elements."""
 
     def prepare(problem, knob):
@@ -115,7 +125,9 @@ def _seen(chart, state, modes):
     return rates.pose.xi, rates.pose.q, float(energy(rates))
 
 
-def fixed_steps(motion, chart, method, count, jit):
+def fixed_steps(
+    motion: FreeMotion | DrivenMotion, chart: Joint | Task, method: str, count: int, jit: bool
+) -> tuple[Callable, list[int]]:
     """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but the end; modes."""
     c, c_dot, modes = chart.coordinates(motion.begin())
     modes = [int(mode) for mode in modes]
@@ -124,7 +136,7 @@ def fixed_steps(motion, chart, method, count, jit):
     return lambda: call(begin)[0], modes
 
 
-def ours(name, method, jit):
+def ours(name: str, method: str, jit: bool) -> Callable[..., Attempt]:
     """prepare of our fixed steps in a chart."""
     chart = CHARTS[name]
 
@@ -136,7 +148,7 @@ def ours(name, method, jit):
     return prepare
 
 
-def ours_auto(problem, count):
+def ours_auto(problem: str, count: int) -> Attempt:
     """fivebar.simulate: charts changed on the way, every step checked, the whole run kept."""
     start, judge = MOTIONS[problem].begin(), judged(problem)
 
@@ -146,7 +158,7 @@ def ours_auto(problem, count):
     return Attempt(call, lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
 
 
-def redundant(gain):
+def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:
     """prepare of RK4 on the DAE in (x, y, q1, q2) with Baumgarte's gain(step)."""
 
     def prepare(problem, count):
@@ -162,7 +174,7 @@ def redundant(gain):
     return prepare
 
 
-def chart():
+def chart() -> Chart:
     tolerances = tuple(10.0**-k for k in range(2, 13))
     compiler = ("C compiler",)
     by_hand, few, many = counts(100, 3200), counts(8, 256), counts(25, 6400)

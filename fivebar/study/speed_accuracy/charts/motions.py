@@ -1,13 +1,19 @@
 """Motions of the AMORO robot, free and driven, their ends known to 20 digits."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ...._backend import cos
 from ....models.geometry import dgm
 from ....models.kinematics import Rates, dkm
-from ....models.robots import FiveBar
+from ....models.robots import FiveBar, Robot
 from ...pitfalls.joint_space import free_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROBOT = FiveBar()
 DURATION = 2.0  # s
@@ -21,17 +27,17 @@ class FreeMotion:
     """
 
     words: str
-    start: object
-    end: tuple
+    start: Callable[[Robot], Rates]
+    end: tuple[float, float]
 
     def begin(self) -> Rates:
         return self.start(ROBOT)
 
-    def torque(self, t):
+    def torque(self, t: float) -> tuple[float, float]:
         return 0.0, 0.0
 
 
-def from_home(*q_dot):
+def from_home(*q_dot: float) -> Callable[[Robot], Rates]:
     return lambda robot: dkm(dgm(robot, (0.0, 0.0)), q_dot)
 
 
@@ -51,15 +57,15 @@ class DrivenMotion:
     """Where a motion begins; torque: t -> (2,) N m, of floats and of CasADi's symbols; the active joints at its end."""
 
     words: str
-    start: object
-    torque: object
-    end: tuple
+    start: Callable[[Robot], Rates]
+    torque: Callable[[float], tuple]
+    end: tuple[float, float]
 
     def begin(self) -> Rates:
         return self.start(ROBOT)
 
 
-def swinging(t):
+def swinging(t: float) -> tuple:
     wave = cos(2 * math.pi * t)
     return 0.02 * wave, -0.016 * wave
 

@@ -1,8 +1,11 @@
 """The forced motion, one through Type 2, and turning cranks in other simulators and here: errors against time."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -24,6 +27,11 @@ from .constrained import multipliers
 from .integrators import counts, fixed_steps
 from .motions import DRIVEN, DURATION, ROBOT
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from .motions import DrivenMotion
+
 SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
 LOST, FAR = 0.3, 100.0  # rad
@@ -31,7 +39,7 @@ POSITIONS, TURNING = "positions", "cranks that turn, 90° apart"
 ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
 
 
-def judged(problem):
+def judged(problem: str) -> Callable[..., dict[str, float]]:
     """(active joints (2,), gap m) -> largest error of a joint, rad, and the gap."""
     end = DRIVEN[problem].end
 
@@ -50,7 +58,7 @@ def _gap(q, xi):
     return closure(ROBOT, np.reshape(q, (1, 2)), np.reshape(xi, (1, 2)))[0]
 
 
-def ours(method, jit):
+def ours(method: str, jit: bool) -> Callable[..., Attempt]:
     """prepare of our fixed steps in the joint chart, the torque read at every stage."""
 
     def prepare(problem, count):
@@ -65,7 +73,7 @@ def ours(method, jit):
     return prepare
 
 
-def ours_auto(problem, count):
+def ours_auto(problem: str, count: int) -> Attempt:
     """fivebar.simulate in changing charts; for a motion without torque, which it would hold over a step."""
     motion, judge = DRIVEN[problem], judged(problem)
 
@@ -75,7 +83,7 @@ def ours_auto(problem, count):
     return Attempt(call, lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
 
 
-def redundant_compiled(jit):
+def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
     """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler as ours."""
 
     def prepare(problem, count):
@@ -94,7 +102,7 @@ def redundant_compiled(jit):
     return prepare
 
 
-def lsoda(problem, rtol):
+def lsoda(problem: str, rtol: float) -> Attempt:
     """SciPy's LSODA, called with our closed form, which is compiled: what SciPy itself costs."""
     motion, judge = DRIVEN[problem], judged(problem)
     c, c_dot, modes = Joint().coordinates(motion.begin())
@@ -113,7 +121,7 @@ def lsoda(problem, rtol):
     return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
 
 
-def simulator(make, alone=False, read=read):
+def simulator(make: Callable, alone: bool = False, read: Callable = read) -> Callable[..., Attempt]:
     """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only the latter.
 
     read: what run returns -> active joints, gap.
@@ -139,27 +147,27 @@ def simulator(make, alone=False, read=read):
     return prepare
 
 
-def as_read(found):
+def as_read(found: tuple) -> tuple:
     return found
 
 
-def read_springs(found):
+def read_springs(found: tuple) -> tuple:
     return found[0], _gap(*found)
 
 
-def mujoco_as_it_comes(motion, count):
+def mujoco_as_it_comes(motion: DrivenMotion, count: int) -> tuple:
     return mujoco_run(motion, count)
 
 
-def mujoco_tuned(motion, count, **trap):
+def mujoco_tuned(motion: DrivenMotion, count: int, **trap: bool) -> tuple:
     return mujoco_run(motion, count, MUJOCO_STIFFNESS[count], **trap)
 
 
-def pinocchio_by(method):
+def pinocchio_by(method: str) -> Callable:
     return lambda motion, count: pinocchio_run(motion, count, method)
 
 
-def simulated():
+def simulated() -> tuple[Method, ...]:
     """Methods of the motions: ours, the same equations otherwise, the simulators."""
     few, tuned, tolerances = counts(6, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
     compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
@@ -198,14 +206,14 @@ def simulated():
     )  # fmt: skip
 
 
-def on(problems, methods):
+def on(problems: Iterable[str], methods: Iterable[Method]) -> tuple[Method, ...]:
     """The methods, tried on these problems only."""
     return tuple(
         m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs)) for m in methods
     )
 
 
-def chart():
+def chart() -> Chart:
     rows = (
         dict(y="error", ylabel="largest error of an active joint after 2 s (rad)", ceiling=LOST),
         dict(y="gap", ylabel="gap of the loop (m)", ceiling=1e-2, floor=1e-18),
