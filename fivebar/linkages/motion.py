@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .slider_crank import SliderCrank
 
 STRETCH = 8192  # poses that fit into the processor's cache
-RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide and of a block on it, which only pictures need
+RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide, and of a block on it
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class Chain(NamedTuple):
     grounded: tuple[str, ...]
     actuated: tuple[str, ...]
     traced: str
-    rails: tuple = ()  # pairs of points: the ends of guides
-    blocks: tuple = ()  # pairs of points: the ends of blocks on guides
+    rails: tuple = ()  # pairs: the ends of straight guides
+    blocks: tuple = ()  # (end, end, joint on it), of what slides on them
 
     @property
     def found(self) -> Number:
@@ -78,9 +78,9 @@ class Chain(NamedTuple):
         return last.u[0] if isinstance(last, Slot) else last.first[0]
 
     @property
-    def drawn(self) -> set[str]:
-        """Names of the points that only pictures need: the ends of rails and blocks."""
-        return {name for pair in (*self.rails, *self.blocks) for name in pair}
+    def marks(self) -> set[str]:
+        """Names of the points that only mark the ends of guides and blocks."""
+        return {name for ends in (*self.rails, *self.blocks) for name in ends[:2]}
 
 
 class Linkage(Protocol):

@@ -63,7 +63,7 @@ def known(motion: Motion) -> list[str]:
 
 def usual(motion: Motion, loaded: bool) -> list[str]:
     """The names that a table has where none are asked for: without the points that only pictures need."""
-    points = [p for p in motion.points if p not in motion.chain.drawn and p not in motion.chain.grounded]
+    points = [p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded]
     names = [f"{link}.{own}" for link in motion.links for own in LINK if link != "slider"]
     names += [f"{way}.{own}" for way in motion.coordinates for own in COORDINATE]
     names += [f"{point}.{own}" for point in points for own in ("x", "y", "vx", "vy", "ax", "ay")]

@@ -83,9 +83,8 @@ class SixBarPress:
         points = {"A": a, "B": b, "C": c, "D": d, "E": e}
         points |= {name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))}
         points |= {name: Reach(e, Still((0.0, 1.0)), share * self.l5) for name, share in zip(BLOCK, (-0.06, 0.06))}
-        bars = ("A", "B"), ("B", "C"), ("D", "C"), ("C", "E"), BLOCK
-        grounded = "A", "D", *RAIL
-        return Chain(points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (BLOCK,))
+        bars, grounded, block = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")), ("A", "D", *RAIL), (*BLOCK, "E")
+        return Chain(points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (block,))
 
     start = one_drive
     driven = "crank"

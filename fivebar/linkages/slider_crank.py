@@ -95,8 +95,8 @@ class SliderCrank:
                 "slider": Link(b, Still(), 0.0, self.slider_body),
             }
             ways = {"slide": Along(b, (0.0, self.offset), (1.0, 0.0))}
-            bars = ("O", "A"), ("A", "B"), BLOCK
-            return Chain(points, links, ways, (b.dyad,), bars, ("O", *RAIL), ("O",), "B", (RAIL,), (BLOCK,))
+            bars, grounded, block = (("O", "A"), ("A", "B")), ("O", *RAIL), (*BLOCK, "B")
+            return Chain(points, links, ways, (b.dyad,), bars, grounded, ("O",), "B", (RAIL,), (block,))
         a = Reach(base, heading, self.rod)
         singular = "the crank is perpendicular to the guide"
         o, crank = slide(a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, singular)
@@ -107,7 +107,7 @@ class SliderCrank:
             "guide": Link(o, Still(), 0.0, self.guide_body),
         }
         ways = {"slide": Along(o, (0.0, -self.offset), (-1.0, 0.0))}
-        bars = ("B", "A"), ("A", "O"), RAIL, *self._arm
+        bars = ("B", "A"), ("A", "O"), *self._arm
         return Chain(points, links, ways, (o.dyad,), bars, ("B",), ("B",), "O", (RAIL,))
 
     def _on_turning_guide(self, q, branch):
@@ -125,9 +125,9 @@ class SliderCrank:
         points = {"O": o, "A": a, "B": b, **self._rail(o, guide), **_block(b, guide, self._length)}
         # Block and guide turn as one; the block's own centre is its pin.
         links |= {"guide": Link(o, guide, 0.0, self.guide_body), "slider": Link(b, guide, 0.0, self.slider_body)}
-        bars = ("A", "B" if self.held == "crank" else "O"), RAIL, BLOCK, *self._arm
-        ways = {"slide": _Slide(guide)}
-        return Chain(points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (BLOCK,))
+        bars = ("A", "B" if self.held == "crank" else "O"), *self._arm
+        ways, block = {"slide": _Slide(guide)}, (*BLOCK, "B")
+        return Chain(points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (block,))
 
     @property
     def _length(self):
