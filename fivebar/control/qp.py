@@ -100,9 +100,11 @@ class Condenser:
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
 
-        e0 (4,), e (N, 4): errors in position and velocity of the motion predicted with `guess` (2N,), now and after
-        each stage; AB (N, 4, 6): that motion's derivatives by state and torque, C (N, 4, 4): those of position and
-        velocity, None where they are the state; previous (2,): the scaled torque before.
+        e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after each stage.
+        AB (N, 4, 6): that motion's derivatives by state and torque.
+        C (N, 4, 4): those of position and velocity, None where they are the state.
+        previous (2,): the scaled torque before.
+        guess (2N,): those of the prediction.
         """
         G = self.G
         for slope, (before, after) in zip(AB, self.stages):

@@ -30,9 +30,10 @@ def move(
 ) -> Motion:
     """The motion of a linkage at crank angles q: Motion.
 
-    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2). q_dot, q_ddot: rad/s, rad/s^2, of the same shape
-    or one number. branch: +1 or -1, for the press a pair; None is the linkage's usual one. unreachable: "raise" an
-    UnreachableError that names the nearest allowed angle, or give "nan" there.
+    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2).
+    q_dot, q_ddot: rad/s, rad/s^2, of the same shape or one number.
+    branch: +1 or -1, for the press a pair; None is the linkage's usual one.
+    unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan" there.
     """
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')

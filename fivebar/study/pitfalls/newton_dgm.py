@@ -31,8 +31,12 @@ def newton_dgm(
 ) -> NewtonPose:
     """Solve the vector loop of the five bars for the distal bars' angles by Newton's method.
 
-    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. q (2,) rad; start: (phi_1, phi_2) rad; it stops at a residual
-    below `tolerance`, m. Nothing in the equations says which assembly mode is meant: `start` decides.
+    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. Nothing in it says which assembly mode is meant.
+
+    q: (2,) rad.
+    start: (phi_1, phi_2) rad, which decides.
+    tolerance: m, of the residual at which it stops.
+    iterations: at most.
     """
     (p1x, p1y), (p2x, p2y) = (drive.pivot(drive.direction(float(angle))) for drive, angle in zip(robot.drives, q))
     l1, l2 = robot.distal

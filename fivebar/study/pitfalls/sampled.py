@@ -72,8 +72,11 @@ class _Decided(Exception):
 def growth(robot: Robot, p: float, q: float, delay: int = 0, pose: ArrayLike = (0.3, 0.9), samples: int = 200) -> float:
     """Factor per sample by which a small disturbance of the simulated robot grows, held at `pose` by ComputedTorque.
 
-    p, q: gains as above; pose: (2,) rad. Measured between the second and the last quarter of the samples; fewer than
-    `samples` where the disturbance has become 1e4 times larger, or 1e6 times smaller, before.
+    p, q: gains as above.
+    delay: samples.
+    pose: (2,) rad.
+    samples: fewer where the disturbance has become 1e4 times larger, or 1e6 times smaller, before; the growth is that
+        between the second and the last quarter of them.
     """
     sizes = []
 
