@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from importlib import import_module
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 from PIL import Image
@@ -72,11 +73,8 @@ def draw(result: Result, folder: Path) -> bytes:
     return small.getvalue()
 
 
-class _Usual:
-    figure = staticmethod(picture.figure)
-    caption = staticmethod(findings.caption)
-
-
 def module_with(chart: Chart) -> object:
     """What has figure(result) and caption(result) for a chart."""
-    return import_module(f".charts.{chart.picture}", __package__) if chart.picture else _Usual
+    if chart.picture:
+        return import_module(f".charts.{chart.picture}", __package__)
+    return SimpleNamespace(figure=picture.figure, caption=findings.caption)

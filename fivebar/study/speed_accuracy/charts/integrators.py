@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ....models.charts import Task
+    from ....simulation.run import Run
     from .motions import DrivenMotion, FreeMotion
 
 ALPHA = 10.0  # 1/s, Baumgarte's
-MOST = 20_000  # evaluations of the model
+MOST_EVALUATIONS = 20_000  # evaluations of the model
 LOST = 1e-2  # m: an end as far off is no approximation any more
 RUNNING = np.sqrt(2.0)  # from one number of steps to the next
 
@@ -82,10 +83,10 @@ def by_scipy(solver: str) -> Callable[..., Attempt]:
 
         def judge(found):
             if not found.success:
-                raise Failed("gives up" if found.evaluations < MOST else "comes to no end")
+                raise Failed("gives up" if found.evaluations < MOST_EVALUATIONS else "comes to no end")
             return read(found.states[-1])
 
-        return Attempt(lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST), judge)
+        return Attempt(lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST_EVALUATIONS), judge)
 
     return prepare
 
@@ -148,14 +149,15 @@ def ours(name: str, method: str, jit: bool) -> Callable[..., Attempt]:
     return prepare
 
 
+def auto(motion: FreeMotion | DrivenMotion, count: int) -> Callable[[], Run]:
+    """call () -> the Run of fivebar.simulate: charts changed on the way, every step checked, all of it kept."""
+    start = motion.begin()
+    return lambda: simulate(ROBOT, duration=DURATION, start=start, step=DURATION / count, method="dop8")
+
+
 def ours_auto(problem: str, count: int) -> Attempt:
-    """fivebar.simulate: charts changed on the way, every step checked, the whole run kept."""
-    start, judge = MOTIONS[problem].begin(), judged(problem)
-
-    def call():
-        return simulate(ROBOT, duration=DURATION, start=start, step=DURATION / count, method="dop8")
-
-    return Attempt(call, lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
+    judge = judged(problem)
+    return Attempt(auto(MOTIONS[problem], count), lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
 
 
 def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:

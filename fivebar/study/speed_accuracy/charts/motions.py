@@ -20,8 +20,8 @@ DURATION = 2.0  # s
 
 
 @dataclass(frozen=True)
-class FreeMotion:
-    """Where a motion begins, a function of the robot to Rates, and the end-effector (2,) m after DURATION.
+class _Motion:
+    """Where a motion begins, a function of the robot to Rates, and where it is after DURATION.
 
     Ends are by extrapolation with 40 digits in redundant coordinates; tests compute them again.
     """
@@ -32,6 +32,10 @@ class FreeMotion:
 
     def begin(self) -> Rates:
         return self.start(ROBOT)
+
+
+class FreeMotion(_Motion):
+    """A motion without torque; its end is that of the end-effector, m."""
 
     def torque(self, t: float) -> tuple[float, float]:
         return 0.0, 0.0
@@ -53,16 +57,10 @@ MOTIONS = {
 
 
 @dataclass(frozen=True)
-class DrivenMotion:
-    """Where a motion begins; torque: t -> (2,) N m, of floats and of CasADi's symbols; the active joints at its end."""
+class DrivenMotion(_Motion):
+    """torque: t -> (2,) N m, of floats and of CasADi's symbols; the end is that of the active joints, rad."""
 
-    words: str
-    start: Callable[[Robot], Rates]
     torque: Callable[[float], tuple]
-    end: tuple[float, float]
-
-    def begin(self) -> Rates:
-        return self.start(ROBOT)
 
 
 def swinging(t: float) -> tuple:
@@ -72,11 +70,11 @@ def swinging(t: float) -> tuple:
 
 DRIVEN = {
     "forced": DrivenMotion(
-        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0), swinging,
-        (-0.4412563579119373769925, 0.4231774641911981802441),
+        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0),
+        (-0.4412563579119373769925, 0.4231774641911981802441), swinging,
     ),
     "through": DrivenMotion(
-        "free motion through Type 2", free_start, MOTIONS["through"].torque,
-        (0.7014519181150669347598, 2.416130451821391023409)
+        "free motion through Type 2", free_start,
+        (0.7014519181150669347598, 2.416130451821391023409), MOTIONS["through"].torque,
     ),
 }  # fmt: skip

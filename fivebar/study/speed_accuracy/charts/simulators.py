@@ -14,7 +14,6 @@ from ...._backend import wrap
 from ....models.charts import Joint
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import dgm
-from ....simulation.simulate import simulate
 from ....simulation.steps import model_functions, runge_kutta
 from ...pitfalls.integrators import adaptive
 from ...pitfalls.redundant import closure, redundant_state
@@ -24,7 +23,7 @@ from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from ..rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
 from . import branches
 from .constrained import multipliers
-from .integrators import counts, fixed_steps
+from .integrators import auto, counts, fixed_steps
 from .motions import DRIVEN, DURATION, ROBOT
 
 if TYPE_CHECKING:
@@ -75,12 +74,8 @@ def ours(method: str, jit: bool) -> Callable[..., Attempt]:
 
 def ours_auto(problem: str, count: int) -> Attempt:
     """fivebar.simulate in changing charts; for a motion without torque, which it would hold over a step."""
-    motion, judge = DRIVEN[problem], judged(problem)
-
-    def call():
-        return simulate(ROBOT, duration=DURATION, start=motion.begin(), step=DURATION / count, method="dop8")
-
-    return Attempt(call, lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
+    judge = judged(problem)
+    return Attempt(auto(DRIVEN[problem], count), lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
 
 
 def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
@@ -147,16 +142,8 @@ def simulator(make: Callable, alone: bool = False, read: Callable = read) -> Cal
     return prepare
 
 
-def as_read(found: tuple) -> tuple:
-    return found
-
-
 def read_springs(found: tuple) -> tuple:
     return found[0], _gap(*found)
-
-
-def mujoco_as_it_comes(motion: DrivenMotion, count: int) -> tuple:
-    return mujoco_run(motion, count)
 
 
 def mujoco_tuned(motion: DrivenMotion, count: int, **trap: bool) -> tuple:
@@ -186,7 +173,7 @@ def simulated() -> tuple[Method, ...]:
                few, pin, 8),
         Method("Pinocchio, RK4, without the Python loop", "Pinocchio", simulator(pinocchio_by("rk4"), alone=True),
                counts(25, 3200), pin, 4),
-        Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
+        Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_run), counts(200, 6400), mj),
         Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
         Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
         Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", simulator(partial(mujoco_tuned, held=True)),
@@ -199,7 +186,7 @@ def simulated() -> tuple[Method, ...]:
         Method("Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), few, drake, 8),
         Method("Drake's matrices, without the Python loop", "Drake", simulator(drake_by_hand, alone=True),
                few, drake, 8),
-        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=as_read),
+        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=tuple),
                counts(50, 6400), exu, 2),
         Method("Exudyn tuned, stiff springs, loop in C++", "Exudyn", simulator(exudyn_springs, read=read_springs),
                tuple(EXUDYN_SPRINGS), exu),
