@@ -149,15 +149,15 @@ def ours(name: str, method: str, jit: bool) -> Callable[..., Attempt]:
     return prepare
 
 
-def auto(motion: FreeMotion | DrivenMotion, count: int) -> Callable[[], Run]:
-    """call () -> the Run of fivebar.simulate: charts changed on the way, every step checked, all of it kept."""
+def kept(motion: FreeMotion | DrivenMotion, count: int) -> Callable[[], Run]:
+    """call () -> the Run of fivebar.simulate: every step checked, and all of it kept."""
     start = motion.begin()
     return lambda: simulate(ROBOT, duration=DURATION, start=start, step=DURATION / count, method="dop8")
 
 
 def ours_auto(problem: str, count: int) -> Attempt:
     judge = judged(problem)
-    return Attempt(auto(MOTIONS[problem], count), lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
+    return Attempt(kept(MOTIONS[problem], count), lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
 
 
 def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:

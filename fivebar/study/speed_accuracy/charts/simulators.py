@@ -23,7 +23,7 @@ from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from ..rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
 from . import branches
 from .constrained import multipliers
-from .integrators import auto, counts, fixed_steps
+from .integrators import counts, fixed_steps, kept
 from .motions import DRIVEN, DURATION, ROBOT
 
 if TYPE_CHECKING:
@@ -73,9 +73,9 @@ def ours(method: str, jit: bool) -> Callable[..., Attempt]:
 
 
 def ours_auto(problem: str, count: int) -> Attempt:
-    """fivebar.simulate in changing charts; for a motion without torque, which it would hold over a step."""
+    """fivebar.simulate; for a motion without torque, which it would hold over a step."""
     judge = judged(problem)
-    return Attempt(auto(DRIVEN[problem], count), lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
+    return Attempt(kept(DRIVEN[problem], count), lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
 
 
 def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
