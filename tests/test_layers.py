@@ -64,7 +64,11 @@ def test_every_public_name_is_found():
         fivebar.dance  # noqa: B018
 
 
-def test_import_loads_numpy_and_nothing_heavier():
+@pytest.mark.parametrize("asked", ["pass", "fivebar.cli.main(['--help'])"])
+def test_import_and_help_load_numpy_and_nothing_heavier(asked):
     heavy = "scipy casadi matplotlib meshcat bokeh tqdm pytest"
-    code = f"import fivebar, sys; print([m for m in '{heavy}'.split() if m in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    code = f"""import fivebar, fivebar.cli, sys
+try: {asked}
+finally: print([m for m in '{heavy}'.split() if m in sys.modules])"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

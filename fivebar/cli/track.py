@@ -11,7 +11,6 @@ from ..errors import UsageError
 from ..models.robots import FiveBar
 from ..planning.trajectory import from_csv, line
 from ..simulation.comparison import compare, peak_name
-from ..simulation.simulate import simulate
 from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
@@ -152,7 +151,7 @@ def _reference(arguments):
 
 def _tracked(robot, reference, controller, period, torque_limit):
     """Simulate; gives the figures for the table, and the Run."""
-    import casadi  # noqa: F401  its import is not the simulation's time
+    from ..simulation.simulate import simulate  # here, and with it CasADi: before the clock starts
 
     step = period / max(1, round(period / 1e-3))
     before = time.perf_counter()

@@ -1,12 +1,35 @@
-"""Sampled controllers: callables (t, q, q_dot, reference) -> tau (2,) in N m (N where the joints slide)."""
+"""Sampled controllers: callables (t, q, q_dot, reference) -> tau (2,) in N m."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..models.dynamics import dynamic_model
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, dkm, ikm, ikm2
+
+if TYPE_CHECKING:
+    import casadi
+
+    from ..models.robots import Robot
+
+    Vector = np.ndarray | casadi.SX
+
+
+class Reference(Protocol):
+    """A motion to follow: at times (...) s the end-effector's position, velocity and acceleration, each (..., 2)."""
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
+
+
+class Controller(Protocol):
+    """Torques (2,) N m by time (s), measured joint coordinates and rates (2,), and the reference, if there is one."""
+
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,12 +39,12 @@ class _JointController:
     kp, kd: one number or one per joint, >= 0. working: the legs in which the reference is reached.
     """
 
-    robot: object
-    kp: object
-    kd: object
-    working: tuple = (-1, -1)
+    robot: Robot
+    kp: ArrayLike
+    kd: ArrayLike
+    working: tuple[int, int] = (-1, -1)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("kp", "kd"):
             gain = np.asarray(getattr(self, name), dtype=float)
             if gain.shape not in ((), (2,)) or not np.isfinite(gain).all() or (gain < 0).any():
@@ -30,23 +53,23 @@ class _JointController:
                 )
             object.__setattr__(self, name, gain)
 
-    def target(self, t, reference) -> Accelerations:
+    def target(self, t: ArrayLike, reference: Reference | None) -> Accelerations:
         """The reference in joint coordinates, at one time or many."""
         if reference is None:
             raise ValueError(f"{type(self).__name__} needs a reference to track")
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
-    def __call__(self, t, q, q_dot, reference):
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
         target = self.target(t, reference)
         return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
 
 
 @dataclass(frozen=True, eq=False)
 class PD(_JointController):
-    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad (N/m, N s/m)."""
+    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad."""
 
-    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+    def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         return self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
 
@@ -60,7 +83,7 @@ class ComputedTorque(_JointController):
 
     assembly: int = -1
 
-    def law(self, q, q_dot, q_ref, q_ref_dot, q_ref_ddot):
+    def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
         return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + self.robot.differ(q_ref - q) * self.kp) + c
@@ -76,7 +99,7 @@ class FeedForward(_JointController):
 
     ahead: float = 0.005
 
-    def __call__(self, t, q, q_dot, reference):
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
         xi, xi_dot, _ = reference(t)

@@ -1,11 +1,16 @@
 """The tracker's problem in one sample: residuals on the horizon condensed to a QP, its solution and their check."""
 
+from __future__ import annotations
+
 from enum import IntEnum
 
+import casadi as ca
 import numpy as np
 
+from ..models.compiled import Buffered
+
 SOLVER = "daqp"  # by measurement: tests/benchmarks/qp_solvers.py
-FAR, LONGEST = 1.0, 0.14  # s: to be seen ahead, and the longest stage that the midpoint rule predicts well
+HORIZON, LONGEST_STAGE = 1.0, 0.14  # s: to be seen ahead; what the midpoint rule predicts well
 TOLERANCE = 1e-6  # of a solution's optimality, in units of the QP's unknowns and multipliers
 
 
@@ -18,14 +23,14 @@ class Status(IntEnum):
     NOT_FINITE = 3  # the estimate or the prediction is not finite
 
 
-def stage_lengths(horizon, period, seconds=None):
+def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> tuple[float, ...]:
     """`horizon` stages, the first of a period, growing by a constant factor to `seconds` in all: coarse far ahead.
 
     Without `seconds`: 1 s, or what stages of at most 0.14 s give.
     """
     if seconds is None:
-        growth = max(1.0, LONGEST / period) ** (1 / (horizon - 1))
-        seconds = max(horizon * period, min(FAR, period * sum(growth**k for k in range(horizon))))
+        growth = max(1.0, LONGEST_STAGE / period) ** (1 / (horizon - 1))
+        seconds = max(horizon * period, min(HORIZON, period * sum(growth**k for k in range(horizon))))
     low, high = 1.0, max(1.0, seconds / period) ** (1 / (horizon - 1))  # there, the last one has it all
     for _ in range(60):
         ratio = (low + high) / 2
@@ -33,7 +38,7 @@ def stage_lengths(horizon, period, seconds=None):
     return tuple(period * low**k for k in range(horizon))
 
 
-def riccati(period, position, acceleration):
+def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
     """Cost-to-go (2, 2) of an error and its rate under sampled acceleration: the discrete Riccati equation's solution.
 
     Where no limit acts, the torques and the end-effector's acceleration determine each other, so the error obeys a
@@ -42,7 +47,9 @@ def riccati(period, position, acceleration):
     """
     A, G = np.array([[1.0, period], [0.0, 1.0]]), np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]])
     G, P = G / acceleration**2, np.diag([position**2, 0.0])
-    for _ in range(60):  # doubling: each turn squares the number of samples looked ahead
+    # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are loses: with our
+    # weights at 0.1 ms it has 9e-13 where this has 9e-15, it refuses some others, and takes 1 to 2 times as long.
+    for _ in range(60):
         W = np.linalg.inv(np.eye(2) + G @ P)
         gained = A.T @ P @ W @ A
         A, G, P = A @ W @ A, G + A @ W @ G @ A.T, P + gained
@@ -59,7 +66,9 @@ class Condenser:
     take a quarter of the time of the same operations in CasADi's virtual machine.
     """
 
-    def __init__(self, lengths, position, acceleration, torque_rate, scale):
+    def __init__(
+        self, lengths: tuple[float, ...], position: float, acceleration: float, torque_rate: float, scale: float
+    ) -> None:
         N, n = len(lengths), 2 * len(lengths)
         # State before each stage, and its torque, by scaled torques: [A B] times that is the state after it.
         self.known = np.zeros((N + 1, 6, n))
@@ -80,12 +89,22 @@ class Condenser:
         self.first = (torque_rate * scale) ** 2
         self.smooth = self.first * change.T @ change
 
-    def __call__(self, e0, e, AB, C, previous, guess):
+    def __call__(
+        self,
+        e0: np.ndarray,
+        e: np.ndarray,
+        AB: np.ndarray,
+        C: np.ndarray | None,
+        previous: np.ndarray,
+        guess: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
 
-        e0 (4,), e (N, 4): errors in position and velocity of the motion predicted with `guess` (2N,), now and after
-        each stage; AB (N, 4, 6): that motion's derivatives by state and torque, C (N, 4, 4): those of position and
-        velocity, None where they are the state; previous (2,): the scaled torque before.
+        e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after each stage.
+        AB (N, 4, 6): that motion's derivatives by state and torque.
+        C (N, 4, 4): those of position and velocity, None where they are the state.
+        previous (2,): the scaled torque before.
+        guess (2N,): those of the prediction.
         """
         G = self.G
         for slope, (before, after) in zip(AB, self.stages):
@@ -113,16 +132,14 @@ class Condenser:
 class QP:
     """min 1/2 v'Hv + g'v, low <= v <= high, rows v <= upper: solved, and not believed before it is checked."""
 
-    def __init__(self, n, rows, solver=SOLVER, options=None):
-        import casadi as ca
-
-        from ..models.compiled import Buffered
-
+    def __init__(self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None) -> None:
         shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
         self.call = Buffered(ca.conic("qp", solver, shapes, {"error_on_fail": False, **(options or {})}))
         self.cold = np.full(rows, -np.inf), np.zeros(n), np.zeros(rows), np.zeros(0)
 
-    def __call__(self, H, g, rows, upper, low, high):
+    def __call__(
+        self, H: np.ndarray, g: np.ndarray, rows: np.ndarray, upper: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, int, Status]:
         """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no bound in force and
         adds at most one in each iteration, so given is the least: the bounds in force at the solution, and one."""
         none, zero, multipliers, empty = self.cold
@@ -139,7 +156,10 @@ class QP:
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a solver that failed leaves anything
-def optimality(H, g, rows, upper, low, high, v, forces):
+def optimality(
+    H: np.ndarray, g: np.ndarray, rows: np.ndarray, upper: np.ndarray, low: np.ndarray, high: np.ndarray,
+    v: np.ndarray, forces: np.ndarray,
+) -> float:  # fmt: skip
     """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected gradient step, and
     of the least of each row's gap and multiplier (`forces`), relative to the largest unknown or multiplier."""
     slope = H @ v

@@ -1,21 +1,24 @@
 """A model-predictive tracker: nonlinear MPC by real-time iteration, usable wherever a controller is."""
 
+from __future__ import annotations
+
 import math
 import time
 from numbers import Real
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..errors import SingularityError, UnreachableError
-from ..models.geometry import dgm
-from ..models.kinematics import dkm
-from .prediction import CHARTS, Model, choose_chart, reference_torques, safe_torque
+from .estimator import EXACT, Estimator
+from .fallback import reference_torques, safe_torque
+from .prediction import CHARTS, Model
 from .qp import QP, Condenser, Status, stage_lengths
 
-LOST = 0.1  # rad (m) between measured and estimated joints: more is no error of an estimate, but another motion
-SEEN = 3  # stages that a prediction must reach
-EXACT = 1e-6, 1e-4  # standard deviations of joints (rad, m) and rates (rad/s, m/s) that are not rounded
+if TYPE_CHECKING:
+    from ..models.robots import Robot
+    from .laws import Reference
+
+LEAST_STAGES = 3  # that a prediction must reach
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
@@ -37,21 +40,23 @@ class Log(NamedTuple):
 class Tracker:
     """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per sample.
 
-    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it. Of a
-    biglide all that is in N m here is in N, and in rad, in m.
-    reference: t -> (xi, xi_dot, xi_ddot), for arrays of times too, is read over the horizon ahead. Linearised about the
-    last plan, shifted, in task or leg coordinates: regular at Type 2, so it goes on through a crossing. The cost beyond
-    the horizon is a Riccati equation's. A constant disturbance of the torques is estimated and taken away, so at rest
-    there is no offset.
+    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it. The
+    reference, for arrays of times too, is read over the horizon ahead. Linearised about the last plan, shifted, in task
+    or leg coordinates: regular at Type 2, so it goes on through a crossing. The cost beyond the horizon is a Riccati
+    equation's. A constant disturbance of the torques is estimated and taken away, so at rest there is no offset.
 
-    horizon: stages ahead, the first a period (s), growing so that all cover `seconds` (default 1, less where stages of
-    at most 0.14 s cover less; limits need a far view). torque_limit: N m. speed_limit: rad/s of either active joint,
-    kept unless that is impossible. delay: samples between a measurement and its torque, bridged by prediction.
+    horizon: stages ahead, the first a period, growing so that all cover `seconds`.
+    period: s.
+    seconds: default 1, less where stages of at most 0.14 s cover less; limits need a far view.
+    torque_limit: N m.
+    speed_limit: rad/s of either active joint, kept unless that is impossible.
+    delay: samples between a measurement and its torque, bridged by prediction.
     encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from the angles.
-    Weights, of residuals whose squares are summed: position 1/m, acceleration s^2/m (their ratio is the square of the
-    error's bandwidth in 1/s), torque_rate 1/(N m), by default 100, of a biglide 0.15 1/N. assembly: mode in which the
-    first measurement is read; from there on it is followed by prediction, as at Type 2 the joints do not tell it. jit:
-    as in `compile`.
+    position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m (their ratio is the
+        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15.
+    assembly: mode in which the first measurement is read; from there on it is followed by prediction, as at Type 2 the
+        joints do not tell it.
+    jit: as in `compile`.
 
     `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque is that of computed
     torque (PD near Type 2), clipped. ValueError for options that make no sense and calls that are not a period apart;
@@ -59,9 +64,11 @@ class Tracker:
     """
 
     def __init__(
-        self, robot, horizon=20, period=0.01, *, seconds=None, torque_limit=None, speed_limit=None, delay=0,
-        encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=None, assembly=-1, jit=False,
-    ):  # fmt: skip
+        self, robot: Robot, horizon: int = 20, period: float = 0.01, *, seconds: float | None = None,
+        torque_limit: float | None = None, speed_limit: float | None = None, delay: int = 0,
+        encoder_resolution: float | None = None, position: float = 1e4, acceleration: float = 10.0,
+        torque_rate: float | None = None, assembly: int = -1, jit: bool | str = False,
+    ) -> None:  # fmt: skip
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
         _check_count("horizon", horizon, 2)
@@ -77,13 +84,13 @@ class Tracker:
             raise ValueError(f"assembly must be +1 or -1, not {assembly!r}")
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
-        self.speed_limit, self.assembly = speed_limit, assembly
+        self.speed_limit = speed_limit
         self.inertia = sum(robot.inertias) / 2 + robot.m * max(drive.length for drive in robot.drives) ** 2
         self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2 (m/s^2)
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
         walk = WALK_ROUNDED if rounded else WALK
-        self.noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
+        noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
         self.lengths = stage_lengths(horizon, period, seconds)
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
         self.middles, self.ahead = (edges[1:] + edges[:-1]) / 2, edges + period * delay
@@ -95,7 +102,8 @@ class Tracker:
         self._bounds(2 * horizon)
         # All charts now: to build one takes longer than a period.
         speed = speed_limit is not None
-        self.models = {chart: Model(robot, chart, self.lengths, self.noise, speed, jit) for chart in CHARTS}
+        models = {chart: Model(robot, chart, self.lengths, speed, jit) for chart in CHARTS}
+        self.estimator = Estimator(robot, models, period, noise, self.scale, assembly, jit)
         self.reset()
 
     def _bounds(self, n):
@@ -107,93 +115,53 @@ class Tracker:
         if soft:
             self.low[-1], self.high[-1], self.rows[:, -1] = 0.0, np.inf, -1.0
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the motion, the disturbance and the log."""
-        self.last, self.sign = None, self.assembly
-        self.disturbance, self.covariance = np.zeros(2), None
+        self.last = None
+        self.estimator.reset()
         self.sent, self.tau, self.guess = [np.zeros(2)] * self.delay, np.zeros(2), None
         self._steps = []
 
     @property
-    def log(self):
+    def log(self) -> Log:
         columns = list(zip(*self._steps)) or [(), (), (), (), (), np.zeros((0, 2))]
         return Log(*(np.array(column) for column in columns))
 
-    def __call__(self, t, q, q_dot, reference):
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference) -> np.ndarray:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
             self.reset()
-        located = self._observe(t, q, q_dot)
+        known, iterations, status = self._observe(t, q, q_dot), 0, Status.NOT_FINITE
         self.last = t
-        iterations, status = 0, Status.NOT_FINITE
-        if located:
+        if known:
             plan, iterations, status = self._plan(t, reference)
         if status == Status.SOLVED:
             self.tau = self._clip(self.scale * plan[:2])
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
-            safe = safe_torque(self.robot, self.inertia, self.margins, self.sign, (t, q, q_dot, reference))
+            mode = self.estimator.assembly
+            safe = safe_torque(self.robot, self.inertia, self.estimator.margins, mode, (t, q, q_dot, reference))
             self.tau, self.guess = self._clip(safe), None
         self.sent.append(self.tau)
-        chart = CHARTS.index(self.model.chart)
-        self._steps.append((t, time.perf_counter() - before, iterations, status, chart, self.disturbance))
+        chart, disturbance = CHARTS.index(self.estimator.model.chart), self.estimator.disturbance
+        self._steps.append((t, time.perf_counter() - before, iterations, status, chart, disturbance))
         return self.tau.copy()
-
-    def _clip(self, tau):
-        """Within the limit, and exactly on it where that is all that rounding leaves."""
-        edge = self.torque_limit * (1 - 1e-12)
-        return np.array([math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()])
 
     def _observe(self, t, q, q_dot):
         """Bring the estimate to time t; whether there is one."""
         if self.last is None:
-            self._locate(q, q_dot)
+            self.estimator.locate(q, q_dot)
             return True
         if abs(t - self.last - self.period) > self.period / 2:
             raise ValueError(
                 f"a tracker made for a period of {self.period:g} s was called again after {t - self.last:g} s"
             )
-        state, disturbance, covariance, margins = self.model.estimate(
-            self.state, self.disturbance, self.covariance, self.sent.pop(0), (*q, *q_dot), self.modes
-        )
-        if not (np.isfinite(state).all() and margins[3] < LOST):
-            self.disturbance = np.zeros(2)
-            try:
-                self._locate(q, q_dot)
-            except (SingularityError, UnreachableError):
-                return False
-            return True
-        self.state, self.disturbance, self.covariance = state.copy(), disturbance.copy(), covariance.copy()
-        self.margins = margins.tolist()
-        self.sign = -1 if self.margins[2] > 0 else 1
-        chart = choose_chart(self.margins, self.model.chart)
-        if chart is not self.model.chart:
-            self._change(chart)
-        return True
+        return self.estimator.follow(self.sent.pop(0), q, q_dot)
 
-    def _locate(self, q, q_dot):
-        """Take the state from a measurement alone, in the assembly mode known last."""
-        rates = dkm(dgm(self.robot, q, self.sign), q_dot)
-        self.margins = [*rates.pose.sines, rates.pose.det_A]
-        self._enter(choose_chart(self.margins), rates)
-        slope = self.model.look(self.state, self.modes)[3]
-        spread = np.linalg.solve(slope, np.diag([max(self.noise[0], EXACT[0])] * 2 + [EXACT[1]] * 2))
-        self.covariance = np.diag([0.0] * 4 + [self.scale**2] * 2)
-        self.covariance[:4, :4] = spread @ spread.T
-
-    def _enter(self, chart, rates):
-        self.model = self.models[chart]
-        c, c_dot, modes = chart.coordinates(rates)
-        self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
-
-    def _change(self, chart):
-        """Go over to another chart, the estimate's uncertainty with it."""
-        slope = self.model.look(self.state, self.modes)[1].copy()
-        c, c_dot, modes = (tuple(v.tolist()) for v in (self.state[:2], self.state[2:], self.modes.astype(int)))
-        self._enter(chart, self.model.chart.rates(self.robot, c, c_dot, modes))
-        T = np.eye(6)
-        T[:4, :4] = np.linalg.solve(self.model.look(self.state, self.modes)[1], slope)
-        self.covariance = T @ self.covariance @ T.T
+    def _clip(self, tau):
+        """Within the limit, and exactly on it where that is all that rounding leaves."""
+        edge = self.torque_limit * (1 - 1e-12)
+        return np.array([math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()])
 
     def _plan(self, t, reference):
         """(scaled torques over the horizon, QP iterations, status)."""
@@ -203,25 +171,26 @@ class Tracker:
                 f"the tracker reads its reference at {self.horizon + 1} times at once, and got positions of shape "
                 f"{np.shape(xi)}"
             )
+        known, N = self.estimator, self.horizon
+        model, state = known.model, known.state
         if self.guess is None:
-            tau = reference_torques(self.robot, self.margins, reference, t + self.period * self.delay + self.middles)
+            tau = reference_torques(self.robot, known.margins, reference, t + self.period * self.delay + self.middles)
             limit = min(self.torque_limit, self.scale)
-            self.guess = np.clip(tau - self.disturbance, -limit, limit).ravel() / self.scale
-        N, model, state = self.horizon, self.model, self.state
+            self.guess = np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale
         for tau in self.sent:
-            state = model.step(state, tau + self.disturbance, self.modes)[0].copy()
-        torques = self.scale * self.guess.reshape(N, 2) + self.disturbance
-        states, AB, *more = model.rollout(state, torques, self.modes)
+            state = model.step(state, tau + known.disturbance, known.modes)[0].copy()
+        torques = self.scale * self.guess.reshape(N, 2) + known.disturbance
+        states, AB, *more = model.rollout(state, torques, known.modes)
         motion, C, now = states, None, state
         if not model.task:
             motion, C, *more = more
-            C, now = C.reshape(N, 4, 4), model.look(state, self.modes)[0]
+            C, now = C.reshape(N, 4, 4), model.look(state, known.modes)[0]
         target, AB = np.concatenate([xi, xi_dot], axis=1), AB.reshape(N, 4, 6)
         error = motion - target[1:]
         if not (np.isfinite(error).all() and np.isfinite(AB).all()):
             # The last plan, shifted, leaves the workspace: what comes after that does not count.
             ends = int(np.argmin(np.isfinite(error).all(axis=1) & np.isfinite(AB).all(axis=(1, 2))))
-            if ends < SEEN:
+            if ends < LEAST_STAGES:
                 return None, 0, Status.NOT_FINITE
             for array in (error, AB, *(() if C is None else (C,)), *more):
                 array.reshape(N, -1)[ends:] = 0.0

@@ -5,14 +5,44 @@ drives count in: the crank angle (analogs) or time. Each is computed when first 
 only. A dyad closes by two constraints that are linear in v and in a, with the same 2 x 2 matrix [first; second].
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from .._backend import EPS, atan2, cos, first_index, is_symbolic, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
 from ..errors import SingularityError
 from ..models.dyads import RRP, RRR, SINGULAR, cross, dot
+
+if TYPE_CHECKING:
+    import casadi
+
+    Number = float | np.ndarray | casadi.SX
+
+
+class Point(Protocol):
+    """What can be asked of a point: its position and its derivatives, pairs of components."""
+
+    @property
+    def p(self) -> tuple: ...
+    @property
+    def v(self) -> tuple: ...
+    @property
+    def a(self) -> tuple: ...
+
+
+class Heading(Protocol):
+    """What can be asked of a heading: its unit vector, and the derivatives of its angle."""
+
+    @property
+    def u(self) -> tuple: ...
+    @property
+    def rate(self) -> Number: ...
+    @property
+    def acceleration(self) -> Number: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +68,13 @@ EAST = Still()
 class Turned:
     """The heading that makes the angle (q, q', q'') with another one."""
 
-    heading: object
-    q: object
-    q_dot: object = 1.0
-    q_ddot: object = 0.0
+    heading: Heading
+    q: Number
+    q_dot: Number = 1.0
+    q_ddot: Number = 0.0
 
     @cached_property
-    def u(self):
+    def u(self) -> tuple:
         c, s = cos(self.q), sin(self.q)
         if self.heading == EAST:
             return c, s
@@ -52,11 +82,11 @@ class Turned:
         return x * c - y * s, x * s + y * c
 
     @cached_property
-    def rate(self):
+    def rate(self) -> Number:
         return self.heading.rate + self.q_dot
 
     @cached_property
-    def acceleration(self):
+    def acceleration(self) -> Number:
         return self.heading.acceleration + self.q_ddot
 
 
@@ -64,8 +94,8 @@ class Turned:
 class Reach:
     """The point of a body at (along, across) from its origin, in the axes of its heading."""
 
-    origin: object
-    heading: object
+    origin: Point
+    heading: Heading
     along: float
     across: float = 0.0
 
@@ -77,16 +107,16 @@ class Reach:
         return self.along * x - self.across * y, self.along * y + self.across * x
 
     @cached_property
-    def p(self):
+    def p(self) -> tuple:
         return self.origin.p[0] + self._arm[0], self.origin.p[1] + self._arm[1]
 
     @cached_property
-    def v(self):
+    def v(self) -> tuple:
         (x, y), rate = self._arm, self.heading.rate
         return self.origin.v[0] - rate * y, self.origin.v[1] + rate * x
 
     @cached_property
-    def a(self):
+    def a(self) -> tuple:
         (x, y), turn, inward = self._arm, self.heading.acceleration, self.heading.rate * self.heading.rate
         return self.origin.a[0] - turn * y - inward * x, self.origin.a[1] + turn * x - inward * y
 
@@ -95,17 +125,17 @@ class Reach:
 class Bar:
     """The heading of a bar of constant length from one point to another."""
 
-    start: object
-    end: object
+    start: Point
+    end: Point
     length: float
     u: tuple
 
     @cached_property
-    def rate(self):
+    def rate(self) -> Number:
         return cross(self.u, minus(self.end.v, self.start.v)) * (1 / self.length)
 
     @cached_property
-    def acceleration(self):
+    def acceleration(self) -> Number:
         # Of u'' only the transverse part is left: the centripetal one is along u.
         return cross(self.u, minus(self.end.a, self.start.a)) * (1 / self.length)
 
@@ -114,23 +144,23 @@ class Bar:
 class Closure:
     """The joint of a dyad on two pivots; the second pivot of an RRP dyad is the origin of its fixed guide."""
 
-    pivots: tuple
-    dyad: object
+    pivots: tuple[Point, Point]
+    dyad: RRR | RRP
     bends: tuple  # 1 / length of each bar: 0 for a guide, the bar of infinite length
     name: str  # what is in line, or perpendicular, where the dyad is singular
 
     @cached_property
-    def p(self):
+    def p(self) -> tuple:
         (x, y), (ux, uy) = self.pivots[0].p, self.dyad.first
         return x + self.dyad.r1 * ux, y + self.dyad.r1 * uy
 
     @cached_property
-    def v(self):
+    def v(self) -> tuple:
         along = (dot(u, pivot.v) for u, pivot in zip((self.dyad.first, self.dyad.second), self.pivots))
         return self._solve(*along)
 
     @cached_property
-    def a(self):
+    def a(self) -> tuple:
         along = []
         for u, pivot, bend in zip((self.dyad.first, self.dyad.second), self.pivots, self.bends):
             swing = 0.0
@@ -157,23 +187,23 @@ class Slot:
     branch +1: the second point is ahead of the first along the guide. `slide` is its coordinate there.
     """
 
-    pivot: object
-    pin: object
+    pivot: Point
+    pin: Point
     offset: float
-    branch: object
+    branch: Number
 
     @cached_property
     def _span(self):
         return minus(self.pin.p, self.pivot.p)
 
     @cached_property
-    def slide(self):
+    def slide(self) -> Number:
         x, y = self._span
         square = x * x + y * y
         return sqrt_or_nan(square - self.offset * self.offset, -8 * EPS * self.offset * self.offset) * self.branch
 
     @cached_property
-    def u(self):
+    def u(self) -> tuple:
         (x, y), s, e = self._span, self.slide, self.offset
         inverse = reciprocal_or_nan(s * s + e * e, 0.0)
         return (s * x + e * y) * inverse, (s * y - e * x) * inverse
@@ -184,20 +214,20 @@ class Slot:
         return inverse_sine(self.slide * inverse, "the guide is perpendicular to the line of its pivots") * inverse
 
     @cached_property
-    def rate(self):
+    def rate(self) -> Number:
         return cross(self.u, minus(self.pin.v, self.pivot.v)) * self._inverse
 
     @cached_property
-    def slide_rate(self):
+    def slide_rate(self) -> Number:
         return dot(self.u, minus(self.pin.v, self.pivot.v)) + self.offset * self.rate
 
     @cached_property
-    def acceleration(self):
+    def acceleration(self) -> Number:
         across = cross(self.u, minus(self.pin.a, self.pivot.a))
         return (across - 2.0 * self.slide_rate * self.rate + self.offset * self.rate * self.rate) * self._inverse
 
     @cached_property
-    def slide_acceleration(self):
+    def slide_acceleration(self) -> Number:
         along = dot(self.u, minus(self.pin.a, self.pivot.a))
         return along + self.offset * self.acceleration + self.slide * self.rate * self.rate
 
@@ -206,48 +236,48 @@ class Slot:
 class Along:
     """Scalar coordinate of a point along a fixed unit vector: p, v, a."""
 
-    point: object
+    point: Point
     origin: tuple
     direction: tuple
     constant: float = 0.0
 
     @cached_property
-    def p(self):
+    def p(self) -> Number:
         return self.constant + dot(self.direction, minus(self.point.p, self.origin))
 
     @cached_property
-    def v(self):
+    def v(self) -> Number:
         return dot(self.direction, self.point.v)
 
     @cached_property
-    def a(self):
+    def a(self) -> Number:
         return dot(self.direction, self.point.a)
 
 
-def meet(first, second, r1, r2, branch, name):
+def meet(first: Point, second: Point, r1: float, r2: float, branch: Number, name: str) -> tuple[Closure, Bar, Bar]:
     """(joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first -> second."""
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
     joint = Closure((first, second), dyad, (1 / r1, 1 / r2), name)
     return joint, Bar(first, joint, r1, dyad.first), Bar(second, joint, r2, dyad.second)
 
 
-def slide(first, origin, guide, r1, branch, name):
+def slide(first: Point, origin: tuple, guide: tuple, r1: float, branch: Number, name: str) -> tuple[Closure, Bar]:
     """(slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of `first` along the guide."""
     dyad = RRP(minus(origin, first.p), r1, guide, branch)
     joint = Closure((first, Fixed(origin)), dyad, (1 / r1, 0), name)
     return joint, Bar(first, joint, r1, dyad.first)
 
 
-def minus(p, q):
+def minus(p: tuple, q: tuple) -> tuple:
     return p[0] - q[0], p[1] - q[1]
 
 
-def angle(heading):
+def angle(heading: Heading) -> Number:
     """In (-pi, pi]."""
     return atan2(heading.u[1], heading.u[0])
 
 
-def inverse_sine(sine, name):
+def inverse_sine(sine: Number, name: str) -> Number:
     """1 / sine, refused where it is rounding error: velocities have no answer there."""
     if is_symbolic(sine) or (isinstance(sine, float) and not abs(sine) <= SINGULAR):
         return 1.0 / sine

@@ -1,13 +1,22 @@
 """What linkages refuse: lengths, branches and numbers that cannot be."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._backend import check_modes, is_symbolic
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def check_branch(linkage, branch):
+    from .chain import Number
+    from .motion import Linkage
+
+
+def check_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[int, int] | np.ndarray:
     """The branch, or the usual one for None; refused where it is not +1 or -1, or not a pair where it must be."""
     if branch is None:
         return linkage.usual_branch
@@ -21,7 +30,7 @@ def check_branch(linkage, branch):
     return int(branch) if branch.ndim == 0 else branch
 
 
-def numbers(x, name):
+def numbers(x: ArrayLike, name: str) -> Number:
     """A float, an array of finite floats, or a CasADi symbol as it is."""
     if is_symbolic(x):
         return x
@@ -31,7 +40,7 @@ def numbers(x, name):
     return float(array) if array.ndim == 0 else array
 
 
-def positive(instance, *names):
+def positive(instance: object, *names: str) -> None:
     """Refuse parameters of a frozen dataclass that are not finite numbers > 0."""
     for name in names:
         value = _number(name, getattr(instance, name))
@@ -40,7 +49,7 @@ def positive(instance, *names):
         object.__setattr__(instance, name, value)
 
 
-def finite(instance, *names):
+def finite(instance: object, *names: str) -> None:
     """Refuse parameters of a frozen dataclass that are not finite numbers, or pairs of them; None is left as it is."""
     for name in names:
         value = getattr(instance, name)

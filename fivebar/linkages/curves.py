@@ -1,12 +1,18 @@
 """Coupler curves: all that a coupler point can trace, on both branches; and the five-bar's Type-2 locus as such."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .four_bar import FourBar
 from .limits import crank_range
 from .moving import move
+
+if TYPE_CHECKING:
+    from ..models.robots import FiveBar
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +23,7 @@ class Curve:
     points: np.ndarray
 
 
-def coupler_curves(four_bar, label="coupler curve", samples=1440):
+def coupler_curves(four_bar: FourBar, label: str = "coupler curve", samples: int = 1440) -> tuple[Curve, ...]:
     """Every closed curve that the coupler point M can trace: a tuple of Curve.
 
     A crank that turns gives one for each branch; a crank that rocks goes back on the other branch.
@@ -36,7 +42,7 @@ def coupler_curves(four_bar, label="coupler curve", samples=1440):
     return tuple(Curve(label, points) for points in curves)
 
 
-def type_2_curves(robot, samples=1440):
+def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     """The Type-2 locus of a five-bar in task space as coupler curves: a tuple of Curve.
 
     Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with the end-effector on it

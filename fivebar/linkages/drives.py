@@ -1,12 +1,22 @@
 """How a crank is driven: turning evenly, up to where it locks, or to and fro; and two motors together."""
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..errors import UnreachableError
 from .limits import TURN, crank_range
+from .moving import move
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from .five_bar import FiveBarLinkage
+    from .limits import CrankRange
+    from .motion import Linkage
 
 DRIVES = ("turn", "until-lock", "swing")
 MARGIN = 0.02  # of the range that a swing keeps from a lock, where rates have no limit
@@ -23,7 +33,16 @@ class Law(NamedTuple):
     lock: tuple | None = None
 
 
-def law(linkage, drive, speed, turns, samples, branch, start, between):
+def law(
+    linkage: Linkage,
+    drive: str,
+    speed: float,
+    turns: float,
+    samples: int,
+    branch: int | tuple[int, int],
+    start: float | None,
+    between: tuple[float, float] | None,
+) -> Law:
     """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with angle and time."""
     if drive not in DRIVES:
         raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
@@ -59,7 +78,7 @@ def law(linkage, drive, speed, turns, samples, branch, start, between):
     return Law(t, start + speed * t, np.full(len(t), float(speed)), np.zeros(len(t)), lock)
 
 
-def usual_start(linkage, allowed):
+def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
     """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of its last range.
 
     Half a degree off 0 where it passes flat poses, which have no rates: the usual samples then miss them.
@@ -71,7 +90,7 @@ def usual_start(linkage, allowed):
     return math.radians(0.5) if linkage.flats else 0.0
 
 
-def smooth_branch(linkage, q, branch):
+def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
     """The branch at each of the angles q as the linkage moves through its flat poses: there it passes to the other one.
 
     The one given is that of the start. Where it stayed, rates would jump: a parallelogram would cross its bars.
@@ -102,13 +121,20 @@ def _swing(t, speed, low, high):
     )
 
 
-def two_motors(linkage, drive, speed, turns, samples, branch, start):
+def two_motors(
+    linkage: FiveBarLinkage,
+    drive: str,
+    speed: ArrayLike,
+    turns: float,
+    samples: int,
+    branch: int,
+    start: ArrayLike | None,
+) -> Law:
     """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
 
     "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
     or the half, quarter ... of it that closes.
     """
-    from .moving import move
 
     def closes(q):
         motion = move(linkage, q, branch=branch, unreachable="nan")

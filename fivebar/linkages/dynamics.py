@@ -1,12 +1,19 @@
 """Driving torque of linkages with one drive: J q'' + J'(q) q'^2 / 2 + U'(q) = Q (six-bar paper, eq. 24-38)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..models.dyads import dot
 from .motion import one_drive, stretch
 
+if TYPE_CHECKING:
+    from .motion import Motion
 
-def equivalent_inertia(motion):
+
+def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each (*batch,).
 
     J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq. 29, 30).
@@ -16,7 +23,7 @@ def equivalent_inertia(motion):
     return motion._full(inertia), motion._full(slope)
 
 
-def potential(motion, gravity):
+def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper, eq. 31, 37)."""
     _one_drive(motion)
     energy, slope = 0.0, 0.0
@@ -27,7 +34,7 @@ def potential(motion, gravity):
     return motion._full(energy), motion._full(slope)
 
 
-def driving_torque(motion, load=None, gravity=(0.0, 0.0)):
+def driving_torque(motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
     """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq. 38).
 
     load: {point: (Fx, Fy)} in N, numbers or arrays of the batch's shape; gravity: (gx, gy) m/s^2.

@@ -4,9 +4,12 @@ The three joints without a motor divide the loop into three bodies, rigid once t
 ground, the other two are the bars of an RRR dyad, whose lengths change where a motor is inside of them.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +19,11 @@ from ..models.geometry import dgm
 from ..models.robots import FiveBar
 from .chain import Closure, Fixed, Reach, Still, Turned, minus
 from .motion import Chain, Link, Motion
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from .chain import Number, Point
 
 # Links 1 to 4 are the bars l11, l12, l22, l21, as headed from the bases outwards: 3 and 4 against the way around.
 FORWARD = {1: 1, 2: 1, 3: -1, 4: -1}
@@ -34,23 +42,23 @@ class FiveBarLinkage:
     robot: FiveBar = FiveBar()
     motors: tuple = (1, 5)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         motors = tuple(self.motors)
         if len(motors) != 2 or len(set(motors)) != 2 or any(k not in (1, 2, 3, 4, 5) for k in motors):
             raise ValueError(f"motors must be two of the joints 1 to 5, not {motors}")
         object.__setattr__(self, "motors", tuple(sorted(motors)))
 
     @property
-    def title(self):
+    def title(self) -> str:
         return "five-bar, motors at joints {} and {}".format(*self.motors)
 
     @property
-    def lengths(self):
+    def lengths(self) -> dict[int, float]:
         """Of links 1 to 4, m."""
         robot = self.robot
         return {1: robot.l11, 2: robot.l12, 3: robot.l22, 4: robot.l21}
 
-    def start(self, q, q_dot, q_ddot, branch):
+    def start(self, q: ArrayLike, q_dot: ArrayLike, q_ddot: ArrayLike, branch: int) -> Motion:
         given = [_pair(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
         if not any(is_symbolic(x) for pair in given for x in pair) and any(np.ndim(x) for pair in given for x in pair):
             flat = np.broadcast_arrays(*(x for pair in given for x in pair))
@@ -108,12 +116,12 @@ class FiveBarLinkage:
         return body
 
     @property
-    def passive(self):
+    def passive(self) -> tuple[int, ...]:
         """The three joints without a motor: the corners of the triangle that closes the loop."""
         return tuple(k for k in range(1, 6) if k not in self.motors)
 
     @cached_property
-    def home(self):
+    def home(self) -> dict[int, float]:
         """All five joint angles, rad, in a pose of assembly mode -1 far from where the passive joints are in line."""
         q = np.stack(np.meshgrid(*[np.radians(np.arange(-180, 180, 15.0))] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
         pose = dgm(self.robot, q, unreachable="nan")
@@ -122,7 +130,7 @@ class FiveBarLinkage:
         return {1: q11, 2: q12, 3: math.remainder(q21 + q22 - q11 - q12, 2 * math.pi), 4: q22, 5: q21}
 
     @cached_property
-    def usual_branch(self):
+    def usual_branch(self) -> int:
         """The branch of the home pose."""
         pose = dgm(self.robot, (self.home[1], self.home[5]))
         return 1 if self._flatness(pose) > 0 else -1
@@ -160,11 +168,11 @@ class StretchingClosure(Closure):
     """
 
     @cached_property
-    def v(self):
+    def v(self) -> tuple:
         return self._solve(*(dot(u, p.v) + dot(w.p, w.v) / r for u, p, w, r in self._bars))
 
     @cached_property
-    def a(self):
+    def a(self) -> tuple:
         along = []
         for u, pivot, w, r in self._bars:
             relative = minus(self.v, pivot.v)
@@ -181,17 +189,17 @@ class StretchingClosure(Closure):
 class Carried:
     """The heading of a body's frame: `unit` points from start to end, w is the same vector in that frame."""
 
-    start: object
-    end: object
+    start: Point
+    end: Point
     unit: tuple
-    w: object
+    w: Point
 
     @cached_property
     def _inverse(self):
         return 1 / dot(self.w.p, self.w.p)
 
     @cached_property
-    def u(self):
+    def u(self) -> tuple:
         (x, y), (wx, wy) = self.unit, self.w.p
         scale = sqrt(self._inverse)
         return (x * wx + y * wy) * scale, (y * wx - x * wy) * scale
@@ -201,12 +209,12 @@ class Carried:
         return tuple(minus(getattr(self.end, k), getattr(self.start, k)) for k in "pva")
 
     @cached_property
-    def rate(self):
+    def rate(self) -> Number:
         z, z1, _ = self._span
         return (cross(z, z1) - cross(self.w.p, self.w.v)) * self._inverse
 
     @cached_property
-    def acceleration(self):
+    def acceleration(self) -> Number:
         z, _, z2 = self._span
         # |z| = |w| at all times, so that both angles share the term of the changing length.
         stretch = 2.0 * dot(self.w.p, self.w.v) * self.rate

@@ -1,8 +1,10 @@
 """The four-bar: Grashof's classes, dead centres, transmission angle, inversions, and its chain."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .._backend import EPS
 from ..models.robots import must_close
@@ -10,6 +12,9 @@ from .chain import Fixed, Reach, Still, Turned, meet
 from .checks import finite, positive
 from .limits import TURN, four_bar_limits
 from .motion import Body, Chain, Link, one_drive
+
+if TYPE_CHECKING:
+    from .chain import Number
 
 SIDES = ("ground", "crank", "coupler", "rocker")
 
@@ -36,17 +41,17 @@ class FourBar:
 
     usual_branch = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive(self, *SIDES)
         finite(self, "point", "base", "tilt")
         must_close("four-bar", {name: getattr(self, name) for name in SIDES})
 
     @property
-    def sides(self):
+    def sides(self) -> tuple[float, ...]:
         """Ground, crank, coupler, rocker, m."""
         return self.ground, self.crank, self.coupler, self.rocker
 
-    def chain(self, q, branch):
+    def chain(self, q: Number, branch: Number) -> Chain:
         a, heading = Fixed(self.base), Turned(Still(), q)
         b = Reach(a, heading, self.crank)
         d = Fixed((self.base[0] + self.ground * math.cos(self.tilt), self.base[1] + self.ground * math.sin(self.tilt)))
@@ -67,29 +72,29 @@ class FourBar:
     driven = "crank"
 
     @property
-    def title(self):
+    def title(self) -> str:
         return f"four-bar, {self.kind}"
 
     @property
-    def flats(self):
+    def flats(self) -> list[float]:
         """Crank angles, rad, at which a change point has all bars in line."""
         (g, a, b, c), tolerance = self.sides, 8 * EPS * sum(self.sides)
         near = [self.tilt] if abs(abs(g - a) - abs(b - c)) <= tolerance else []
         return near + ([self.tilt + math.pi] if abs(g + a - b - c) <= tolerance else [])
 
-    def crank_limits(self, branch):
+    def crank_limits(self, branch: int) -> list[float]:
         """Crank angles, rad, at which coupler and rocker are in line."""
         return four_bar_limits(self.tilt, *self.sides)
 
     @property
-    def grashof(self):
+    def grashof(self) -> float:
         """Shortest + longest - the two others, m: < 0 where a link can turn fully, 0 at a change point."""
         shortest, p, q, longest = sorted(self.sides)
         excess = (longest - q) - (p - shortest)
         return 0.0 if abs(excess) <= 8 * EPS * sum(self.sides) else excess
 
     @property
-    def kind(self):
+    def kind(self) -> str:
         """Grashof's class by name."""
         if self.grashof > 0:
             return "non-Grashof triple-rocker"
@@ -99,7 +104,7 @@ class FourBar:
         return names[self.sides.index(min(self.sides))]
 
     @property
-    def turning(self):
+    def turning(self) -> tuple[str, ...]:
         """Names of the moving links that can turn fully against the ground."""
         if self.grashof > 0:
             return ()
@@ -116,7 +121,7 @@ class FourBar:
         stretched, folded = self.ground + own, abs(self.ground - own)
         return stretched <= sum(others) + tolerance and folded >= abs(others[0] - others[1]) - tolerance
 
-    def inversion(self, fixed):
+    def inversion(self, fixed: str) -> FourBar:
         """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the next one is driven."""
         if fixed not in SIDES:
             raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
@@ -132,7 +137,7 @@ class DeadCentre(NamedTuple):
     rocker: float
 
 
-def dead_centres(four_bar, branch=1):
+def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up to two."""
     g, a, b, c = four_bar.sides
     found = []
@@ -150,7 +155,7 @@ def dead_centres(four_bar, branch=1):
     return tuple(found)
 
 
-def time_ratio(four_bar, branch=1):
+def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None without two ends."""
     ends = dead_centres(four_bar, branch)
     if len(ends) < 2:
@@ -159,7 +164,7 @@ def time_ratio(four_bar, branch=1):
     return max(stroke, TURN - stroke) / min(stroke, TURN - stroke)
 
 
-def transmission_range(four_bar):
+def transmission_range(four_bar: FourBar) -> tuple[float, float]:
     """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that close."""
     g, a, b, c = four_bar.sides
     low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)

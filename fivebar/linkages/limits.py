@@ -1,12 +1,18 @@
 """Which crank angles a linkage can reach: closed-form limits, and the intervals between them."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._backend import EPS
 from .checks import check_branch
+
+if TYPE_CHECKING:
+    from .motion import Linkage
 
 TURN = 2 * math.pi
 
@@ -21,11 +27,11 @@ class CrankRange:
     intervals: tuple
     full: bool
 
-    def contains(self, q):
+    def contains(self, q: float) -> bool:
         """Whether this crank angle closes."""
         return self.full or self.interval(q) is not None
 
-    def interval(self, q):
+    def interval(self, q: float) -> tuple[float, float] | None:
         """The interval around a crank angle, moved by full turns to contain it, or None."""
         if self.full:
             return -math.inf, math.inf
@@ -35,7 +41,7 @@ class CrankRange:
                 return low + turns, high + turns
         return None
 
-    def nearest(self, q):
+    def nearest(self, q: float) -> float:
         """The allowed angle nearest to q, rad in (-pi, pi], and q itself where it is allowed."""
         if self.contains(q):
             return q
@@ -43,14 +49,14 @@ class CrankRange:
         best = min(ends, key=lambda end: abs(math.remainder(end - q, TURN)))
         return math.remainder(best, TURN)
 
-    def __str__(self):
+    def __str__(self) -> str:
         if self.full:
             return "through a full turn"
         parts = (f"from {math.degrees(low):.9g} to {math.degrees(high):.9g} deg" for low, high in self.intervals)
         return " and ".join(parts)
 
 
-def crank_range(linkage, branch=None):
+def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
     """The crank angles at which a linkage closes on a branch: CrankRange.
 
     The ends come from the linkage in closed form; which pieces between them close is tried in their middles.
@@ -76,7 +82,7 @@ def crank_range(linkage, branch=None):
     return CrankRange(tuple(kept), full)
 
 
-def ends_of(axis, near, far):
+def ends_of(axis: float, near: float, far: float) -> list[float]:
     """Angles at which 1 - cos(q - axis) = near and 1 + cos(q - axis) = far, those that exist."""
     # Sines of half angles: they keep their digits where the limit is close to a straight or folded pose.
     ends = []
@@ -87,7 +93,7 @@ def ends_of(axis, near, far):
     return ends
 
 
-def four_bar_limits(axis, ground, crank, coupler, rocker):
+def four_bar_limits(axis: float, ground: float, crank: float, coupler: float, rocker: float) -> list[float]:
     """Crank angles at which coupler and rocker are in line; the ground's direction is the axis."""
     scale = 2 * ground * crank
     short, long = ground - crank, ground + crank
@@ -96,6 +102,6 @@ def four_bar_limits(axis, ground, crank, coupler, rocker):
     return ends_of(axis, (folded - short) * (folded + short) / scale, (long - stretched) * (long + stretched) / scale)
 
 
-def guide_limits(crank, bar, offset):
+def guide_limits(crank: float, bar: float, offset: float) -> list[float]:
     """Crank angles at which a bar is perpendicular to the guide y = offset along +x."""
     return ends_of(math.pi / 2, (crank - offset - bar) / crank, (crank + offset - bar) / crank)

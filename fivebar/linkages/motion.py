@@ -1,9 +1,11 @@
 """A linkage at given crank angles: the Motion, in which everything is read, and what it is made of."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,7 +13,16 @@ from .._backend import atan2, is_symbolic, pack, sqrt
 from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
 
-BLOCK = 8192  # poses
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from .chain import Heading, Number, Point
+    from .four_bar import FourBar
+    from .six_bar_press import SixBarPress
+    from .slider_crank import SliderCrank
+
+STRETCH = 8192  # poses that fit into the processor's cache
+RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide, and of a block on it
 
 
 @dataclass(frozen=True)
@@ -21,9 +32,9 @@ class Body:
 
     mass: float = 0.0
     inertia: float = 0.0
-    centre: tuple | None = None
+    centre: tuple[float, float] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("mass", "inertia"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
@@ -34,13 +45,13 @@ class Body:
 class Link:
     """A moving link: where it begins, its heading, its length (0: a block) and its body."""
 
-    origin: object
-    heading: object
+    origin: Point
+    heading: Heading
     length: float
     body: Body = Body()
 
     @cached_property
-    def centre(self):
+    def centre(self) -> Point:
         """The moving centre of mass."""
         along, across = self.body.centre or (self.length / 2, 0.0)
         return Reach(self.origin, self.heading, along, across) if along or across else self.origin
@@ -49,20 +60,37 @@ class Link:
 class Chain(NamedTuple):
     """What a linkage builds for `move`: points, links and scalar coordinates by name, and the dyads in their order."""
 
-    points: dict
-    links: dict
+    points: dict[str, Point]
+    links: dict[str, Link]
     coordinates: dict
     dyads: tuple
     bars: tuple  # pairs of point names, for pictures
-    grounded: tuple
-    actuated: tuple
-    traced: str | None
+    grounded: tuple[str, ...]
+    actuated: tuple[str, ...]
+    traced: str
+    rails: tuple = ()  # pairs: the ends of straight guides
+    blocks: tuple = ()  # (end, end, joint on it), of what slides on them
 
     @property
-    def found(self):
+    def found(self) -> Number:
         """A number per pose that is nan where the chain does not close."""
         last = self.dyads[-1]
         return last.u[0] if isinstance(last, Slot) else last.first[0]
+
+    @property
+    def marks(self) -> set[str]:
+        """Names of the points that only mark the ends of guides and blocks."""
+        return {name for ends in (*self.rails, *self.blocks) for name in ends[:2]}
+
+
+class Linkage(Protocol):
+    """What `move` and `study` ask of a linkage; of one with one drive also chain, driven, flats and crank_limits."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def usual_branch(self) -> int | tuple[int, int]: ...
+    def start(self, q: Number, q_dot: Number, q_ddot: Number, branch: int | tuple[int, int]) -> Motion: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,93 +101,93 @@ class Motion:
     `links`. With the q_dot = 1 and q_ddot = 0 of `move`, velocities and accelerations are analogs, by the crank angle.
     """
 
-    linkage: object
-    q: object
-    q_dot: object
-    q_ddot: object
-    branch: object
-    _build: object  # () -> Chain; late, for a large batch may need it a stretch at a time only
+    linkage: Linkage
+    q: Number
+    q_dot: Number
+    q_ddot: Number
+    branch: int | tuple[int, int] | np.ndarray
+    _build: Callable[[], Chain]  # () -> Chain; late, for a large batch may need it a stretch at a time only
     _scale: tuple  # what the chain's own derivatives are multiplied by
 
     @cached_property
-    def chain(self):
+    def chain(self) -> Chain:
         return self._build()
 
-    def stretches(self):
+    def stretches(self) -> Iterator[tuple[slice | None, Motion]]:
         """(part of the flat batch, Motion) for stretches of a large batch with one drive; else (None, itself).
 
         What is computed in one is forgotten in the next, so that all of it stays in the processor's cache.
         """
-        if not isinstance(self.q, np.ndarray) or self.q.size <= BLOCK:
+        if not isinstance(self.q, np.ndarray) or self.q.size <= STRETCH:
             yield None, self
             return
         given = self.q, self.q_dot, self.q_ddot, self.branch
-        for first in range(0, self.q.size, BLOCK):
-            part = slice(first, first + BLOCK)
+        for first in range(0, self.q.size, STRETCH):
+            part = slice(first, first + STRETCH)
             yield part, self.linkage.start(*(stretch(x, self._shape, part) for x in given))
 
     @property
-    def points(self):
+    def points(self) -> tuple[str, ...]:
         return tuple(self.chain.points)
 
     @property
-    def links(self):
+    def links(self) -> tuple[str, ...]:
         return tuple(self.chain.links)
 
     @property
-    def coordinates(self):
+    def coordinates(self) -> tuple[str, ...]:
         return tuple(self.chain.coordinates)
 
-    def position(self, point):
+    def position(self, point: str) -> np.ndarray:
         """(*batch, 2) m."""
         return self._full(*self._point(point).p)
 
-    def velocity(self, point):
+    def velocity(self, point: str) -> np.ndarray:
         """(*batch, 2) m/s."""
         return self._full(*self._velocity(self._point(point)))
 
-    def acceleration(self, point):
+    def acceleration(self, point: str) -> np.ndarray:
         """(*batch, 2) m/s^2."""
         return self._full(*self._acceleration(self._point(point)))
 
-    def angle(self, link):
+    def angle(self, link: str) -> np.ndarray:
         """From +x, in (-pi, pi] rad: (*batch,)."""
         return self._full(angle(self._link(link).heading))
 
-    def rate(self, link):
+    def rate(self, link: str) -> np.ndarray:
         """Angular velocity, rad/s: (*batch,)."""
         return self._full(self._first(self._link(link).heading.rate))
 
-    def angular_acceleration(self, link):
+    def angular_acceleration(self, link: str) -> np.ndarray:
         """rad/s^2: (*batch,)."""
         heading = self._link(link).heading
         return self._full(self._second(heading.rate, heading.acceleration))
 
-    def coordinate(self, name):
+    def coordinate(self, name: str) -> tuple[np.ndarray, ...]:
         """(value, rate, acceleration) of a scalar coordinate such as a slider's way: each (*batch,), m and s."""
         c = _named(self.chain.coordinates, name, "coordinate")
         return tuple(map(self._full, (c.p, self._first(c.v), self._second(c.v, c.a))))
 
-    def speed(self, point):
+    def speed(self, point: str) -> np.ndarray:
         """|v|, m/s: (*batch,)."""
         return self._full(self._path(point)[0])
 
-    def tangential(self, point):
+    def tangential(self, point: str) -> np.ndarray:
         """Acceleration along the path, m/s^2: (*batch,); nan where the point rests."""
         speed, along, _ = self._path(point)
         return self._full(_ratio(along, speed))
 
-    def normal(self, point):
+    def normal(self, point: str) -> np.ndarray:
         """Size of the acceleration across the path, m/s^2: (*batch,); nan where the point rests."""
         speed, _, across = self._path(point)
         return self._full(_ratio(across, speed))
 
-    def curvature_radius(self, point):
+    def curvature_radius(self, point: str) -> np.ndarray:
         """|v|^3 / |v x a|, m: (*batch,); inf where the path is straight, nan where the point rests."""
         speed, _, across = self._path(point)
         return self._full(_ratio(speed * speed * speed, across))
 
-    def transmission_angle(self):
+    def transmission_angle(self) -> np.ndarray:
         """Between the bars of the last dyad, in [0, pi] rad: (*batch,); 0 and pi are its singularities."""
         dyad = self.chain.dyads[-1]
         if isinstance(dyad, Slot):
@@ -206,12 +234,18 @@ class Motion:
         return float(components[0]) if self._shape == () else components[0]
 
 
-def one_drive(linkage, q, q_dot, q_ddot, branch):
+def one_drive(
+    linkage: FourBar | SliderCrank | SixBarPress,
+    q: Number,
+    q_dot: Number,
+    q_ddot: Number,
+    branch: int | tuple[int, int],
+) -> Motion:
     """The Motion of a linkage with one crank: the chain is solved in analogs."""
     return Motion(linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot))
 
 
-def stretch(x, shape, part):
+def stretch(x: Number, shape: tuple[int, ...], part: slice) -> Number:
     """The part of what is given for a flat batch; a number, or a pair of branches, is that of every part."""
     return np.broadcast_to(x, shape).reshape(-1)[part] if isinstance(x, np.ndarray) else x
 

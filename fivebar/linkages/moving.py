@@ -1,6 +1,9 @@
 """The verb `move`: a linkage at given crank angles, and what it says where no pose closes."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +14,26 @@ from .chain import Slot
 from .checks import check_branch, numbers
 from .limits import crank_range
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def move(linkage, q, q_dot=1.0, q_ddot=0.0, branch=None, unreachable="raise"):
+    from .motion import Linkage, Motion
+
+
+def move(
+    linkage: Linkage,
+    q: ArrayLike,
+    q_dot: ArrayLike = 1.0,
+    q_ddot: ArrayLike = 0.0,
+    branch: int | ArrayLike | None = None,
+    unreachable: str = "raise",
+) -> Motion:
     """The motion of a linkage at crank angles q: Motion.
 
-    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2). q_dot, q_ddot: rad/s, rad/s^2, of the same shape
-    or one number. branch: +1 or -1, for the press a pair; None is the linkage's usual one. unreachable: "raise" an
-    UnreachableError that names the nearest allowed angle, or give "nan" there.
+    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2).
+    q_dot, q_ddot: rad/s, rad/s^2, of the same shape or one number.
+    branch: +1 or -1, for the press a pair; None is the linkage's usual one.
+    unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan" there.
     """
     if unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')

@@ -1,8 +1,16 @@
 """What can be asked of a motion by name, with its unit: "coupler.angle", "M.x", "slide.position", "torque", ..."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .dynamics import driving_torque, equivalent_inertia, potential
+
+if TYPE_CHECKING:
+    from .motion import Motion
+    from .study import Study
 
 LINK = {
     "angle": ("rad", lambda m, name: m.angle(name)),
@@ -37,7 +45,7 @@ WHOLE = {
 }
 
 
-def unit(name):
+def unit(name: str) -> str:
     """The unit of a quantity, by its name."""
     own = name.rpartition(".")[2]
     if name in WHOLE:
@@ -45,7 +53,7 @@ def unit(name):
     return next(table[own][0] for table in (LINK, POINT, COORDINATE) if own in table)
 
 
-def known(motion):
+def known(motion: Motion) -> list[str]:
     """The names of all quantities of a motion."""
     parts = ((motion.links, LINK), (motion.coordinates, COORDINATE), (motion.points, POINT))
     names = [f"{part}.{own}" for group, table in parts for part in group for own in table]
@@ -53,9 +61,9 @@ def known(motion):
     return names + [name for name in WHOLE if one_drive or name == "transmission_angle"]
 
 
-def usual(motion, loaded):
+def usual(motion: Motion, loaded: bool) -> list[str]:
     """The names that a table has where none are asked for: without the points that only pictures need."""
-    points = [p for p in motion.points if p not in "GHKL" and p not in motion.chain.grounded]
+    points = [p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded]
     names = [f"{link}.{own}" for link in motion.links for own in LINK if link != "slider"]
     names += [f"{way}.{own}" for way in motion.coordinates for own in COORDINATE]
     names += [f"{point}.{own}" for point in points for own in ("x", "y", "vx", "vy", "ax", "ay")]
@@ -66,7 +74,7 @@ def usual(motion, loaded):
     return names + (["inertia", "torque"] if massive else ["torque"] if loaded else [])
 
 
-def usual_panels(study):
+def usual_panels(study: Study) -> list[list[str]]:
     """Quantities plotted together: ways, or else the links' angles; their rates; their accelerations; the torque."""
     motion = study.motion
     if motion.coordinates:
@@ -76,7 +84,9 @@ def usual_panels(study):
     return panels + ([["torque"]] if "torque" in study.columns else [])
 
 
-def evaluate(motion, name, load=None, gravity=(0.0, 0.0)):
+def evaluate(
+    motion: Motion, name: str, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
     """One quantity of a motion by its name."""
     part, _, own = name.rpartition(".")
     if name in WHOLE:

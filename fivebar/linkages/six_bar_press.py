@@ -6,14 +6,20 @@ along +x. Errata: eq. 4 has L3^2 on its right; A and B of eq. 5 are exchanged; e
 branch, on which theta5 = -arccos(...); eq. 20 is alpha3; eq. 21 has two wrong signs.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import finite, positive
 from .limits import four_bar_limits
-from .motion import Body, Chain, Link, one_drive
+from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
+
+if TYPE_CHECKING:
+    from .chain import Number
 
 START, SPEED = math.radians(160.24), math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
 GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
@@ -49,7 +55,7 @@ class SixBarPress:
     usual_branch = (-1, -1)
     usual_start = START
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive(self, "l2", "l3", "l4", "l5", "l11", "l12")
         finite(self, "theta11")
         must_close("press", {name: getattr(self, name) for name in ("l2", "l3", "l4", "l11")})
@@ -57,10 +63,10 @@ class SixBarPress:
             Body(getattr(self, f"m{k}"), getattr(self, f"j{k}", 0.0))
 
     @property
-    def rocker_pivot(self):
+    def rocker_pivot(self) -> tuple[float, float]:
         return self.l11 * math.cos(self.theta11), self.l11 * math.sin(self.theta11)
 
-    def chain(self, q, branch):
+    def chain(self, q: Number, branch: tuple[int, int]) -> Chain:
         a, crank, d = Fixed((0.0, 0.0)), Turned(Still(), q), Fixed(self.rocker_pivot)
         b = Reach(a, crank, self.l2)
         c, coupler, rocker = meet(b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line")
@@ -75,16 +81,16 @@ class SixBarPress:
         ways = {"S6": Along(e, d.p, (0.0, -1.0), self.l12), "S6_down": Along(e, d.p, (0.0, 1.0), self.l12)}
         far = branch[1] * (self.l4 + self.l5)
         points = {"A": a, "B": b, "C": c, "D": d, "E": e}
-        points |= {"G": Fixed((d.p[0], d.p[1] + 0.4 * far)), "H": Fixed((d.p[0], d.p[1] + 1.1 * far))}
-        points |= {"K": Reach(e, Still((0.0, 1.0)), -0.06 * self.l5), "L": Reach(e, Still((0.0, 1.0)), 0.06 * self.l5)}
-        bars = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E"), ("K", "L"))
-        return Chain(points, links, ways, (c.dyad, e.dyad), bars, ("A", "D", "G", "H"), ("A",), "C")
+        points |= {name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))}
+        points |= {name: Reach(e, Still((0.0, 1.0)), share * self.l5) for name, share in zip(BLOCK, (-0.06, 0.06))}
+        bars, grounded, block = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")), ("A", "D", *RAIL), (*BLOCK, "E")
+        return Chain(points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (block,))
 
     start = one_drive
     driven = "crank"
     title = "six-bar press"
 
-    def crank_limits(self, branch):
+    def crank_limits(self, branch: tuple[int, int]) -> list[float]:
         """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the guide."""
         limits = four_bar_limits(self.theta11, self.l11, self.l2, self.l3, self.l4)
         if self.l4 > self.l5:  # the rocker's end gets too far from the guide: a four-bar driven by its rocker

@@ -1,13 +1,19 @@
 """The slider-crank with offset: any of its four links held, on either branch."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .._backend import EPS
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import finite, positive
 from .limits import ends_of, guide_limits
-from .motion import Body, Chain, Link, one_drive
+from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
+
+if TYPE_CHECKING:
+    from .chain import Number
 
 HELD = {
     "guide": "the slider-crank of engines and pumps; the crank is driven",
@@ -37,7 +43,7 @@ class SliderCrank:
 
     usual_branch = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive(self, "crank", "rod")
         finite(self, "offset")
         if self.held not in HELD:
@@ -48,13 +54,13 @@ class SliderCrank:
                 f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"
             )
 
-    def chain(self, q, branch):
+    def chain(self, q: Number, branch: Number) -> Chain:
         return (self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide)(q, branch)
 
     start = one_drive
 
     @property
-    def flats(self):
+    def flats(self) -> list[float]:
         """Angles of the driven link, rad, at which the dyad is singular without being a limit."""
         tolerance = 8 * EPS * (self.crank + self.rod)
         if self.held in ("guide", "slider"):
@@ -67,77 +73,78 @@ class SliderCrank:
         return []
 
     @property
-    def title(self):
+    def title(self) -> str:
         return f"slider-crank, {self.held} held"
 
     @property
-    def driven(self):
+    def driven(self) -> str:
         """The name of the driven link."""
         return "crank" if self.held in ("guide", "rod") else "rod"
 
     def _on_fixed_guide(self, q, branch):
         """RRP; with the slider held its guide moves along itself, so that O is what slides."""
-        base, heading, length = Fixed((0.0, 0.0)), Turned(Still(), q), self.crank + self.rod + abs(self.offset)
+        base, heading, length = Fixed((0.0, 0.0)), Turned(Still(), q), self._length
         if self.held == "guide":
             a = Reach(base, heading, self.crank)
             b, rod = slide(a, (0.0, self.offset), (1.0, 0.0), self.rod, branch, "the rod is perpendicular to the guide")
-            ends = {"G": Fixed((-0.3 * length, self.offset)), "H": Fixed((length, self.offset))}
-            points = {"O": base, "A": a, "B": b, **ends, **_block(b, Still(), length)}
+            rail = {name: Fixed((along, self.offset)) for name, along in zip(RAIL, (-0.3 * length, length))}
+            points = {"O": base, "A": a, "B": b, **rail, **_block(b, Still(), length)}
             links = {
                 "crank": Link(base, heading, self.crank, self.crank_body),
                 "rod": Link(a, rod, self.rod, self.rod_body),
+                "slider": Link(b, Still(), 0.0, self.slider_body),
             }
-            links |= {"slider": Link(b, Still(), 0.0, self.slider_body)}
-            way = Along(b, (0.0, self.offset), (1.0, 0.0))
-            return Chain(
-                points,
-                links,
-                {"slide": way},
-                (b.dyad,),
-                (("O", "A"), ("A", "B"), ("K", "L")),
-                ("O", "G", "H"),
-                ("O",),
-                "B",
-            )
+            ways = {"slide": Along(b, (0.0, self.offset), (1.0, 0.0))}
+            bars, grounded, block = (("O", "A"), ("A", "B")), ("O", *RAIL), (*BLOCK, "B")
+            return Chain(points, links, ways, (b.dyad,), bars, grounded, ("O",), "B", (RAIL,), (block,))
         a = Reach(base, heading, self.rod)
-        o, crank = slide(
-            a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, "the crank is perpendicular to the guide"
-        )
-        ends = {"G": Reach(o, Still(), -0.3 * length, self.offset), "H": Reach(o, Still(), length, self.offset)}
-        points = {"B": base, "A": a, "O": o, **ends}
+        singular = "the crank is perpendicular to the guide"
+        o, crank = slide(a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, singular)
+        points = {"B": base, "A": a, "O": o, **self._rail(o, Still())}
         links = {
             "rod": Link(base, heading, self.rod, self.rod_body),
             "crank": Link(a, crank, self.crank, self.crank_body),
+            "guide": Link(o, Still(), 0.0, self.guide_body),
         }
-        links |= {"guide": Link(o, Still(), 0.0, self.guide_body)}
-        way = Along(o, (0.0, -self.offset), (-1.0, 0.0))
-        bars = (("B", "A"), ("A", "O"), ("G", "H")) + ((("O", "G"),) if self.offset else ())
-        return Chain(points, links, {"slide": way}, (o.dyad,), bars, ("B",), ("B",), "O")
+        ways = {"slide": Along(o, (0.0, -self.offset), (-1.0, 0.0))}
+        bars = ("B", "A"), ("A", "O"), *self._arm
+        return Chain(points, links, ways, (o.dyad,), bars, ("B",), ("B",), "O", (RAIL,))
 
     def _on_turning_guide(self, q, branch):
         """RPR: the guide turns about O and passes the block's pin B at the offset."""
-        heading, length = Turned(Still(), q), self.crank + self.rod + abs(self.offset)
-        base = Fixed((0.0, 0.0))
+        heading, base = Turned(Still(), q), Fixed((0.0, 0.0))
         if self.held == "crank":
-            o, a, moving = base, Fixed((self.crank, 0.0)), "rod"
+            o, a = base, Fixed((self.crank, 0.0))
             b = Reach(a, heading, self.rod)
-            links = {"rod": Link(a, heading, self.rod, self.rod_body)}
+            links, grounded, traced = {"rod": Link(a, heading, self.rod, self.rod_body)}, ("A", "O"), "B"
         else:
-            a, b, moving = base, Fixed((self.rod, 0.0)), "crank"
+            a, b = base, Fixed((self.rod, 0.0))
             o = Reach(a, heading, self.crank)
-            links = {"crank": Link(a, heading, self.crank, self.crank_body)}
+            links, grounded, traced = {"crank": Link(a, heading, self.crank, self.crank_body)}, ("A", "B"), RAIL[1]
         guide = Slot(o, b, self.offset, branch)
-        ends = {"G": Reach(o, guide, -0.3 * length, self.offset), "H": Reach(o, guide, length, self.offset)}
-        points = {"O": o, "A": a, "B": b, **ends, **_block(b, guide, length)}
+        points = {"O": o, "A": a, "B": b, **self._rail(o, guide), **_block(b, guide, self._length)}
         # Block and guide turn as one; the block's own centre is its pin.
         links |= {"guide": Link(o, guide, 0.0, self.guide_body), "slider": Link(b, guide, 0.0, self.slider_body)}
-        driven = ("A", "B") if moving == "rod" else ("A", "O")
-        bars = (driven, ("G", "H"), ("K", "L")) + ((("O", "G"),) if self.offset else ())
-        grounded = ("A", "O") if moving == "rod" else ("A", "B")
-        traced = "B" if moving == "rod" else "H"
-        return Chain(points, links, {"slide": _Slide(guide)}, (guide,), bars, grounded, ("A",), traced)
+        bars = ("A", "B" if self.held == "crank" else "O"), *self._arm
+        ways, block = {"slide": _Slide(guide)}, (*BLOCK, "B")
+        return Chain(points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (block,))
 
-    def crank_limits(self, branch):
+    @property
+    def _length(self):
+        """Of what is drawn of the guide."""
+        return self.crank + self.rod + abs(self.offset)
+
+    @property
+    def _arm(self):
+        """What holds a moving rail beside O."""
+        return (("O", RAIL[0]),) if self.offset else ()
+
+    def _rail(self, origin, heading):
+        """The ends of a moving guide."""
+        ends = (-0.3 * self._length, self._length)
+        return {name: Reach(origin, heading, along, self.offset) for name, along in zip(RAIL, ends)}
+
+    def crank_limits(self, branch: int) -> list[float]:
         """Angles of the driven link, rad, at which the dyad is singular."""
         if self.held == "guide":
             return guide_limits(self.crank, self.rod, self.offset)
@@ -160,5 +167,5 @@ class _Slide:
 
 
 def _block(pin, heading, length):
-    """The ends of a sliding block, for pictures."""
-    return {"K": Reach(pin, heading, -0.06 * length), "L": Reach(pin, heading, 0.06 * length)}
+    """The ends of a sliding block."""
+    return {name: Reach(pin, heading, along * length) for name, along in zip(BLOCK, (-0.06, 0.06))}

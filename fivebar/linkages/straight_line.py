@@ -1,13 +1,18 @@
 """Four-bars whose coupler point goes nearly straight, with their proportions, sources and straightness."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .four_bar import FourBar
 from .moving import move
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -31,12 +36,12 @@ class Straightness(NamedTuple):
     band: float
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """Band over stroke."""
         return self.band / self.stroke
 
 
-def straightness(mechanism, samples=4001):
+def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
     """How straight the coupler point of a StraightLine goes over its usual stroke: Straightness."""
     q = np.linspace(*mechanism.stroke, samples)
     point = move(mechanism.linkage, q, branch=mechanism.branch).position("M") - mechanism.through
@@ -45,7 +50,9 @@ def straightness(mechanism, samples=4001):
     return Straightness(float(np.ptp(along)), float(np.abs(across).max()), float(np.ptp(across)))
 
 
-def crank_at(linkage, branch, through, direction, along, guess):
+def crank_at(
+    linkage: FourBar, branch: int, through: ArrayLike, direction: ArrayLike, along: float, guess: float
+) -> float:
     """The crank angle at which the coupler point is at this coordinate along a line, m, by Newton from a guess."""
     for _ in range(50):
         motion = move(linkage, guess, branch=branch)
@@ -56,7 +63,7 @@ def crank_at(linkage, branch, through, direction, along, guess):
     raise ArithmeticError(f"the coupler point does not come to {along:g} m on the line")
 
 
-def roberts(r):
+def roberts(r: float) -> StraightLine:
     """Roberts' mechanism of arms r: ground 2, coupler 1, the point at r below both ends; exact at A, between, and D."""
     linkage = FourBar(2.0, r, 1.0, r, point=(0.5, -math.sqrt(r * r - 0.25)))
     if not r >= 1.18615:  # there coupler and rocker come in line with the point at A
@@ -108,7 +115,7 @@ BUILDERS = {
 }
 
 
-def straight_line(name):
+def straight_line(name: str) -> StraightLine:
     """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or "roberts"."""
     if name not in BUILDERS:
         raise ValueError(f"no straight-line mechanism {name!r}; the known ones are {', '.join(BUILDERS)}")

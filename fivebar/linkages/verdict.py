@@ -1,6 +1,9 @@
 """What a linkage can do, in a few lines of text: what turns, what locks, and where."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,8 +13,11 @@ from .limits import crank_range
 from .six_bar_press import SPEED, START, SixBarPress
 from .slider_crank import HELD, SliderCrank
 
+if TYPE_CHECKING:
+    from .motion import Linkage
 
-def verdict(linkage, branch=None):
+
+def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
     """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks, where."""
     branch = linkage.usual_branch if branch is None else branch
     for kind, words in (

@@ -6,11 +6,15 @@ equation should have it (Moreno-Martin, Ros, Celaya 2022). The controls are the 
 tau = Z q'' + B^T lambda, with no division by det A.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 METHODS = ("hermite-simpson", "legendre-gauss")
 LIMITS = ("torque", "joint_speed", "acceleration", "workspace", "serial", "parallel")
@@ -23,7 +27,7 @@ class Scheme:
     polynomial in their hull. shared: the last point is the first of the next interval.
     """
 
-    def __init__(self, c, shared):
+    def __init__(self, c: Sequence[float], shared: bool) -> None:
         self.c, self.shared = np.asarray(c, dtype=float), shared
         k = np.arange(len(self.c))
         self.to_power = np.linalg.inv(self.c[:, None] ** k)
@@ -34,25 +38,25 @@ class Scheme:
         i = k[1:]
         self.square_slope = np.linalg.cholesky(i[:, None] * i / (i[:, None] + i - 1.0)).T @ np.eye(len(k))[1:]
 
-    def powers(self, sigma):
+    def powers(self, sigma: ArrayLike) -> tuple[np.ndarray, ...]:
         """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the values at the points."""
         k, sigma = np.arange(len(self.c)), np.asarray(sigma)[..., None]
         terms = sigma**k, sigma ** (k + 1) / (k + 1), sigma ** (k + 2) / ((k + 1) * (k + 2))
         return tuple(term @ self.to_power for term in terms)
 
-    def points(self, intervals):
+    def points(self, intervals: int) -> np.ndarray:
         """Indices (intervals, s) of every interval's points among all points of the mesh."""
         s = len(self.c)
         return np.arange(intervals)[:, None] * (s - self.shared) + np.arange(s)
 
-    def nodes(self, knots):
+    def nodes(self, knots: np.ndarray) -> np.ndarray:
         """Times of all points, by the times of the knots."""
         own = self.c[:-1] if self.shared else self.c
         times = (knots[:-1, None] + np.diff(knots)[:, None] * own).ravel()
         return np.append(times, knots[-1]) if self.shared else times
 
 
-def scheme(method, degree):
+def scheme(method: str, degree: int) -> Scheme:
     """Hermite-Simpson, or Legendre-Gauss with `degree` points in an interval."""
     if method == "hermite-simpson":
         return Scheme((0.0, 0.5, 1.0), True)
@@ -74,7 +78,9 @@ class Pieces:
     tau: np.ndarray
 
     @classmethod
-    def through(cls, scheme, knots, xi, xi_dot, xi_ddot, tau):
+    def through(
+        cls, scheme: Scheme, knots: np.ndarray, xi: np.ndarray, xi_dot: np.ndarray, xi_ddot: np.ndarray, tau: np.ndarray
+    ) -> Pieces:
         """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and tau as above."""
         h, first = np.diff(knots)[:, None], scheme.points(len(knots) - 1)[:, 0]
         _, single, double = (row @ xi_ddot for row in scheme.powers(scheme.c[0]))
@@ -82,10 +88,10 @@ class Pieces:
         return cls(scheme, knots, xi[first] - h * (scheme.c[0] * v0 + h * double), v0, xi_ddot, tau)
 
     @cached_property
-    def widths(self):
+    def widths(self) -> np.ndarray:
         return np.diff(self.knots)
 
-    def locate(self, t):
+    def locate(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Interval and place in it, in [0, 1], of times (...) in s."""
         k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.xi) - 1)
         return k, np.clip((t - self.knots[k]) / self.widths[k], 0.0, 1.0)
@@ -102,7 +108,7 @@ class Pieces:
         table[:, :-2, 4:6], table[:, :-2, 6:] = a, tau
         return table
 
-    def motion(self, k, sigma):
+    def motion(self, k: np.ndarray, sigma: np.ndarray) -> np.ndarray:
         """Position, velocity, acceleration and torque (..., 8) at places sigma (...) of intervals k (...)."""
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

@@ -1,15 +1,29 @@
 """A first motion for the planner: along a path that keeps off the limits, as fast as the limits seem to allow."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
-from .plans import PlanError, accelerations_of
+from .problem import PlanError, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .plans import Plan
+    from .program import Solution
+
+    Guess = Callable[[np.ndarray], np.ndarray]  # times (n,) s -> (n, 8): motion, bar forces
 
 GRID, SMOOTHINGS = 121, 100  # nodes per side of the grid on which a first path is sought; passes over it
 
 
-def guess_again(plan, found):
+def guess_again(plan: Plan, found: Solution) -> Guess:
     """A solution as the guess of the next; its forces between its nodes, as computed ones might be huge there."""
 
     def guess(t):
@@ -19,7 +33,7 @@ def guess_again(plan, found):
     return guess
 
 
-def first_guess(problem):
+def first_guess(problem: Problem) -> tuple[Guess, np.ndarray]:
     """(times -> (n, 8), duration of each phase): from rest to rest between stops, straight where the limits allow."""
     points = [np.array(conditions[0]) for conditions, _ in problem.stops]
     paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
@@ -52,9 +66,9 @@ def first_guess(problem):
 def _time_needed(problem, motion, duration):
     """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as 1 / time."""
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
-    acc, limits, weights = accelerations_of(problem, motion), problem.limits, problem.weights
+    acc, limits, weights = problem.accelerations(motion), problem.limits, problem.weights
     regular = np.abs(acc.rates.pose.det_A) > 0.1
-    tau = inverse_dynamics(accelerations_of(problem, motion[regular])) if regular.any() else np.zeros((1, 2))
+    tau = inverse_dynamics(problem.accelerations(motion[regular])) if regular.any() else np.zeros((1, 2))
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
     jerk = np.mean(np.sum(np.gradient(motion[:, 4:], duration / 200, axis=0) ** 2, axis=1)) * duration
     factors = [1e-3]
@@ -74,9 +88,6 @@ def _path(problem, a, b):
     straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
     if (_blocked(problem, straight) <= 0).all():
         return straight
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
     low, high = np.minimum(a, b) - 2 * problem.length, np.maximum(a, b) + 2 * problem.length
     axes = [np.linspace(low[i], high[i], GRID) for i in (0, 1)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -1,39 +1,65 @@
 """Optimal motions by direct collocation with the bar forces as controls: they may cross Type-2 singularities."""
 
+from __future__ import annotations
+
 import math
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..models.geometry import igm
-from ..models.kinematics import ikm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
-from .plans import Limits, Mesh, Plan, PlanError, Problem, listed
-from .problem import box, checked_stops, checked_weights, limit_of, number, refuse_stops
+from .plans import Mesh, Plan
+from .problem import (
+    Limits,
+    PlanError,
+    Problem,
+    box,
+    checked_stops,
+    checked_weights,
+    limit_of,
+    number,
+    refuse_stops,
+)
 from .program import solve
-from .trajectory import polynomial
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..models.robots import Robot
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 
 
 def plan(
-    robot, start, goal, duration=None, *, via=(), objective="effort", torque_limit=None, joint_speed_limit=None,
-    acceleration_limit=None, workspace=None, serial_margin=0.05, parallel_margin=None, working=(-1, -1),
-    method="legendre-gauss", degree=3, intervals=20, tolerance=1e-3, max_time=30.0,
-):  # fmt: skip
+    robot: Robot, start: ArrayLike | dict, goal: ArrayLike | dict, duration: float | None = None, *, via: Iterable = (),
+    objective: str | dict[str, float] = "effort", torque_limit: ArrayLike | None = None,
+    joint_speed_limit: ArrayLike | None = None, acceleration_limit: float | None = None,
+    workspace: ArrayLike | None = None, serial_margin: float = 0.05, parallel_margin: float | None = None,
+    working: tuple[int, int] = (-1, -1), method: str = "legendre-gauss", degree: int = 3, intervals: int = 20,
+    tolerance: float = 1e-3, max_time: float = 30.0,
+) -> Plan:  # fmt: skip
     """Plan an optimal motion of the end-effector in given working modes; it may cross Type-2 singularities: Plan.
 
-    start, goal: (2,) m, at rest there, or {order: (x, y)} as in `polynomial`; duration: s, None: free. via: points to
-    pass, [(time or None, (2,) or {order: ...}), ...], in this order. objective: "effort" (integral of tau^2), "time",
-    "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI values.
-    torque_limit N m and joint_speed_limit rad/s (of a biglide N and m/s): one number or one per joint;
-    acceleration_limit m/s^2, of the end-effector; workspace ((x low, x high), (y low, y high)) m; serial_margin: least
-    |sin q_i2| (|sin phi_i|); parallel_margin: least |det A|, None: may cross, which wants some effort in the objective,
-    or else a torque_limit.
+    start, goal: (2,) m, at rest there, or {order: (x, y)} as in `polynomial`.
+    duration: s, None: free.
+    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order.
+    objective: "effort" (integral of tau^2), "time", "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI
+        values.
+    torque_limit, joint_speed_limit: N m and rad/s, one number or one per joint.
+    acceleration_limit: m/s^2, of the end-effector.
+    workspace: ((x low, x high), (y low, y high)) m.
+    serial_margin: least |sin q_i2|.
+    parallel_margin: least |det A|, None: may cross, which wants some effort in the objective, or else a torque_limit.
+    working: the modes.
     method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
-    tolerance: to which the mesh, of at first `intervals`, is refined: largest defect over the largest force, and what
-    may be missed of a limit between nodes (torque and acceleration never are). max_time: s.
+    intervals: of the mesh at first.
+    tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
+        nodes (torque and acceleration never are).
+    max_time: s.
     ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
     """
     began = time.perf_counter()
@@ -140,7 +166,7 @@ class _Search:
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
         broken = {name: value for name, value in plan.violations.items() if name in names}
-        words = f"plan: {reason}{listed(self.problem, broken)}; the best motion found is attached as .plan"
+        words = f"plan: {reason}{self.problem.listed(broken)}; the best motion found is attached as .plan"
         return PlanError(words, broken, plan, status)
 
 
@@ -153,26 +179,3 @@ def _refined(mesh, parts):
         place = np.concatenate([[0], np.cumsum(own)])
         finer.append(np.interp(np.arange(place[-1] + 1), place, knots))
     return finer
-
-
-def crossing_polynomial(robot, start, goal, crossing, velocity, times, acceleration=(0.0, 0.0), working=(-1, -1)):
-    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
-
-    start, goal: (2,) m, at rest with no acceleration; crossing (2,) m on the singularity, passed with velocity (2,) m/s
-    and with the part of `acceleration` (2,) m/s^2 that lies across t_s, the free direction (A t_s = 0).
-    times: (start, crossing, goal) s. Gives a Trajectory; ValueError where det A is not 0 at the crossing, or not passed
-    through. Briot and Arakelian 2008.
-    """
-    rates = ikm(igm(robot, crossing, working), velocity)
-    pose = rates.pose
-    if abs(pose.det_A) > 1e-6:
-        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose.det_A:.3g}")
-    slope = rates.margin_rates[2]
-    if abs(slope) < 1e-6:
-        raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
-    x, y = pose.u2[0]  # across t_s
-    along = x * acceleration[0] + y * acceleration[1]
-    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
-    t0, ts, t1 = times
-    middle = {0: crossing, 1: velocity, 2: (along * x, along * y)}
-    return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])

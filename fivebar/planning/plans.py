@@ -1,33 +1,33 @@
-"""Plans: what was asked, what it may cost, and the motion found, which proves itself."""
+"""Plans: the motion found, which proves itself."""
+
+from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..models.dynamics import bar_force_dynamics, drives_forces
-from ..models.geometry import igm
-from ..models.kinematics import ikm, ikm2
+from ..models.kinematics import Accelerations
 from ..models.robots import robot_of
+from ..pictures.plot.plans import planned
 from ..tables import read_columns
 from .collocation import METHODS, Pieces, scheme
+from .problem import Limits, Problem
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from matplotlib.figure import Figure
+
+    from ..models.robots import Robot
 
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
 CSV = "# fivebar plan, SI units: "
 COLUMNS = ("t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "tau1", "tau2", "lambda1", "lambda2")
-
-
-class PlanError(RuntimeError):
-    """No plan was found; `plan` is the best one found (None where there is none), never converged or never feasible.
-
-    violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did not solve.
-    """
-
-    def __init__(self, message, violations, plan=None, status=""):
-        super().__init__(message)
-        self.violations, self.plan, self.status = violations, plan, status
 
 
 class Mesh(NamedTuple):
@@ -38,77 +38,6 @@ class Mesh(NamedTuple):
     objective: float
     error: float
     seconds: float
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a plan must keep, SI: torque, joint_speed one number per joint, acceleration of the end-effector,
-    workspace ((x low, x high), (y low, y high)), serial and parallel: least |sin q_i2| and |det A|; None: no limit."""
-
-    torque: tuple | None = None
-    joint_speed: tuple | None = None
-    acceleration: float | None = None
-    workspace: tuple | None = None
-    serial: float = 0.05
-    parallel: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """What is asked: stops are (conditions by order of derivative, time or None), as in `trajectory.polynomial`."""
-
-    robot: object
-    stops: tuple
-    working: tuple
-    weights: dict
-    limits: Limits
-    scheme: object
-
-    @property
-    def length(self):
-        return sum(self.robot.distal) / 2
-
-    @property
-    def lever(self):
-        """What makes a speed of a joint's: a length where it turns, 1 where it slides."""
-        return self.length if self.robot.turns else 1.0
-
-    @property
-    def mass(self):
-        return self.robot.m + sum(self.robot.inertias) / self.lever**2
-
-    @cached_property
-    def side(self):
-        """Sign of det A at the start, which a limit on it keeps."""
-        return float(np.sign(igm(self.robot, self.stops[0][0][0], self.working).det_A)) or 1.0
-
-    def signed_sines(self, pose):
-        """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
-        return *(-w * sine for w, sine in zip(self.working, pose.sines)), self.side * pose.det_A
-
-    def violations(self, xi=None, q_dot=None, xi_ddot=None, tau=None, sines=None):
-        """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0 where they are kept."""
-        limits, found = self.limits, {}
-        if tau is not None and limits.torque is not None:
-            found["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
-        if q_dot is not None and limits.joint_speed is not None:
-            found["joint_speed"] = (np.abs(q_dot) - limits.joint_speed).max(axis=-1)
-        if xi_ddot is not None and limits.acceleration is not None:
-            found["acceleration"] = np.linalg.norm(xi_ddot, axis=-1) - limits.acceleration
-        if xi is not None and limits.workspace is not None:
-            low, high = np.array(limits.workspace).T
-            found["workspace"] = np.maximum(low - xi, xi - high).max(axis=-1)
-        if sines is not None:
-            found["serial"] = limits.serial - np.minimum(sines[0], sines[1])
-            if limits.parallel is not None:
-                found["parallel"] = limits.parallel - sines[2]
-        return found
-
-    def unit(self, name):
-        """What a violation is compared with: the limit itself, a bar's length, a sine of 1."""
-        if name in ("torque", "joint_speed", "acceleration"):
-            return float(np.max(getattr(self.limits, name)))
-        return self.length if name in ("workspace", "reach") else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,32 +52,32 @@ class Plan:
     pieces: Pieces
     objective: float
     status: str
-    meshes: tuple = ()
+    meshes: tuple[Mesh, ...] = ()
     solve_time: float = math.nan
     start = 0.0
 
     @property
-    def robot(self):
+    def robot(self) -> Robot:
         return self.problem.robot
 
     @property
-    def working(self):
+    def working(self) -> tuple[int, int]:
         return self.problem.working
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         return float(self.pieces.knots[-1])
 
     @property
-    def iterations(self):
+    def iterations(self) -> int:
         return sum(mesh.iterations for mesh in self.meshes)
 
-    def __call__(self, t):
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         motion = self._at(t)
         return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
 
-    def tau(self, t):
-        """Planned torques (*t.shape, 2), N m (forces, N, of a biglide); 0 before and after."""
+    def tau(self, t: ArrayLike) -> np.ndarray:
+        """Planned torques (*t.shape, 2), N m; 0 before and after."""
         return self._at(t)[..., 6:]
 
     def _at(self, t):
@@ -159,17 +88,17 @@ class Plan:
             motion[..., 2:] = np.where(outside[..., None], 0.0, motion[..., 2:])
         return motion
 
-    def accelerations(self, t):
+    def accelerations(self, t: ArrayLike) -> Accelerations:
         """The planned motion as `Accelerations`, with pose and rates: angles, det A and whatever follows from them."""
-        return accelerations_of(self.problem, self._at(t))
+        return self.problem.accelerations(self._at(t))
 
-    def bar_forces(self, t):
+    def bar_forces(self, t: ArrayLike) -> np.ndarray:
         """Forces in the distal bars (*t.shape, 2), N: B^-1 (tau - Z q''), finite at Type 2."""
         motion = self._at(t)
-        return np.stack(drives_forces(accelerations_of(self.problem, motion), _legs(motion)), axis=-1)
+        return np.stack(drives_forces(self.problem.accelerations(motion), _legs(motion)), axis=-1)
 
     @property
-    def nodes(self):
+    def nodes(self) -> np.ndarray:
         """Times (n,) s of the collocation points."""
         return self.pieces.scheme.nodes(self.pieces.knots)
 
@@ -178,17 +107,17 @@ class Plan:
         """Motion (n, 13, 8) within every interval, and it as Accelerations."""
         k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
         motion = self.pieces.motion(k, sigma)
-        return motion, accelerations_of(self.problem, motion)
+        return motion, self.problem.accelerations(motion)
 
     @cached_property
-    def defects(self):
+    def defects(self) -> np.ndarray:
         """Largest |m xi'' - A^T lambda| in each interval (n,), N, with lambda = B^-1 (tau - Z q'')."""
         motion, acc = self._fine
         push, _ = bar_force_dynamics(acc, drives_forces(acc, _legs(motion)))
         return np.hypot(*push).max(axis=1)
 
     @property
-    def error(self):
+    def error(self) -> float:
         """Largest defect over the largest force |m xi''|, both between nodes too."""
         return float(self._relative_defects.max())
 
@@ -207,12 +136,12 @@ class Plan:
         return found | {"reach": -pose.reach_margin}
 
     @cached_property
-    def violations(self):
+    def violations(self) -> dict[str, float]:
         """{limit: by how much it is exceeded anywhere, 0.0 if not}, SI, between nodes too."""
         return {name: max(0.0, float(np.fmax.reduce(value, axis=None))) for name, value in self._exceeded.items()}
 
     @property
-    def saturated(self):
+    def saturated(self) -> float:
         """Part of the time in which at least one torque is within 0.1 % of its limit."""
         if self.problem.limits.torque is None:
             return 0.0
@@ -267,35 +196,14 @@ class Plan:
         xi, xi_dot, xi_ddot, tau = (table[:, k : k + 2] for k in (1, 3, 5, 7))
         return cls(problem, Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index]), *known)
 
-    def plot(self, path=None):
+    def plot(self, path: str | PathLike | None = None) -> Figure:
         """Matplotlib figure of path, torques and margins; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.plans import planned
-
         figure = planned(self)
         if path is not None:
             figure.savefig(path)
         return figure
 
 
-def accelerations_of(problem, motion):
-    pose = igm(problem.robot, motion[..., :2], problem.working, unreachable="nan")
-    return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
-
-
 def _legs(motion):
     """The torques of a motion (..., 8), per leg."""
     return motion[..., 6], motion[..., 7]
-
-
-def listed(problem, violations):
-    """The violated limits in words."""
-    words, own = [], problem.robot.words
-    units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s^2", "workspace": "m"}
-    for name, value in violations.items():
-        if value > 1e-6 * problem.unit(name):
-            limit = getattr(problem.limits, name, None)
-            limit = max(limit) if name in ("torque", "joint_speed") else limit
-            against = "" if name in ("workspace", "reach") else f" (limit {limit:.6g})"
-            called = own.effort if name == "torque" else name
-            words.append(f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip() + against)
-    return f"; violated: {', '.join(words)}" if words else ""

@@ -1,18 +1,133 @@
-"""What `plan` is asked, checked: stops, weights of the objective, limits."""
+"""What `plan` is asked: arguments and their checks, limits and by how much a motion breaks them."""
+
+from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import SingularityError, UnreachableError
-from ..models.geometry import igm
-from ..models.kinematics import ikm
-from .plans import PlanError, listed
+from ..models.geometry import Pose, igm
+from ..models.kinematics import Accelerations, ikm, ikm2
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..models.robots import Robot
+    from .collocation import Scheme
+    from .plans import Plan
 
 OBJECTIVES = ("effort", "time", "jerk")
 
 
-def refuse_stops(problem):
+class PlanError(RuntimeError):
+    """No plan was found; `plan` is the best one found (None where there is none), never converged or never feasible.
+
+    violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did not solve.
+    """
+
+    def __init__(self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = "") -> None:
+        super().__init__(message)
+        self.violations, self.plan, self.status = violations, plan, status
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a plan must keep, SI: torque, joint_speed one number per joint, acceleration of the end-effector,
+    workspace ((x low, x high), (y low, y high)), serial and parallel: least |sin q_i2| and |det A|; None: no limit."""
+
+    torque: tuple[float, float] | None = None
+    joint_speed: tuple[float, float] | None = None
+    acceleration: float | None = None
+    workspace: tuple | None = None
+    serial: float = 0.05
+    parallel: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is asked: stops are (conditions by order of derivative, time or None), as in `trajectory.polynomial`."""
+
+    robot: Robot
+    stops: tuple
+    working: tuple[int, int]
+    weights: dict[str, float]
+    limits: Limits
+    scheme: Scheme
+
+    @property
+    def length(self) -> float:
+        return sum(self.robot.distal) / 2
+
+    @property
+    def lever(self) -> float:
+        """What makes a speed of a joint's: a length where it turns, 1 where it slides."""
+        return self.length if self.robot.turns else 1.0
+
+    @property
+    def mass(self) -> float:
+        return self.robot.m + sum(self.robot.inertias) / self.lever**2
+
+    @cached_property
+    def side(self) -> float:
+        """Sign of det A at the start, which a limit on it keeps."""
+        return float(np.sign(igm(self.robot, self.stops[0][0][0], self.working).det_A)) or 1.0
+
+    def signed_sines(self, pose: Pose) -> tuple:
+        """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
+        return *(-w * sine for w, sine in zip(self.working, pose.sines)), self.side * pose.det_A
+
+    def violations(
+        self, xi: np.ndarray | None = None, q_dot: np.ndarray | None = None, xi_ddot: np.ndarray | None = None,
+        tau: np.ndarray | None = None, sines: tuple | None = None,
+    ) -> dict[str, np.ndarray]:  # fmt: skip
+        """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0 where they are kept."""
+        limits, found = self.limits, {}
+        if tau is not None and limits.torque is not None:
+            found["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
+        if q_dot is not None and limits.joint_speed is not None:
+            found["joint_speed"] = (np.abs(q_dot) - limits.joint_speed).max(axis=-1)
+        if xi_ddot is not None and limits.acceleration is not None:
+            found["acceleration"] = np.linalg.norm(xi_ddot, axis=-1) - limits.acceleration
+        if xi is not None and limits.workspace is not None:
+            low, high = np.array(limits.workspace).T
+            found["workspace"] = np.maximum(low - xi, xi - high).max(axis=-1)
+        if sines is not None:
+            found["serial"] = limits.serial - np.minimum(sines[0], sines[1])
+            if limits.parallel is not None:
+                found["parallel"] = limits.parallel - sines[2]
+        return found
+
+    def unit(self, name: str) -> float:
+        """What a violation is compared with: the limit itself, a bar's length, a sine of 1."""
+        if name in ("torque", "joint_speed", "acceleration"):
+            return float(np.max(getattr(self.limits, name)))
+        return self.length if name in ("workspace", "reach") else 1.0
+
+    def accelerations(self, motion: np.ndarray) -> Accelerations:
+        """Of a motion (..., 6 or more): position, velocity, acceleration; nan out of reach."""
+        pose = igm(self.robot, motion[..., :2], self.working, unreachable="nan")
+        return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
+
+    def listed(self, violations: dict[str, float]) -> str:
+        """The violated limits in words."""
+        words, own = [], self.robot.words
+        units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s^2", "workspace": "m"}
+        for name, value in violations.items():
+            if value > 1e-6 * self.unit(name):
+                limit = getattr(self.limits, name, None)
+                limit = max(limit) if name in ("torque", "joint_speed") else limit
+                against = "" if name in ("workspace", "reach") else f" (limit {limit:.6g})"
+                called = own.effort if name == "torque" else name
+                words.append(f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip() + against)
+        return f"; violated: {', '.join(words)}" if words else ""
+
+
+def refuse_stops(problem: Problem) -> None:
     """Raise where a stop is out of reach or breaks a limit by itself."""
     names = ["start", *(f"via[{i}]" for i in range(len(problem.stops) - 2)), "goal"]
     for name, (conditions, _) in zip(names, problem.stops):
@@ -27,10 +142,10 @@ def refuse_stops(problem):
             found |= problem.violations(q_dot=q_dot, xi_ddot=np.array(conditions.get(2, (0.0, 0.0))))
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
-            raise PlanError(f"plan: infeasible: {name} itself breaks limits{listed(problem, found)}", found)
+            raise PlanError(f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found)
 
 
-def checked_stops(start, goal, duration, via):
+def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
     """((conditions, time or None), ...), checked."""
     try:
         via = [(t, point) for t, point in via]
@@ -51,7 +166,7 @@ def checked_stops(start, goal, duration, via):
             raise ValueError(f"plan: {name} needs a position under order 0, and no other orders than 1 and 2")
         conditions = {}
         for order, value in point.items():
-            array = floats(value)
+            array = _floats(value)
             if array.shape != (2,) or not np.isfinite(array).all():
                 raise ValueError(f"plan: {name}, order {order}, must be two finite numbers (x, y), not {value!r}")
             conditions[order] = tuple(array.tolist())
@@ -61,7 +176,7 @@ def checked_stops(start, goal, duration, via):
     return tuple(stops)
 
 
-def checked_weights(objective):
+def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     weights = {objective: 1.0} if isinstance(objective, str) else objective
     if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
         raise ValueError(f"plan: objective must be of {', '.join(OBJECTIVES)}, not {objective!r}")
@@ -73,14 +188,14 @@ def checked_weights(objective):
     return weights
 
 
-def floats(value):
+def _floats(value):
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return np.array(np.nan)  # fails every check of shape
 
 
-def number(value, name, low, high, closed=False):
+def number(value: float, name: str, low: float, high: float, closed: bool = False) -> float:
     ok = np.ndim(value) == 0 and isinstance(value, (int, float, np.number)) and math.isfinite(value)
     if not (ok and (value > low or (closed and value == low)) and value < high):
         above = f"finite and {'>=' if closed else '>'} {low:g}" + (f" and < {high:g}" if math.isfinite(high) else "")
@@ -88,7 +203,7 @@ def number(value, name, low, high, closed=False):
     return float(value)
 
 
-def limit_of(value, name, sizes):
+def limit_of(value: ArrayLike | None, name: str, sizes: tuple[int, ...]) -> tuple[float, float] | float | None:
     if value is None:
         return None
     values = [number(v, name, 0.0, math.inf) for v in np.ravel(value).tolist()]
@@ -97,10 +212,10 @@ def limit_of(value, name, sizes):
     return tuple(values * (3 - len(values))) if 2 in sizes else values[0]
 
 
-def box(workspace):
+def box(workspace: ArrayLike | None) -> tuple | None:
     if workspace is None:
         return None
-    box = floats(workspace)
+    box = _floats(workspace)
     if box.shape != (2, 2) or not np.isfinite(box).all() or (box[:, 0] >= box[:, 1]).any():
         raise ValueError(f"plan: workspace must be ((x low, x high), (y low, y high)), finite, not {workspace!r}")
     return tuple(map(tuple, box.tolist()))

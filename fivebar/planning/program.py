@@ -1,7 +1,11 @@
 """One plan's problem on one mesh as a nonlinear program in CasADi, solved by IPOPT."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import casadi as ca
 import numpy as np
 
 from ..models.dynamics import bar_force_dynamics
@@ -9,8 +13,12 @@ from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
 from .collocation import LIMITS, Pieces
 
-ITERATIONS = 200
-REGULAR = 1e-6  # weight of the objective where the violation of limits is minimized
+if TYPE_CHECKING:
+    from .guess import Guess
+    from .problem import Problem
+
+MOST_ITERATIONS = 200
+REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +37,27 @@ class Solution:
     iterations: int
 
     @property
-    def solved(self):
+    def solved(self) -> bool:
         return self.status == "Solve_Succeeded"
 
 
-def solve(problem, mesh, durations, guess, max_time, elastic=False):
-    """Solve on a mesh: per phase the knots from 0 to 1. Gives a Solution, solved or not.
+def solve(
+    problem: Problem,
+    mesh: list[np.ndarray],
+    durations: np.ndarray,
+    guess: Guess,
+    max_time: float,
+    elastic: bool = False,
+) -> Solution:
+    """Solve on a mesh. Gives a Solution, solved or not.
 
-    guess: times (n,) -> (n, 8) position, velocity, acceleration, bar forces, with phases of `durations` s.
+    problem: what is asked.
+    mesh: per phase the knots from 0 to 1.
+    durations: s, of the phases in the guess.
+    guess: times (n,) -> (n, 8) position, velocity, acceleration, bar forces.
+    max_time: s.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
     """
-    import casadi as ca
-
     program = _Program(problem, mesh, durations, elastic)
     program.keep_motion()
     program.keep_limits()
@@ -51,12 +68,12 @@ def solve(problem, mesh, durations, guess, max_time, elastic=False):
         "plan", "ipopt",
         {
             "x": variables,
-            "f": ca.sum1(program.slack) + REGULAR * cost if elastic else cost,
+            "f": ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
             "g": ca.vertcat(*program.constraints),
         },
         {
             "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-            "ipopt.max_iter": ITERATIONS, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.max_iter": MOST_ITERATIONS, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
     )  # fmt: skip
@@ -80,8 +97,6 @@ class _Program:
     """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are 2 x n."""
 
     def __init__(self, problem, mesh, durations, elastic):
-        import casadi as ca
-
         self.problem, self.mesh, self.elastic, self.rule = problem, mesh, elastic, problem.scheme
         sizes = [len(knots) - 1 for knots in mesh]
         self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
@@ -108,8 +123,6 @@ class _Program:
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
         """low <= expression <= high, numbers or one per row; softened by the slack of `limit` if elastic."""
-        import casadi as ca
-
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
             self.keep(expression - slack, -np.inf, high)
@@ -137,8 +150,6 @@ class _Program:
 
     def keep_limits(self):
         """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""
-        import casadi as ca
-
         limits, rule = self.problem.limits, self.rule
         self.keep(self.sines[:2, :], limits.serial, np.inf, "serial")
         if limits.parallel is not None:
@@ -156,8 +167,6 @@ class _Program:
 
     def keep_stops(self):
         """Accelerations and times that are given (positions and velocities are among the bounds); no jump for jerk."""
-        import casadi as ca
-
         starts, ends = (self.rows(row[None], self.at_points[2]) for row in self.rule.powers((0.0, 1.0))[0])
         for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
             if 2 in conditions:
@@ -174,13 +183,10 @@ class _Program:
 
     def rows(self, matrix, values):
         """matrix (r, s) times the values at the points of each interval: 2 x r count."""
-        import casadi as ca
-
         return values[:, self.flat] @ ca.kron(ca.DM.eye(self.count), ca.sparsify(ca.DM(matrix.T)))
 
     def cost(self):
         """The weighted objective over its unit; the integrals of squares are exact."""
-        import casadi as ca
 
         def integral(factor, values, h):
             squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
@@ -245,8 +251,6 @@ def knots_of(mesh, durations):
 
 def _interval(rule):
     """(xi, xi', h, xi'' at the points 2 x s) -> (xi, xi' at the points, both at the end), scaled."""
-    import casadi as ca
-
     x, v, h, a = ca.SX.sym("x", 2), ca.SX.sym("v", 2), ca.SX.sym("h"), ca.SX.sym("a", 2, len(rule.c))
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
@@ -257,8 +261,6 @@ def _interval(rule):
 
 def _point(program):
     """(xi, xi', xi'', lambda) -> (m xi'' - A^T lambda, tau, the sines that limits speak of, q'), scaled."""
-    import casadi as ca
-
     problem, length, time = program.problem, program.length, program.time
     scaled = [ca.SX.sym(name, 2) for name in ("xi", "xi_dot", "xi_ddot", "forces")]
     xi, xi_dot, xi_ddot = (length / time**order * symbol for order, symbol in enumerate(scaled[:3]))

@@ -4,7 +4,7 @@ import os
 import time
 
 from fivebar.errors import SingularityError
-from fivebar.study.speed_accuracy.table import OURS, Attempt, Chart, Failed, Method, Panel
+from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 
 def method(name, call, judge=lambda error: {"error": error}, knobs=(1, 2, 4, 8), **options):

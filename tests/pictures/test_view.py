@@ -56,7 +56,7 @@ def opened(browser, tmp_path):
 @pytest.fixture(scope="module")
 def run():
     reference = crossing.compliant(ROBOT)
-    return fb.simulate(ROBOT, crossing.FeedForward(ROBOT, 0.002), reference, control_period=0.002)
+    return fb.simulate(ROBOT, crossing.OpenLoop(ROBOT, 0.002), reference, control_period=0.002)
 
 
 def picture(page):

@@ -31,7 +31,7 @@ HOSTILE = '</title></script><script>window.hacked = 1</script><img src=x onerror
 @pytest.fixture(scope="module")
 def crossing_run():
     reference = crossing.compliant(ROBOT)
-    return fb.simulate(ROBOT, crossing.FeedForward(ROBOT, 0.002), reference, control_period=0.002)
+    return fb.simulate(ROBOT, crossing.OpenLoop(ROBOT, 0.002), reference, control_period=0.002)
 
 
 @pytest.fixture(scope="module")

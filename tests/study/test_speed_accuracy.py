@@ -11,7 +11,8 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
-from fivebar.study.speed_accuracy import machine, study, table
+from fivebar.study.speed_accuracy import chart as declared
+from fivebar.study.speed_accuracy import machine, making, runner
 from fivebar.study.speed_accuracy.charts import contours, derivatives, geometry, integrators, motions, simulators
 from fivebar.study.speed_accuracy.charts.exact import DIGITS, cos_sin, distance, exact_motion
 from fivebar.study.speed_accuracy.findings import caption, failures, observed_order, orders, words_of
@@ -206,9 +207,9 @@ def test_contours_have_their_order():
 # A bit of each chart.
 
 
-@pytest.mark.parametrize("name", list(table.CHARTS))
+@pytest.mark.parametrize("name", list(declared.MODULES))
 def test_a_bit_of_each_chart(name, compiler, tmp_path):
-    chart = table.load(table.module_of(name))
+    chart = declared.load(declared.module_of(name))
     assert chart.name == name
     rows, jobs = [], {}
     for problem, method, knob in chart.jobs(quick=True):
@@ -220,7 +221,7 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path):
     wanted = {panel.problem: {p.y for row in chart.panels for p in row if p.problem == panel.problem}
               for row in chart.panels for panel in row}  # fmt: skip
     made = rows
-    if name in table.PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
+    if name in declared.PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
         made = [row for row in rows if row["status"] != "left out"]
         assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
     for row in made:
@@ -228,18 +229,18 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path):
         if row["status"] == "ok":
             assert wanted[row["problem"]] <= set(row) and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
     succeeded = {row["method"] for row in rows if row["status"] == "ok"}
-    assert all(method.name in succeeded for method in chart.methods if method.family == table.OURS)
+    assert all(method.name in succeeded for method in chart.methods if method.family == declared.OURS)
     result.to_csv(tmp_path / "again.csv")
-    again = study.redraw(tmp_path / "again.csv", name)
-    assert again.rows == rows and study.module_with(chart).caption(again) == study.module_with(chart).caption(result)
-    assert study.draw(again, tmp_path).startswith(b"\x89PNG")
+    again = making.redraw(tmp_path / "again.csv", name)
+    assert again.rows == rows and making.module_with(chart).caption(again) == making.module_with(chart).caption(result)
+    assert making.draw(again, tmp_path).startswith(b"\x89PNG")
     assert (tmp_path / f"{name}.svg").stat().st_size > 20_000
 
 
 def test_a_picture_is_redrawn_from_its_csv(toy_result, toy, tmp_path):
-    drawn = study.draw(toy_result, tmp_path)
+    drawn = making.draw(toy_result, tmp_path)
     toy_result.to_csv(tmp_path / "toy.csv")
-    assert study.draw(study.redraw(tmp_path / "toy.csv", "toy"), tmp_path) == drawn
+    assert making.draw(making.redraw(tmp_path / "toy.csv", "toy"), tmp_path) == drawn
 
 
 def test_geometry_knows_right_from_wrong():
@@ -308,7 +309,7 @@ def test_the_traps_cost_digits():
 def test_a_diverging_peer_fails():
     judge = simulators.judged("forced")
     for q, word in ((np.full(2, np.nan), "nan"), (np.full(2, 1e20), "diverges")):
-        with pytest.raises(table.Failed, match=word):
+        with pytest.raises(declared.Failed, match=word):
             judge((q, 0.0))
 
 
@@ -318,7 +319,7 @@ def test_all_peers_are_installed_where_they_have_wheels():
 
 
 def test_simulators_only_when_asked_for():
-    assert set(study.chart_names(peers=True)) - set(study.chart_names()) == {"simulators"}
+    assert set(making.chart_names(peers=True)) - set(making.chart_names()) == {"simulators"}
 
 
 # The runner.
@@ -326,14 +327,14 @@ def test_simulators_only_when_asked_for():
 
 @pytest.fixture
 def toy(monkeypatch):
-    monkeypatch.setitem(table.CHARTS, "toy", "tests.helpers.toy_chart")
+    monkeypatch.setitem(declared.MODULES, "toy", "tests.helpers.toy_chart")
     monkeypatch.setitem(machine.NEEDED, "C compiler", lambda: "no C compiler (cc, gcc, clang)")
 
 
 @pytest.fixture(scope="module")
 def toy_result(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(table.CHARTS, "toy", "tests.helpers.toy_chart")
+        patch.setitem(declared.MODULES, "toy", "tests.helpers.toy_chart")
         patch.setitem(machine.NEEDED, "C compiler", lambda: "no C compiler (cc, gcc, clang)")
         return run("toy", tmp_path_factory.mktemp("toy"), quick=True)[0]
 
@@ -409,11 +410,11 @@ def test_an_interrupted_run_goes_on(toy, tmp_path, monkeypatch):
 
 
 def test_an_interrupted_command_keeps_the_charts_that_were_done(toy, tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(table.CHARTS, "other", "tests.helpers.toy_chart")
+    monkeypatch.setitem(declared.MODULES, "other", "tests.helpers.toy_chart")
     monkeypatch.setattr(
         Worker, "measure", lambda *_: dict.fromkeys(("seconds", "seconds_low", "seconds_high", "error"), 0.5)
     )
-    original, seen = study.runner.run, []
+    original, seen = runner.run, []
 
     def run_one(name, *rest):
         seen.append(name)
@@ -421,7 +422,7 @@ def test_an_interrupted_command_keeps_the_charts_that_were_done(toy, tmp_path, m
             raise KeyboardInterrupt
         return original(name, *rest)
 
-    monkeypatch.setattr(study.runner, "run", run_one)
+    monkeypatch.setattr(runner, "run", run_one)
     monkeypatch.setattr("fivebar.study.speed_accuracy.chart_names", lambda peers: ("toy", "other"))
     assert main(["chart", "all", "--quick", "--out", str(tmp_path)]) == 1
     assert "the same command goes on there" in capsys.readouterr().err
@@ -461,7 +462,7 @@ def test_command(toy, tmp_path, capsys, monkeypatch):
 def test_unknown_chart(tmp_path, capsys):
     assert main(["chart", "geometrie", "--out", str(tmp_path / "none")]) == 2
     said = capsys.readouterr().err
-    assert all(name in said for name in (*table.CHARTS, "all", "geometrie")) and not (tmp_path / "none").exists()
+    assert all(name in said for name in (*declared.MODULES, "all", "geometrie")) and not (tmp_path / "none").exists()
 
 
 def test_a_csv_that_is_none(tmp_path):
@@ -486,6 +487,6 @@ def test_a_csv_of_another_version_is_refused_before_anything_is_measured(toy, tm
 
 def test_times_are_medians_of_repeats():
     calls = []
-    samples = machine.times_of(lambda: calls.append(1), 1e-6, 0.01)
-    assert 3 <= len(samples) <= machine.MOST and len(calls) > 10 * len(samples) and (samples > 0).all()
-    assert machine.times_of(lambda: calls.append(1), 9.0, 1.0).tolist() == [9.0]
+    samples = runner.times_of(lambda: calls.append(1), 1e-6, 0.01)
+    assert 3 <= len(samples) <= runner.MOST_SAMPLES and len(calls) > 10 * len(samples) and (samples > 0).all()
+    assert runner.times_of(lambda: calls.append(1), 9.0, 1.0).tolist() == [9.0]

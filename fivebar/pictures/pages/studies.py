@@ -7,8 +7,6 @@ from ...tables import must_increase
 from .document import packed
 from .samples import gaps, joints, kept, panel
 
-GUIDES, BLOCK = "GHKL", ("K", "L")  # ends of guides and blocks, which have no letter in a picture
-
 
 def study_content(study, show=None):
     """What the page of a Study holds."""
@@ -31,8 +29,8 @@ def study_content(study, show=None):
         at = ", ".join(f"{angle:.6g}" for angle in np.degrees(np.atleast_1d(study.lock[0])))
         notes.append(f"The study ends before the lock at {at} deg, {study.lock[1]:.6g} s.")
     chain, index = study.motion.chain, study.motion.points.index
-    guide = [index(name) for name in chain.grounded if name in GUIDES]
-    bars = [bar for bar in chain.bars if bar != BLOCK]
+    fixed = [rail for rail in chain.rails if set(rail) <= set(chain.grounded)]
+    bars = [*chain.bars, *(rail for rail in chain.rails if rail not in fixed)]
     return {
         "title": study.linkage.title,
         "notes": notes + gaps("", columns),
@@ -45,12 +43,12 @@ def study_content(study, show=None):
                 "t": packed(study.t[keep]),
                 "x": packed(study.q[keep]) if one_way else None,
                 "joints": joints(points[keep]),
-                "names": ["" if name in GUIDES else name.removeprefix("joint ") for name in study.motion.points],
+                "names": ["" if name in chain.marks else name.removeprefix("joint ") for name in study.motion.points],
                 "bars": [[index(a), index(b), None] for a, b in bars],
-                "rails": [guide] if len(guide) == 2 else [],
-                "blocks": [[index(name) for name in BLOCK]] if BLOCK in chain.bars else [],
-                "pins": sorted({index(name) for bar in bars for name in bar if name not in GUIDES}),
-                "grounded": [index(name) for name in chain.grounded if name not in GUIDES],
+                "rails": [list(map(index, rail)) for rail in fixed],
+                "blocks": [list(map(index, block[:2])) for block in chain.blocks],
+                "pins": sorted({index(name) for bar in bars for name in bar if name not in chain.marks}),
+                "grounded": [index(name) for name in chain.grounded if name not in chain.marks],
                 "actuated": [index(name) for name in chain.actuated],
                 "traced": index(chain.traced),
                 "reference": None,

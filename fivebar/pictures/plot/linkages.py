@@ -39,13 +39,15 @@ def picture(axes, study):
     """The linkage in some of its poses, the first one dark, on equal axes in m."""
     chain, points = study.motion.chain, study.points()
     index = {name: k for k, name in enumerate(study.motion.points)}
+    moving = [rail for rail in chain.rails if not set(rail) <= set(chain.grounded)]
+    pairs = *chain.bars, *moving, *(block[:2] for block in chain.blocks)
     for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
-        for number, bar in enumerate(chain.bars):
+        for number, bar in enumerate(pairs):
             x, y = points[sample, [index[name] for name in bar]].T
             style = dict(lw=3, marker="o", ms=5, mfc="white") if sample == 0 else dict(lw=1.2, alpha=0.3)
             axes.plot(x, y, color=COLOURS[number % len(COLOURS)], zorder=2 if sample == 0 else 1, **style)
     axes.plot(*points[:, index[chain.traced]].T, color=TRACE, lw=1.6, zorder=3, label=f"path of {chain.traced}")
-    shown = [name for name in index if name not in "GHKL"]  # the others are the ends of guides and blocks
+    shown = [name for name in index if name not in chain.marks]
     pivots = points[0, [index[name] for name in chain.grounded if name in shown]].T
     axes.plot(*pivots, color=BASE, marker="^", ms=9, mfc="white", ls=":", lw=1.2, zorder=1.5)
     guide = points[0, [index[name] for name in chain.grounded if name not in shown]].T

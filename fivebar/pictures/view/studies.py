@@ -4,7 +4,7 @@ from .frames import choose
 
 
 class OfStudy:
-    """A study of a linkage; `GHKL` are the ends of its guide and its sliding block."""
+    """A study of a linkage."""
 
     known = "trace", "velocity", "acceleration", "torques"
     effort = "torque"
@@ -19,14 +19,12 @@ class OfStudy:
     @property
     def body(self):
         chain, index = self.study.motion.chain, self.names.index
-        ends = [pair for pair in (("G", "H"), ("K", "L")) if set(pair) <= set(self.names)]
-        pairs = {pair: tuple(map(index, pair)) for pair in ends}
         return dict(
             points=self.points[self.frames.index],
-            bars=tuple((index(a), index(b)) for a, b in chain.bars if (a, b) not in ends),
+            bars=tuple((index(a), index(b)) for a, b in chain.bars),
             grounded=tuple(map(index, chain.grounded)), actuated=tuple(map(index, chain.actuated)),
-            traced=index(chain.traced), rails=tuple(pairs[p] for p in pairs if p == ("G", "H")),
-            blocks=tuple((*pairs[p], False) for p in pairs if p == ("K", "L")),
+            traced=index(chain.traced), rails=tuple(tuple(map(index, rail)) for rail in chain.rails),
+            blocks=tuple((index(a), index(b), False) for a, b, _ in chain.blocks),
         )  # fmt: skip
 
     @property

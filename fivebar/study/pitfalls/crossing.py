@@ -1,6 +1,9 @@
 """The lab's control task 2 meets a Type-2 singularity: exact inverse dynamics there, and a motion made to cross it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,15 +13,22 @@ from ...models.kinematics import ikm, ikm2
 from ...planning.trajectory import line, polynomial
 from ...singularities.path import check_path
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...control.laws import Reference
+    from ...models.robots import Robot
+    from ...planning.trajectory import Trajectory
+
 START, GOAL, DURATION = (0.09, 0.06796322), (0.05, 0.0), 4.0
 
 
-def straight():
+def straight() -> Trajectory:
     """The lab's quintic from START to GOAL."""
     return line(START, GOAL, DURATION)
 
 
-def compliant(robot, speed=0.05):
+def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
     """A polynomial of degree 8 between the same points, on the singularity at half time with zero acceleration.
 
     There it passes with `speed`, m/s, along the line. Its inertial force then has no component along the direction
@@ -32,20 +42,20 @@ def compliant(robot, speed=0.05):
     return polynomial([(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})])
 
 
-def torque(robot, reference, t):
+def torque(robot: Robot, reference: Reference, t: ArrayLike) -> np.ndarray:
     """Exact inverse dynamics along a reference, (n, 2) N m at t (n,) s, working modes (-1, -1)."""
     xi, xi_dot, xi_ddot = reference(t)
     return inverse_dynamics(ikm2(ikm(igm(robot, xi), xi_dot), xi_ddot))
 
 
 @dataclass(frozen=True)
-class FeedForward:
+class OpenLoop:
     """A controller that applies the reference's own torque, taken in the middle of each control period (s)."""
 
-    robot: object
+    robot: Robot
     period: float
 
-    def __call__(self, t, q, q_dot, reference):
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference) -> np.ndarray:
         return torque(self.robot, reference, t + self.period / 2)
 
 
@@ -58,11 +68,11 @@ class Crossing:
     torque: np.ndarray
 
     @property
-    def peak(self):
+    def peak(self) -> float:
         return float(np.abs(self.torque).max())
 
 
-def beside_crossing(robot, reference, closest=1e-6, count=400):
+def beside_crossing(robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400) -> Crossing:
     """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both sides."""
     when = check_path(robot, reference).time
     sides = [-np.geomspace(when, closest, count), np.geomspace(closest, reference.duration - when, count)]

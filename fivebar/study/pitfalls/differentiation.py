@@ -1,16 +1,26 @@
 """Velocities and accelerations as differences of positions."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.geometry import dgm
 from ...models.kinematics import dkm, dkm2
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
+    from ...models.robots import Robot
+
 OURS = 2e-15  # bound of the analytic rates' relative error, which the tests check against 50 digits
 
 
-def swing(t):
+def swing(t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A smooth motion of both cranks within the robot's regular region: q, q', q'' (n, 2) at t (n,) s."""
     t = np.asarray(t, dtype=float)[..., None]
     size, rate, phase = np.array([0.3, 0.25]), np.array([3.0, 4.0]), np.array([0.4, 1.1])
@@ -18,14 +28,14 @@ def swing(t):
     return size * np.sin(angle), size * rate * np.cos(angle), -size * rate**2 * np.sin(angle)
 
 
-def analytic(robot, t):
+def analytic(robot: Robot, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """xi', xi'' (n, 2) of the end-effector at t, by the first- and second-order models."""
     q, q_dot, q_ddot = swing(t)
     rates = dkm(dgm(robot, q), q_dot)
     return rates.xi_dot, dkm2(rates, q_ddot).xi_ddot
 
 
-def differences(robot, t, step):
+def differences(robot: Robot, t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """The same at t as MechAnalyzer's eq. 23 and 25: V2 = (P2 - P1) / dt, A2 = (V2 - V1) / dt."""
     p0, p1, p2 = (dgm(robot, swing(t - k * step)[0]).xi for k in (2, 1, 0))
     v1, v2 = (p1 - p0) / step, (p2 - p1) / step
@@ -41,7 +51,7 @@ class Differentiation:
     acceleration: np.ndarray
 
 
-def error_curve(robot, steps):
+def error_curve(robot: Robot, steps: Sequence[float]) -> Differentiation:
     """How far differences with these steps are from the analytic rates, in parts of the largest rate."""
     t = np.linspace(0, 2, 50)
     exact = analytic(robot, t)

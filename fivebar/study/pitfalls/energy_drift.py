@@ -1,7 +1,10 @@
 """Integrators on one conservative motion: how much energy each of them gains or loses."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +15,15 @@ from ...simulation.simulate import simulate
 from .integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from .joint_space import joint_model, joint_slope
 
+if TYPE_CHECKING:
+    from ...models.kinematics import Rates
+
 # A robot without Type 2, so that what is lost is lost by the integrators alone; its inertias are ours.
 ROBOT = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
 FIXED = {"explicit Euler": explicit_euler, "semi-implicit Euler": semi_implicit_euler, "RK4": rk4}
 
 
-def conservative_start():
+def conservative_start() -> Rates:
     """No torque, and both cranks turn: about 3 rad/s, at different rates."""
     return dkm(dgm(ROBOT, (1.0, 2.0)), (3.0, -2.0))
 
@@ -32,12 +38,12 @@ class Drift:
     evaluations: int
 
     @property
-    def worst(self):
+    def worst(self) -> float:
         """The largest error; infinite where the solver did not get to the end."""
         return float(np.abs(self.error).max()) if len(self.error) else math.inf
 
 
-def drift_by(name, step=1e-3, duration=10.0, rtol=1e-3):
+def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float = 1e-3) -> Drift:
     """Energy along the motion by explicit or semi-implicit Euler, RK4 (step in s), or a SciPy solver (rtol)."""
     start = conservative_start()
     assembly = int(start.pose.assembly)
@@ -53,7 +59,7 @@ def drift_by(name, step=1e-3, duration=10.0, rtol=1e-3):
     return _drift(name, t, joint_model(ROBOT, states.T, assembly)[3], evaluations)
 
 
-def drift_of_ours(step=1e-3, duration=10.0):
+def drift_of_ours(step: float = 1e-3, duration: float = 10.0) -> Drift:
     """The same by fivebar.simulate, in fixed steps."""
     run = simulate(ROBOT, duration=duration, start=conservative_start(), step=step, method="rk4")
     return _drift("fivebar", run.t, run.energy, 4 * (len(run.t) - 1))

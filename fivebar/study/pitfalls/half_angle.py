@@ -1,13 +1,21 @@
 """The tangent half-angle formula on the inverse geometric model of a leg."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.geometry import igm
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def half_angle(a, b, c, branch):
+    from ...models.robots import FiveBar
+
+
+def half_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int | tuple[int, int]) -> np.ndarray:
     """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 - c^2)) / (b - c)).
 
     Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is then theta = pi,
@@ -16,7 +24,7 @@ def half_angle(a, b, c, branch):
     return 2 * np.arctan((a + branch * np.sqrt(a * a + b * b - c * c)) / (b - c))
 
 
-def half_angle_igm(robot, xi, working=-1):
+def half_angle_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
     """q11 (n,) rad of the left leg that reaches xi (n, 2) m, by the half-angle formula."""
     (x, y), l1, l2 = np.moveaxis(np.asarray(xi, dtype=float), -1, 0), robot.l11, robot.l12
     x = x + robot.d / 2
@@ -24,7 +32,7 @@ def half_angle_igm(robot, xi, working=-1):
         return half_angle(-2 * l1 * y, -2 * l1 * x, x * x + y * y + l1 * l1 - l2 * l2, -working)
 
 
-def dyad_igm(robot, xi, working=-1):
+def dyad_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
     """The same by the RRR dyad."""
     return igm(robot, xi, (working, -1), unreachable="nan").q[:, 0]
 
@@ -39,7 +47,7 @@ class HalfAngle:
     dyad: np.ndarray
 
 
-def approach(robot, distances, angle, working=-1):
+def approach(robot: FiveBar, distances: ArrayLike, angle: float, working: int = -1) -> HalfAngle:
     """Move the end-effector along +x towards a place that the left leg also reaches with its crank at 180 degrees.
 
     distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture that is wanted.

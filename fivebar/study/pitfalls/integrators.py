@@ -1,22 +1,31 @@
 """Integrators that the cases share: a slope is (t, state (k, ...)) -> (k, ...), positions first, then rates."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import solve_ivp
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    Slope = Callable[[float, np.ndarray], np.ndarray]
 
 
-def explicit_euler(slope, t, state, step):
+def explicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
     return state + step * slope(t, state)
 
 
-def semi_implicit_euler(slope, t, state, step):
+def semi_implicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
     """Rates first, then positions with the new rates: symplectic only where the inertia is constant."""
     half = len(state) // 2
     rates = state[half:] + step * slope(t, state)[half:]
     return np.concatenate([state[:half] + step * rates, rates])
 
 
-def rk4(slope, t, state, step):
+def rk4(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
     k1 = slope(t, state)
     k2 = slope(t + step / 2, state + step / 2 * k1)
     k3 = slope(t + step / 2, state + step / 2 * k2)
@@ -24,7 +33,9 @@ def rk4(slope, t, state, step):
     return state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def march(method, slope, state, duration, step):
+def march(
+    method: Callable, slope: Slope, state: np.ndarray, duration: float, step: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) and states (n, k) of a fixed-step method over `duration`, both ends included."""
     t = np.arange(round(duration / step) + 1) * step
     states = np.empty((len(t), len(state)))
@@ -49,13 +60,19 @@ class _TooMany(Exception):
     pass
 
 
-def adaptive(slope, state, t_eval, method, rtol=1e-3, atol=1e-6, limit=100_000):
+def adaptive(
+    slope: Slope,
+    state: np.ndarray,
+    t_eval: np.ndarray,
+    method: str,
+    rtol: float = 1e-3,
+    atol: float = 1e-6,
+    limit: int = 100_000,
+) -> Solution:
     """SciPy's solve_ivp over t_eval (n,) s, its own tolerances by default.
 
     limit: evaluations after which it is stopped, for a solver that meets nan may go on for ever.
     """
-    from scipy.integrate import solve_ivp
-
     count = 0
 
     def counted(t, y):

@@ -1,7 +1,10 @@
 """Forward dynamics in joint coordinates, q'' = M^-1 (tau - c), carried across Type 2."""
 
+from __future__ import annotations
+
 from collections import Counter
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,16 +13,23 @@ from ...models.kinematics import ikm
 from ...simulation.simulate import simulate
 from .integrators import adaptive, march, rk4
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...models.kinematics import Rates
+    from ...models.robots import FiveBar, Robot
+    from .integrators import Slope
+
 FREE_START = dict(xi=(0.01, 0.12), xi_dot=(0.02, -0.30), working=(1, -1))
 FREE_END = (0.0087618923917, 0.1480740333255)  # at 2 s, good to 5e-13 m
 
 
-def free_start(robot):
+def free_start(robot: Robot) -> Rates:
     """Rates at which the free motion begins: no torque, through Type 2 twice and over a folded leg."""
     return ikm(igm(robot, FREE_START["xi"], FREE_START["working"]), FREE_START["xi_dot"])
 
 
-def joint_model(robot, state, assembly):
+def joint_model(robot: FiveBar, state: np.ndarray, assembly: int) -> tuple[np.ndarray, ...]:
     """xi, xi', q'' (2, ...) and the kinetic energy of a state (q1, q2, q1', q2'), arrays of any shape, no torque.
 
     The lab's formulas as printed (AMORO eq. 1-3, 13, 18, 25), general lengths. nan where the loop does not close.
@@ -59,13 +69,13 @@ def joint_model(robot, state, assembly):
     return xi, xi_dot, q_ddot, energy
 
 
-def joint_slope(robot, assembly):
+def joint_slope(robot: FiveBar, assembly: int) -> Slope:
     """(t, state) -> slope for the integrators."""
     return lambda t, state: np.concatenate([state[2:], joint_model(robot, state, assembly)[2]])
 
 
 @dataclass(frozen=True, eq=False)
-class FreeMotion:
+class FreeRun:
     """One attempt at the free motion: t (n,) s, xi (n, 2) m, energy (n,) J; `claim` is the solver's own word for it."""
 
     name: str
@@ -77,11 +87,13 @@ class FreeMotion:
     evaluations: int = 0
 
     @property
-    def energy_error(self):
+    def energy_error(self) -> float:
         return np.abs(self.energy / self.energy[0] - 1).max()
 
 
-def free_motion_by(robot, method, rtol=1e-9, duration=2.0, samples=401):
+def free_motion_by(
+    robot: FiveBar, method: str, rtol: float = 1e-9, duration: float = 2.0, samples: int = 401
+) -> FreeRun:
     """The free motion by a SciPy solver on the joint-space model, with tolerances that a careful user sets."""
     start = free_start(robot)
     assembly = int(start.pose.assembly)
@@ -90,10 +102,10 @@ def free_motion_by(robot, method, rtol=1e-9, duration=2.0, samples=401):
     found = adaptive(joint_slope(robot, assembly), state, t, method, rtol=rtol, atol=1e-3 * rtol)
     with np.errstate(all="ignore"):
         xi, _, _, energy = joint_model(robot, found.states.T, assembly)
-    return FreeMotion(f"{method}, {rtol:g}", found.t, xi.T, energy, found.success, found.message, found.evaluations)
+    return FreeRun(f"{method}, {rtol:g}", found.t, xi.T, energy, found.success, found.message, found.evaluations)
 
 
-def free_motion_by_rk4(robot, step, duration=2.0):
+def free_motion_by_rk4(robot: FiveBar, step: float, duration: float = 2.0) -> FreeRun:
     """The free motion by RK4 with fixed step, s, on the joint-space model."""
     start = free_start(robot)
     assembly = int(start.pose.assembly)
@@ -101,16 +113,16 @@ def free_motion_by_rk4(robot, step, duration=2.0):
         state = np.concatenate([start.pose.q, start.q_dot])
         t, states = march(rk4, joint_slope(robot, assembly), state, duration, step)
         xi, _, _, energy = joint_model(robot, states.T, assembly)
-    return FreeMotion(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1))
+    return FreeRun(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1))
 
 
-def free_motion_of_ours(robot, step, duration=2.0):
+def free_motion_of_ours(robot: Robot, step: float, duration: float = 2.0) -> FreeRun:
     """The same by fivebar.simulate, the four bars in fixed steps."""
     run = simulate(robot, duration=duration, start=free_start(robot), step=step, method="rk4")
-    return FreeMotion("fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1))
+    return FreeRun("fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1))
 
 
-def whole_steps(count=400, shortest=4e-4, longest=4e-3, duration=2.0):
+def whole_steps(count: int = 400, shortest: float = 4e-4, longest: float = 4e-3, duration: float = 2.0) -> np.ndarray:
     """Evenly spaced steps, s, each moved to the nearest that divides `duration`, so that all end at the same time."""
     return duration / np.round(duration / np.linspace(shortest, longest, count))
 
@@ -123,7 +135,7 @@ class StepSizes:
     end: np.ndarray
     energy_error: np.ndarray
 
-    def outcomes(self, near=1e-4):
+    def outcomes(self, near: float = 1e-4) -> Counter:
         """How many steps gave nan, ended within `near` (m) of the true end, or elsewhere without a word."""
         distance = np.linalg.norm(self.end - FREE_END, axis=1)
         finite = np.isfinite(distance)
@@ -131,7 +143,7 @@ class StepSizes:
         return Counter(kinds.tolist())
 
 
-def free_motion_by_steps(robot, steps, duration=2.0):
+def free_motion_by_steps(robot: FiveBar, steps: ArrayLike, duration: float = 2.0) -> StepSizes:
     """RK4 on the joint-space model with all the fixed steps at once, a column each, until each is at `duration`, s.
 
     steps: (n,) s, parts of the duration. The energy error is the one at the end, with its sign.
@@ -152,7 +164,7 @@ def free_motion_by_steps(robot, steps, duration=2.0):
     return StepSizes(steps, xi.T, energy / initial - 1)
 
 
-def free_motion_of_ours_by_steps(robot, steps, duration=2.0):
+def free_motion_of_ours_by_steps(robot: Robot, steps: ArrayLike, duration: float = 2.0) -> StepSizes:
     """The same by fivebar.simulate, a run for each step; the energy error is the largest on the way."""
     runs = [free_motion_of_ours(robot, float(step), duration) for step in steps]
     return StepSizes(

@@ -1,11 +1,19 @@
 """The direct geometric model by Newton's method on the two loop-closure equations."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.geometry import dgm
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...models.robots import Robot
 
 
 @dataclass(frozen=True)
@@ -18,11 +26,17 @@ class NewtonPose:
     converged: bool
 
 
-def newton_dgm(robot, q, start, tolerance=1e-12, iterations=50):
+def newton_dgm(
+    robot: Robot, q: ArrayLike, start: tuple[float, float], tolerance: float = 1e-12, iterations: int = 50
+) -> NewtonPose:
     """Solve the vector loop of the five bars for the distal bars' angles by Newton's method.
 
-    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. q (2,) rad; start: (phi_1, phi_2) rad; it stops at a residual
-    below `tolerance`, m. Nothing in the equations says which assembly mode is meant: `start` decides.
+    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. Nothing in it says which assembly mode is meant.
+
+    q: (2,) rad.
+    start: (phi_1, phi_2) rad, which decides.
+    tolerance: m, of the residual at which it stops.
+    iterations: at most.
     """
     (p1x, p1y), (p2x, p2y) = (drive.pivot(drive.direction(float(angle))) for drive, angle in zip(robot.drives, q))
     l1, l2 = robot.distal
@@ -50,7 +64,7 @@ class FarStart:
     diverged: float
 
 
-def far_start(robot, q, start, assembly=-1):
+def far_start(robot: Robot, q: np.ndarray, start: tuple[float, float], assembly: int = -1) -> FarStart:
     """Newton from the same start at all poses q (n, 2) rad, judged by the closed form to 1e-9 m."""
     exact = dgm(robot, q, assembly)
     found = [newton_dgm(robot, angles, start) for angles in q]
@@ -70,7 +84,9 @@ class NearSingular:
     q: np.ndarray
 
 
-def near_singular(robot, q_singular, direction, distances, off):
+def near_singular(
+    robot: Robot, q_singular: ArrayLike, direction: ArrayLike, distances: ArrayLike, off: float
+) -> NearSingular:
     """Both methods at q_singular + distance * direction; Newton starts with the bars turned by (off, -off) rad."""
     q = np.asarray(q_singular) + np.multiply.outer(np.asarray(distances), direction)
     pose = dgm(robot, q, -1)

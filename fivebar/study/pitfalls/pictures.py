@@ -1,11 +1,25 @@
 """Figures of the cases, where a method fails beside the one that does not: Matplotlib's, saved by their `savefig`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from .differentiation import OURS as OURS_BOUND
 from .joint_space import FREE_END
 from .sampled import boundary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from .crossing import Crossing
+    from .differentiation import Differentiation
+    from .energy_drift import Drift
+    from .joint_space import FreeRun, StepSizes
+    from .redundant import Redundant
+    from .sampled import MeasuredLimit
 
 INK = "#222222"  # what survives is ink; the others are Okabe and Ito's, told apart by dashes too
 OTHERS = (
@@ -35,7 +49,7 @@ def _labelled(name):
     return {"label": name, "lw": 2.2 if name == "fivebar" else 1.5}
 
 
-def differentiation(curve):
+def differentiation(curve: Differentiation) -> Figure:
     """Error of velocities and accelerations by differences against the step: truncation, then rounding."""
     figure, axes = _figure()
     for name, error, style, side in (
@@ -57,7 +71,7 @@ def differentiation(curve):
     return figure
 
 
-def free_motion(attempts, ours, naive_steps, our_steps):
+def free_motion(attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSizes, our_steps: StepSizes) -> Figure:
     """The free motion by SciPy's solvers and RK4 in joint coordinates, and the energy error over fixed step sizes."""
     figure, (left, right) = _figure(2)
     for size, attempt, style in zip((13, 11, 9, 7, 5), attempts, OTHERS):  # marks that coincide are both seen
@@ -87,7 +101,7 @@ def free_motion(attempts, ours, naive_steps, our_steps):
     return figure
 
 
-def energy(drifts):
+def energy(drifts: Iterable[Drift]) -> Figure:
     """Relative error of the energy against time, one curve for each integrator."""
     figure, axes = _figure()
     others = iter(OTHERS)
@@ -101,7 +115,7 @@ def energy(drifts):
     return figure
 
 
-def closure(motions, ours):
+def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) -> Figure:
     """How far the bars are from their lengths against time. motions: {name: Redundant}; ours: (t, closure)."""
     figure, axes = _figure()
     for (name, motion), style in zip(motions.items(), OTHERS):
@@ -112,7 +126,7 @@ def closure(motions, ours):
     return figure
 
 
-def crossing(naive, compliant):
+def crossing(naive: Crossing, compliant: Crossing) -> Figure:
     """Torques of the lab's task 2 and of a motion made to cross, against the time to the singularity."""
     figure, (before, after) = _figure(2)
     for axes, side, title in ((before, -1, "before the crossing"), (after, 1, "after the crossing")):
@@ -130,7 +144,7 @@ def crossing(naive, compliant):
     return figure
 
 
-def stability(limits):
+def stability(limits: Sequence[MeasuredLimit]) -> Figure:
     """The limits of stability in the plane of the gains, exact and as measured on the simulated robot."""
     figure, panels = _figure(len(limits))
     for axes, limit in zip(np.atleast_1d(panels), limits):

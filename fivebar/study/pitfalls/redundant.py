@@ -1,15 +1,23 @@
 """The robot in redundant coordinates (x, y, q1, q2) under two distance constraints, reduced to index 1."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .integrators import adaptive, march, rk4
 
+if TYPE_CHECKING:
+    from ...models.kinematics import Rates
+    from ...models.robots import FiveBar
+    from .integrators import Slope
+
 # Constraints g_i = (|xi - P_i(q_i)|^2 - l_i2^2) / 2 of the legs, G = dg/dz, g'' = G z'' + gamma.
 
 
-def constraints(robot, state):
+def constraints(robot: FiveBar, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """g (2,) m^2, G (2, 4), gamma (2,) of a state (x, y, q1, q2 and their rates)."""
     x, y, *angles = state[:4]
     xd, yd, *turns = state[4:]
@@ -25,7 +33,7 @@ def constraints(robot, state):
     return g, jacobian, gamma
 
 
-def redundant_slope(robot, baumgarte=0.0):
+def redundant_slope(robot: FiveBar, baumgarte: float = 0.0) -> Slope:
     """(t, state) -> slope, without torque, from the 6 x 6 KKT system [W G^T; G 0] (z'', -lambda) = (0, -gamma - ...).
 
     baumgarte: alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure decay.
@@ -43,11 +51,11 @@ def redundant_slope(robot, baumgarte=0.0):
     return slope
 
 
-def redundant_state(rates):
+def redundant_state(rates: Rates) -> np.ndarray:
     return np.concatenate([rates.pose.xi, rates.pose.q, rates.xi_dot, rates.q_dot])
 
 
-def closure(robot, q, xi):
+def closure(robot: FiveBar, q: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """How far the bars are from their lengths, (n,) m: the larger of both legs' ||xi - P_i| - l_i2|."""
     gaps = []
     for i, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
@@ -67,12 +75,12 @@ class Redundant:
     energy_error: np.ndarray
 
 
-def redundant_motion(robot, start, duration, step, baumgarte=0.0):
+def redundant_motion(robot: FiveBar, start: Rates, duration: float, step: float, baumgarte: float = 0.0) -> Redundant:
     """Free motion from `start` (Rates) by RK4 with fixed step, s."""
     return _result(robot, *march(rk4, redundant_slope(robot, baumgarte), redundant_state(start), duration, step))
 
 
-def redundant_reference(robot, start, duration, tolerance=1e-13):
+def redundant_reference(robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13) -> Redundant:
     """The same by DOP853 at a tolerance where its drift does not matter: a check that shares no formula with ours."""
     t = np.linspace(0, duration, 101)
     found = adaptive(redundant_slope(robot), redundant_state(start), t, "DOP853", tolerance, 1e-3 * tolerance)

@@ -4,10 +4,15 @@ To the linear order computed torque makes each joint a double integrator under P
 h its stability is a matter of p = Kp h^2 and q = Kd h alone, and of the samples of delay.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
+from scipy.optimize import brentq
 
 from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
@@ -15,11 +20,16 @@ from ...models.kinematics import dkm
 from ...planning.trajectory import line
 from ...simulation.simulate import simulate
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...models.robots import Robot
+
 PERIOD = 0.01
 SMALL = 1e-7  # rad, the first disturbance
 
 
-def is_stable(p, q, delay=0):
+def is_stable(p: ArrayLike, q: ArrayLike, delay: int = 0) -> np.ndarray:
     """Whether gains p = Kp h^2, q = Kd h (arrays that broadcast) are asymptotically stable; delay: 0 or 1 sample.
 
     Without delay 0 < p and p/2 < q < 2; with one sample, r = q - p/2, 0 < p < r (1 - r). Exact: Jury's conditions on
@@ -34,13 +44,13 @@ def is_stable(p, q, delay=0):
     raise ValueError(f"delay must be 0 or 1 samples, not {delay!r}")
 
 
-def spectral_radius(p, q, delay=0):
+def spectral_radius(p: float, q: float, delay: int = 0) -> float:
     """The largest |z| of the sampled double integrator, plain numbers p and q: it grows by this factor each sample."""
     polynomials = {0: [1, p / 2 + q - 2, 1 + p / 2 - q], 1: [1, -2, 1 + p / 2 + q, p / 2 - q]}
     return float(np.abs(np.roots(polynomials[delay])).max())
 
 
-def boundary(delay=0, count=201):
+def boundary(delay: int = 0, count: int = 201) -> np.ndarray:
     """The limit of stability as a closed curve: points (n, 2) of (p, q)."""
     if delay == 0:
         return np.array([(0.0, 0.0), (4.0, 2.0), (0.0, 2.0), (0.0, 0.0)])
@@ -59,11 +69,14 @@ class _Decided(Exception):
     pass
 
 
-def growth(robot, p, q, delay=0, pose=(0.3, 0.9), samples=200):
+def growth(robot: Robot, p: float, q: float, delay: int = 0, pose: ArrayLike = (0.3, 0.9), samples: int = 200) -> float:
     """Factor per sample by which a small disturbance of the simulated robot grows, held at `pose` by ComputedTorque.
 
-    p, q: gains as above; pose: (2,) rad. Measured between the second and the last quarter of the samples; fewer than
-    `samples` where the disturbance has become 1e4 times larger, or 1e6 times smaller, before.
+    p, q: gains as above.
+    delay: samples.
+    pose: (2,) rad.
+    samples: fewer where the disturbance has become 1e4 times larger, or 1e6 times smaller, before; the growth is that
+        between the second and the last quarter of them.
     """
     sizes = []
 
@@ -100,7 +113,9 @@ def _hold(robot, p, q, delay, pose, samples, noise, watch):
         pass
 
 
-def noise_gain(robot, p, q, delay=0, pose=(0.3, 0.9), samples=400, seed=0):
+def noise_gain(
+    robot: Robot, p: float, q: float, delay: int = 0, pose: ArrayLike = (0.3, 0.9), samples: int = 400, seed: int = 0
+) -> float:
     """Standard deviation of the simulated robot's joint angles over that of the noise in what is measured.
 
     White noise of one size on angles and, per period, on rates; the first quarter of the samples does not count.
@@ -119,7 +134,7 @@ def noise_gain(robot, p, q, delay=0, pose=(0.3, 0.9), samples=400, seed=0):
     return float(np.sqrt(np.mean(np.square(errors[samples // 4 :]))) / SMALL)
 
 
-def exact_noise_gain(p, q, delay=0):
+def exact_noise_gain(p: float, q: float, delay: int = 0) -> float:
     """The same of the sampled double integrator, by its discrete Lyapunov equation; inf where it is not stable."""
     if not is_stable(p, q, delay):
         return math.inf
@@ -130,8 +145,6 @@ def exact_noise_gain(p, q, delay=0):
         driven = np.array([0.0, 0.0, 1.0])
     else:
         A, driven = A - np.outer(push, feedback), push
-    from scipy.linalg import solve_discrete_lyapunov
-
     covariance = solve_discrete_lyapunov(A, (p * p + q * q) * np.outer(driven, driven))
     return math.sqrt(covariance[0, 0])
 
@@ -145,7 +158,7 @@ class MeasuredLimit:
     exact: np.ndarray
 
     @property
-    def worst(self):
+    def worst(self) -> float:
         """Largest relative difference in p or q."""
         return float(np.abs(self.measured / self.exact - 1).max())
 
@@ -153,13 +166,11 @@ class MeasuredLimit:
 CENTRES = {0: (1.5, 1.4), 1: (0.12, 0.5)}
 
 
-def measure_limit(robot, delay=0, count=8, resolution=1e-3):
+def measure_limit(robot: Robot, delay: int = 0, count: int = 8, resolution: float = 1e-3) -> MeasuredLimit:
     """Where the growth on the simulated robot is 1, on rays from a stable centre through `count` points of the limit.
 
     The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in parts of the ray.
     """
-    from scipy.optimize import brentq
-
     curve, centre = boundary(delay), np.array(CENTRES[delay])
     if delay == 0:
         lower, upper = (np.linspace(a, b, count // 2 + 2)[1:-1] for a, b in zip(curve[:2], curve[1:3]))

@@ -1,18 +1,27 @@
 """What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing is known before."""
 
+from __future__ import annotations
+
 import math
 import re
 from collections import Counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .table import OURS
+from .chart import OURS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .chart import Panel
+    from .store import Result
 
 ABOVE_ROUNDING = 10.0
 LEVEL = 1.1  # a ratio of times below it is no difference
 
 
-def observed_order(steps, errors, rounding):
+def observed_order(steps: Sequence[float], errors: Sequence[float], rounding: float) -> float:
     """The slope of log error over log step between the two smallest steps whose errors are clear of rounding; or nan.
 
     Rounding is the given one, or the smallest error where smaller steps have larger ones.
@@ -30,7 +39,7 @@ def observed_order(steps, errors, rounding):
     return float(math.log(errors[a] / errors[b]) / math.log(steps[a] / steps[b]))
 
 
-def orders(result, panel):
+def orders(result: Result, panel: Panel) -> dict[str, float]:
     """{method: observed order} of those that have one, by this panel's errors."""
     found = {}
     for method in result.chart.methods:
@@ -41,12 +50,12 @@ def orders(result, panel):
     return {name: order for name, order in found.items() if not math.isnan(order)}
 
 
-def counted(result, panel, method=None):
+def counted(result: Result, panel: Panel, method: str | None = None) -> list[dict]:
     """The rows that are points of a panel."""
     return [row for row in result.of(panel.problem, method) if row.get(panel.y, math.inf) <= panel.ceiling]
 
 
-def failures(result, panel):
+def failures(result: Result, panel: Panel) -> dict[str, list]:
     """{method: [(row, word), ...]}: failed and left-out attempts, and those with an error above the panel's ceiling."""
     found = {}
     for row in result.rows:
@@ -61,7 +70,7 @@ def failures(result, panel):
     return found
 
 
-def words_of(failed):
+def words_of(failed: list) -> str:
     """The words of one method's failures, with how often each came; those that differ in a share only, together."""
     found = {}
     for _, word in failed:
@@ -74,7 +83,7 @@ def words_of(failed):
     return ", ".join(parts)
 
 
-def caption(result):
+def caption(result: Result) -> str:
     """What the charts shows, in sentences, wins and losses of ours alike."""
     sentences = []
     for panel in (panel for row in result.chart.panels for panel in row):

@@ -1,62 +1,23 @@
-"""Times and what they were measured on."""
+"""The machine that measures: what a reader of the times must know of it, and what a method may miss on it."""
 
-import gc
-import math
+from __future__ import annotations
+
 import os
 import platform
 import subprocess
-import time
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from ...models.machine_code import c_compiler
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
 LIBRARIES = (
-    "fivebar",
-    "numpy",
-    "scipy",
-    "casadi",
-    "matplotlib",
-    "mujoco",
-    "pin",
-    "drake",
-    "exudyn",
-    "pylinkage",
-    "numba",
-)
-SAMPLE = 1e-4  # s; shorter calls are timed together
-MOST = 101  # samples
-LONG = 5.0  # budgets; a call as long is not timed again
-
-
-def times_of(call, first, budget):
-    """Seconds of a call, (n,) samples in about `budget` s, without the garbage collector.
-
-    first: s that it took before, which warmed it up; all there is where that is LONG budgets or more.
-    """
-    if first > LONG * budget:
-        return np.array([first])
-    before = time.perf_counter()
-    call()
-    once = time.perf_counter() - before
-    together = max(1, math.ceil(SAMPLE / max(once, 1e-9)))
-    count = int(np.clip(budget / (together * once), 3, MOST))
-    samples, collecting = np.empty(count), gc.isenabled()
-    gc.disable()
-    try:
-        for k in range(count):
-            before = time.perf_counter()
-            for _ in range(together):
-                call()
-            samples[k] = (time.perf_counter() - before) / together
-    finally:
-        if collecting:
-            gc.enable()
-    return samples
-
+    "fivebar", "numpy", "scipy", "casadi", "matplotlib", "mujoco", "pin", "drake", "exudyn", "pylinkage", "numba",
+)  # fmt: skip
 
 PEERS = "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
 
@@ -72,12 +33,12 @@ NEEDED = {
 }
 
 
-def missing(needs):
+def missing(needs: Iterable[str]) -> str | None:
     """The first of these needs that this machine does not meet, in words; None if there is none."""
     return next((word for word in (NEEDED[need]() for need in needs) if word), None)
 
 
-def describe():
+def describe() -> dict:
     """What a reader of the times must know of this machine: processor, cores, compiler, libraries' versions."""
     return {
         "cpu": _processor(), "cores": os.cpu_count(), "system": platform.platform(),

@@ -1,8 +1,16 @@
 """One HTML page with all charts of a folder: pictures, how to read them, what they say, the numbers. Self-contained."""
 
+from __future__ import annotations
+
 import base64
 import os
 from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .store import Result
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 72rem; margin: 2rem auto }
@@ -15,7 +23,7 @@ POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 COLUMNS = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
 
 
-def write_page(path, results, pictures, captions):
+def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes], captions: dict[str, str]) -> None:
     """The page of results {name: Result}, pictures {name: PNG bytes} and captions {name: text}."""
     links = " ".join(f'<a href="#{escape(n)}">{escape(n)}</a>' for n in results)
     sections = [_section(name, result, pictures[name], captions[name]) for name, result in results.items()]

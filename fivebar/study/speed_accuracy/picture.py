@@ -1,14 +1,20 @@
 """A chart's picture from its measurements: panels of error against time, and above each a strip of what failed."""
 
+from __future__ import annotations
+
 import textwrap
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from .chart import OURS
 from .findings import caption, counted, failures, orders, words_of
-from .table import OURS
+
+if TYPE_CHECKING:
+    from .store import Result
 
 INK, PALE = "#222222", "#777777"
 COLOURS = (
@@ -27,7 +33,7 @@ LONGEST = 96  # letters in a strip
 LINE, LETTER = 0.158, 0.0655  # of small text: height of a line, mean width of a letter
 
 
-def figure(result):
+def figure(result: Result) -> Figure:
     """Matplotlib figure of a Result."""
     chart, styles = result.chart, _styles(result.chart)
     lanes = [[_lanes(result, chart, panel) for panel in row] for row in chart.panels]
@@ -65,7 +71,7 @@ def figure(result):
     return made
 
 
-def title(made, text):
+def title(made: Figure, text: str) -> None:
     """Above all else, as large as fits."""
     width, height = made.get_size_inches()
     size = min(15, (width - 2 * EDGE) * 108 / len(text))

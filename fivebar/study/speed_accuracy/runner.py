@@ -1,16 +1,27 @@
 """The one runner: makes a chart's attempts, each in a process that may hang or crash, and times and judges them."""
 
+from __future__ import annotations
+
+import gc
+import math
 import multiprocessing
 import os
 import signal
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import SingularityError, UnreachableError
-from .machine import describe, missing, times_of
+from .chart import Attempt, Failed, load, module_of
+from .machine import describe, missing
 from .store import Partial, Result
-from .table import Attempt, Failed, load, module_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from .chart import Chart, Method
 
 BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
 REFUSALS = (ArithmeticError, ValueError, RuntimeError, MemoryError)  # other errors are ours, and end the run
@@ -20,9 +31,14 @@ WORDS = (
 )  # fmt: skip
 THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"  # each process has one of them
 QUARTILES = (25, 50, 75)
+SHORTEST_SAMPLE = 1e-4  # s; shorter calls are timed together
+MOST_SAMPLES = 101
+LONGEST_REPEATED = 5.0  # budgets; a call as long is not timed again
 
 
-def run(name, folder, quick=False, progress=None):
+def run(
+    name: str, folder: Path, quick: bool = False, progress: Callable[[], object] | None = None
+) -> tuple[Result, Partial]:
     """Measure a chart, going on where an interrupted run ended; Result. progress: called after each attempt."""
     module = module_of(name)
     chart = load(module)
@@ -38,7 +54,7 @@ def run(name, folder, quick=False, progress=None):
     return Result(chart, about, [partial.row(*key) for key in keys]), partial
 
 
-def row_of(problem, method, knob, measure):
+def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dict]) -> dict:
     """The row of an attempt, made by measure(problem, method's name, knob) if the method can run here."""
     row = {"problem": problem, "method": method.name, "knob": knob, "status": "ok", "word": ""}
     if lacking := missing(method.needs):
@@ -46,7 +62,7 @@ def row_of(problem, method, knob, measure):
     return row | measure(problem, method.name, knob)
 
 
-def measure(chart, problem, name, knob, budget):
+def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -> dict:
     """Columns of an attempt: its times and measures, or how it failed, and after what time."""
     before = time.perf_counter()
     attempt = Attempt(None, None)  # until there is another
@@ -74,7 +90,33 @@ def measure(chart, problem, name, knob, budget):
     }  # fmt: skip
 
 
-def word_for(error):
+def times_of(call: Callable[[], object], first: float, budget: float) -> np.ndarray:
+    """Seconds of a call, (n,) samples in about `budget` s, without the garbage collector.
+
+    first: s that it took before, which warmed it up; all there is where that is LONGEST_REPEATED budgets or more.
+    """
+    if first > LONGEST_REPEATED * budget:
+        return np.array([first])
+    before = time.perf_counter()
+    call()
+    once = time.perf_counter() - before
+    together = max(1, math.ceil(SHORTEST_SAMPLE / max(once, 1e-9)))
+    count = int(np.clip(budget / (together * once), 3, MOST_SAMPLES))
+    samples, collecting = np.empty(count), gc.isenabled()
+    gc.disable()
+    try:
+        for k in range(count):
+            before = time.perf_counter()
+            for _ in range(together):
+                call()
+            samples[k] = (time.perf_counter() - before) / together
+    finally:
+        if collecting:
+            gc.enable()
+    return samples
+
+
+def word_for(error: Exception) -> str:
     """How an error is named on a chart."""
     if isinstance(error, Failed):
         return str(error)
@@ -84,16 +126,16 @@ def word_for(error):
 class Worker:
     """A process that makes attempts, one at a time; killed and replaced where it hangs, replaced where it crashed."""
 
-    def __init__(self, module, limit, budget):
+    def __init__(self, module: str, limit: float, budget: float) -> None:
         self.arguments, self.limit, self.process = (module, budget), limit, None
 
-    def __enter__(self):
+    def __enter__(self) -> Worker:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._end()
 
-    def measure(self, problem, method, knob):
+    def measure(self, problem: str, method: str, knob: float) -> dict:
         if self.process is None:
             self._begin()
         before = time.perf_counter()

@@ -1,11 +1,17 @@
 """What was measured: kept line by line while it is measured, then a CSV file that can be read again."""
 
+from __future__ import annotations
+
 import csv
 import json
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from .table import Chart
+from .chart import Chart
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 BASE = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
 TEXT = ("problem", "method", "status", "word")
@@ -20,13 +26,13 @@ class Result:
     about: dict
     rows: list
 
-    def of(self, problem, method=None, status="ok"):
+    def of(self, problem: str, method: str | None = None, status: str = "ok") -> list[dict]:
         """Rows of a problem, of all methods or one."""
         return [
             r for r in self.rows if r["problem"] == problem and r["status"] == status and method in (None, r["method"])
         ]
 
-    def to_csv(self, path):
+    def to_csv(self, path: Path) -> None:
         """One line per attempt under a header line with what it was measured on; written whole or not at all."""
         measures = list(dict.fromkeys(name for row in self.rows for name in row if name not in BASE))
         part = path.with_name(path.name + ".part")
@@ -40,7 +46,7 @@ class Result:
         os.replace(part, path)
 
 
-def from_csv(path, chart):
+def from_csv(path: Path, chart: Chart) -> Result:
     """The Result that `to_csv` wrote; ValueError names the line of what is not one."""
     with open(path, newline="", encoding="utf-8") as file:
         first, start = file.readline(), f"# fivebar chart {chart.name}, SI units: "
@@ -67,7 +73,7 @@ class Partial:
     about: what must be equal for it to go on; a file of another machine, version or kind of run is begun anew.
     """
 
-    def __init__(self, path, about):
+    def __init__(self, path: Path, about: dict) -> None:
         self.path, self.rows, self.begun_anew = path, [], False
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         found = [_parsed(line) for line in lines]
@@ -80,7 +86,7 @@ class Partial:
         part.write_text("".join(json.dumps(each) + "\n" for each in (about, *self.rows)), encoding="utf-8")
         os.replace(part, path)
 
-    def add(self, row):
+    def add(self, row: dict) -> None:
         self.rows.append(row)
         self._known[_key(row)] = row
         with open(self.path, "a", encoding="utf-8") as file:
@@ -88,13 +94,13 @@ class Partial:
             file.flush()
             os.fsync(file.fileno())
 
-    def has(self, problem, method, knob):
+    def has(self, problem: str, method: str, knob: float) -> bool:
         return (problem, method, knob) in self._known
 
-    def row(self, problem, method, knob):
+    def row(self, problem: str, method: str, knob: float) -> dict:
         return self._known[problem, method, knob]
 
-    def done(self):
+    def done(self) -> None:
         self.path.unlink()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.study.pitfalls.crossing import FeedForward, beside_crossing, compliant, straight, torque
+from fivebar.study.pitfalls.crossing import OpenLoop, beside_crossing, compliant, straight, torque
 
 ROBOT = fb.FiveBar()
 PERIOD = 1e-3
@@ -57,7 +57,7 @@ def crosses(controller, reference):
 
 def test_simulated():
     """The torque of the compliant motion alone, without feedback, carries the robot through."""
-    assert crosses(FeedForward(ROBOT, PERIOD), compliant(ROBOT))
+    assert crosses(OpenLoop(ROBOT, PERIOD), compliant(ROBOT))
     assert not crosses(fb.ComputedTorque(ROBOT, 100, 20), straight())
 
 

@@ -1,28 +1,34 @@
 """Positions of a five-bar whose cranks turn, pose after pose, by pylinkage and by ours: which branch each takes."""
 
+from __future__ import annotations
+
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....models.compiled import Buffered, compile
 from ....models.geometry import dgm
 from ....models.robots import FiveBar
-from ..table import Attempt
+from ..chart import OURS, Attempt, Method
 from .exact import distance, exact_motion
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 TURNING = FiveBar(l12=0.16, l22=0.16)  # long enough bars for both cranks to turn
 START, ASSEMBLY, POSES = (0.0, np.pi / 2), -1, 720
 
 
 @cache
-def poses(degrees):
+def poses(degrees: float) -> tuple:
     """Angles (n, 2) of cranks that turn by so much from pose to pose, their exact positions, and the other branch's."""
     q = np.add(START, np.radians(degrees) * np.arange(1, POSES + 1)[:, None])
     exact, other = ([exact_motion(TURNING, angles, assembly=a)[0] for angles in q] for a in (ASSEMBLY, -ASSEMBLY))
     return q, exact, np.array(other, dtype=float)
 
 
-def judged(degrees):
+def judged(degrees: float) -> Callable[..., dict[str, float]]:
     """xi (n, 2) -> largest error, m, and the share of the poses that are nearer to the other branch."""
     _, exact, other = poses(degrees)
 
@@ -34,12 +40,12 @@ def judged(degrees):
     return judge
 
 
-def arrays(_, degrees):
+def arrays(_: str, degrees: float) -> Attempt:
     q = poses(degrees)[0]
     return Attempt(lambda: dgm(TURNING, q, ASSEMBLY).xi, judged(degrees), POSES)
 
 
-def in_casadi(jit):
+def in_casadi(jit: bool) -> Callable[..., Attempt]:
     """prepare of the compiled model, all poses by one call."""
 
     def prepare(_, degrees):
@@ -49,7 +55,7 @@ def in_casadi(jit):
     return prepare
 
 
-def pylinkage(fast):
+def pylinkage(fast: bool) -> Callable[..., Attempt]:
     """prepare of Ground, Crank and RRRDyad: step, as in its documentation, or step_fast, which numba compiles."""
 
     def prepare(_, degrees):
@@ -72,3 +78,15 @@ def pylinkage(fast):
         return Attempt(call, judged(degrees), POSES)
 
     return prepare
+
+
+def methods() -> tuple[Method, ...]:
+    """Methods of the turning cranks."""
+    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
+    return (
+        Method("fivebar.dgm, arrays", OURS, arrays, degrees),
+        Method("fivebar.compile, VM", OURS, in_casadi(False), degrees),
+        Method("fivebar.compile, compiled", OURS, in_casadi(True), degrees, ("C compiler",)),
+        Method("pylinkage step", other, pylinkage(False), degrees, (other,)),
+        Method("pylinkage step_fast, numba", other, pylinkage(True), degrees, (other, "numba")),
+    )

@@ -1,9 +1,13 @@
 """The five-bar by constrained equations in (x, y, q1, q2), for CasADi."""
 
+from __future__ import annotations
+
+import casadi as ca
+
 from .motions import ROBOT
 
 
-def multipliers(ca, state, torque):
+def multipliers(state: ca.SX, torque: tuple) -> ca.SX:
     """Slope of (x, y, q1, q2, rates): the KKT system of `redundant_slope`, its accelerations eliminated."""
     rows, gamma, driven = [], [], []
     for k, (drive, z) in enumerate(zip(ROBOT.drives, ROBOT.inertias)):

@@ -1,8 +1,14 @@
 """Type-2 loci by contouring a grid of det A, at growing resolution, and in closed form."""
 
-from functools import lru_cache
+from __future__ import annotations
 
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import casadi as ca
 import numpy as np
+from contourpy import contour_generator
+from scipy.spatial import cKDTree
 
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import task_pose
@@ -10,7 +16,10 @@ from ....models.robots import FiveBar
 from ....singularities.loci import MODES, singularity_loci
 from ....singularities.maps import singularity_map, workspace_window
 from ....singularities.margins import Singularity
-from ..table import OURS, Attempt, Chart, Method, Panel
+from ..chart import OURS, Attempt, Chart, Method, Panel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROBOT = FiveBar()
 NODES = (25, 35, 50, 71, 100, 141, 200, 283, 400, 566, 800, 1131)
@@ -21,8 +30,6 @@ REGULAR = 0.3  # sines of both legs from which on a pose counts as away from Typ
 @lru_cache(maxsize=8)
 def _field(mode, gradient=False):
     """xi -> det A, with its gradient and the legs' sines if wanted."""
-    import casadi as ca
-
     xi = ca.SX.sym("xi", 2)
     pose = task_pose(ROBOT, (xi[0], xi[1]), mode)
     sine = pose.det_A
@@ -30,7 +37,7 @@ def _field(mode, gradient=False):
     return ca.Function("det_A", [xi], ca.cse(outputs))
 
 
-def off_locus(lines, mode):
+def off_locus(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """How far points of polylines are from det A = 0, to first order, m: |det A| over its gradient.
 
     Their corners away from Type 1, where the field is smooth, and all corners and middles of their segments.
@@ -55,15 +62,13 @@ def _exact():
     return {mode: np.concatenate([middles(p) for p in mine if mode in p.working]) for mode in MODES}
 
 
-def type_2():
+def type_2() -> list:
     """The pieces of Type-2 loci in task space, traced now."""
     return [p for p in singularity_loci(ROBOT).task if p.type & Singularity.PARALLEL and len(p.points) > 1]
 
 
-def missing(lines, points):
+def missing(lines: list[np.ndarray], points: np.ndarray) -> np.ndarray:
     """How far points are from the nearest of some polylines, (n,) m."""
-    from scipy.spatial import cKDTree
-
     if not lines:
         return np.full(len(points), np.inf)
     a, b = (np.concatenate([line[part] for line in lines]) for part in (slice(None, -1), slice(1, None)))
@@ -75,7 +80,7 @@ def missing(lines, points):
     return np.linalg.norm(points[:, None] - foot, axis=2).min(axis=1)
 
 
-def judge(drawn):
+def judge(drawn: dict) -> dict[str, float]:
     """{mode: polylines} -> how far what is drawn is off, and how far what should be drawn is from it."""
     smooth, every = zip(*(off_locus(lines, mode) for mode, lines in drawn.items() if lines))
     lost = max(missing(drawn[mode], points).max() for mode, points in _exact().items())
@@ -83,14 +88,12 @@ def judge(drawn):
     return {"rms": np.sqrt(np.mean(smooth**2)), "error": np.concatenate(every).max(), "missing": lost}
 
 
-def lines_of(x, y, values):
+def lines_of(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
     """The polylines of value 0 on a grid, by Matplotlib's contouring."""
-    from contourpy import contour_generator
-
     return [line for line in contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0) if len(line) > 1]
 
 
-def by_numpy(_, nodes):
+def by_numpy(_: str, nodes: int) -> Attempt:
     def call():
         data = singularity_map(ROBOT, shape=(nodes, nodes))
         return {mode: lines_of(data.x, data.y, layer) for mode, layer in zip(data.modes, data.values)}
@@ -98,7 +101,7 @@ def by_numpy(_, nodes):
     return Attempt(call, judge)
 
 
-def by_casadi(jit):
+def by_casadi(jit: bool) -> Callable[..., Attempt]:
     def prepare(_, nodes):
         x_min, x_max, y_min, y_max = workspace_window(ROBOT)
         x, y = np.linspace(x_min, x_max, nodes), np.linspace(y_min, y_max, nodes)
@@ -113,7 +116,7 @@ def by_casadi(jit):
     return prepare
 
 
-def closed_form(*_):
+def closed_form(*_: object) -> Attempt:
     def call():
         mine = type_2()
         return {mode: [p.points for p in mine if mode in p.working] for mode in MODES}
@@ -121,7 +124,7 @@ def closed_form(*_):
     return Attempt(call, judge)
 
 
-def chart():
+def chart() -> Chart:
     grid = "contours of a grid"
     methods = (
         Method("fivebar.singularity_loci: closed form", OURS, closed_form),

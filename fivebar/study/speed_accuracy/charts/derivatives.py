@@ -1,16 +1,23 @@
 """Velocity and acceleration of the end-effector along a known motion of the cranks: models, differences, AD."""
 
-from functools import lru_cache
+from __future__ import annotations
 
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import casadi as ca
 import numpy as np
 
 from ....models.compiled import Buffered, compile, compiled
 from ....models.geometry import dgm, joint_pose
 from ....models.robots import FiveBar
 from ...pitfalls.differentiation import analytic, differences, swing
-from ..table import OURS, Attempt, Chart, Method, Panel
+from ..chart import OURS, Attempt, Chart, Method, Panel
 from .dgm_routes import printed
 from .exact import distance, exact_motion
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROBOT = FiveBar()
 TIMES = np.linspace(0.0, 2.0, 100)
@@ -26,35 +33,35 @@ def _exact():
     return rates, [max(np.hypot(*map(float, at[order])) for at in rates) for order in (0, 1)]
 
 
-def judge(found):
+def judge(found: tuple) -> dict[str, float]:
     """(xi', xi''), (n, 2) at TIMES -> largest errors, in parts of the largest rate."""
     exact, largest = _exact()
     errors = [[distance(row, at[order]) for row, at in zip(found[order], exact)] for order in (0, 1)]
     return {"velocity": max(errors[0]) / largest[0], "acceleration": max(errors[1]) / largest[1]}
 
 
-def position(t):
+def position(t: np.ndarray) -> np.ndarray:
     return dgm(ROBOT, swing(t)[0]).xi
 
 
-def central(t, step):
+def central(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Of second order."""
     before, now, after = (position(t + k * step) for k in (-1, 0, 1))
     return (after - before) / (2 * step), (after - 2 * now + before) / step**2
 
 
-def five_points(t, step):
+def five_points(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Of fourth order."""
     a, b, now, d, e = (position(t + k * step) for k in (-2, -1, 0, 1, 2))
     return (a - 8 * b + 8 * d - e) / (12 * step), (-a + 16 * b - 30 * now + 16 * d - e) / (12 * step**2)
 
 
-def backward(t, step):
+def backward(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """MechAnalyzer's: of first order."""
     return differences(ROBOT, t, step)
 
 
-def complex_step(t, step):
+def complex_step(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """x' = Im x(t + ih) / h without a difference; x'' = 2 (x - Re x(t + ih)) / h^2 with one."""
     q, q_dot, q_ddot = swing(t)
     moved = q + 1j * step * q_dot - step**2 / 2 * q_ddot
@@ -62,11 +69,11 @@ def complex_step(t, step):
     return shifted.imag / step, 2 * (now - shifted.real) / step**2
 
 
-def model(t, _):
+def model(t: np.ndarray, _: float) -> tuple[np.ndarray, np.ndarray]:
     return analytic(ROBOT, t)
 
 
-def by(rule):
+def by(rule: Callable) -> Callable[..., Attempt]:
     """prepare of a rule (t, step) -> (xi', xi'')."""
     return lambda problem, step: Attempt(lambda: rule(TIMES, step), judge, len(TIMES))
 
@@ -77,19 +84,17 @@ def _in_casadi(function, jit):
     return Attempt(lambda: call(*swing(TIMES)), judge, len(TIMES))
 
 
-def models_in_casadi(jit):
+def models_in_casadi(jit: bool) -> Callable[..., Attempt]:
     def prepare(*_):
         return _in_casadi(compile(ROBOT, ["q", "q_dot", "q_ddot"], ["xi_dot", "xi_ddot"]), jit)
 
     return prepare
 
 
-def automatic(jit):
+def automatic(jit: bool) -> Callable[..., Attempt]:
     """prepare of CasADi's own differentiation of the position along the motion, twice."""
 
     def prepare(*_):
-        import casadi as ca
-
         q, q_dot, q_ddot, s = (*(ca.SX.sym(name, 2) for name in ("q", "v", "a")), ca.SX.sym("s"))
         at = q + q_dot * s + q_ddot * s * s / 2
         xi = ca.vertcat(*joint_pose(ROBOT, (at[0], at[1]), -1).point)
@@ -100,7 +105,7 @@ def automatic(jit):
     return prepare
 
 
-def chart():
+def chart() -> Chart:
     methods = (
         Method("fivebar: first- and second-order models, NumPy", OURS, by(model)),
         Method("fivebar: the same, CasADi VM", OURS, models_in_casadi(False)),

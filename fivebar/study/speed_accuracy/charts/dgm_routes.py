@@ -1,5 +1,7 @@
 """Routes of the direct geometric model: (q11, q21), floats or arrays, -> (x, y) in assembly mode -1."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -26,18 +28,18 @@ void dgm(long n, const double *q, double *xi) {
 """
 
 
-def ours(q1, q2):
+def ours(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     pose = dgm(ROBOT, (q1, q2) if isinstance(q1, float) else np.stack([q1, q2], axis=-1), ASSEMBLY)
     return pose.point
 
 
-def elbows(q1, q2):
+def elbows(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     half = ROBOT.d / 2
     x1, y1 = ROBOT.l11 * cos(q1) - half, ROBOT.l11 * sin(q1)
     return x1, y1, ROBOT.l21 * cos(q2) + half - x1, ROBOT.l21 * sin(q2) - y1
 
 
-def printed(q1, q2):
+def printed(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     """AMORO eq. 1-3 as printed: h = sqrt(l^2 - a^2) with a half the span."""
     x1, y1, dx, dy = elbows(q1, q2)
     span = sqrt(dx * dx + dy * dy)
@@ -46,7 +48,7 @@ def printed(q1, q2):
     return x1 + (a * dx - h * dy) / span, y1 + (a * dy + h * dx) / span
 
 
-def tangent_half_angle(q1, q2):
+def tangent_half_angle(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     """The left distal bar's angle from dx cos + dy sin = c, by its tangent half-angle."""
     x1, y1, dx, dy = elbows(q1, q2)
     c = (dx * dx + dy * dy + ROBOT.l12**2 - ROBOT.l22**2) / (2 * ROBOT.l12)
@@ -54,7 +56,7 @@ def tangent_half_angle(q1, q2):
     return x1 + ROBOT.l12 * np.cos(phi), y1 + ROBOT.l12 * np.sin(phi)
 
 
-def arctg(q1, q2):
+def arctg(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     """The vector method's eq. 9: the bar's angle as the arctg of its components, which does not know its quadrant."""
     x1, y1, dx, dy = elbows(q1, q2)
     square = dx * dx + dy * dy
@@ -64,7 +66,7 @@ def arctg(q1, q2):
     return x1 + ROBOT.l12 * cos(phi), y1 + ROBOT.l12 * sin(phi)
 
 
-def equivalent_four_bar(q1, q2):
+def equivalent_four_bar(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     """MechAnalyzer eq. 17-21: base and right crank become one imaginary ground link, the rest is its four-bar.
 
     Its coupler point by its eq. 1-11: y from a quadratic, x from the difference of the circles.

@@ -1,11 +1,25 @@
 """Positions, velocities and accelerations of the end-effector to 50 digits, by the standard library's decimals."""
 
+from __future__ import annotations
+
 from decimal import Decimal, localcontext
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ....models.robots import FiveBar
 
 DIGITS = 50
 
 
-def exact_motion(robot, q, q_dot=(0.0, 0.0), q_ddot=(0.0, 0.0), assembly=-1):
+def exact_motion(
+    robot: FiveBar,
+    q: Sequence[float],
+    q_dot: Sequence[float] = (0.0, 0.0),
+    q_ddot: Sequence[float] = (0.0, 0.0),
+    assembly: int = -1,
+) -> tuple:
     """xi, xi', xi'' (3 x 2 decimals) of joint angles (2,) rad, their rates and accelerations; the floats are exact.
 
     From the elbows E_i: the circles' intersection, then r_i . xi' = r_i . E_i' and
@@ -43,7 +57,7 @@ def exact_motion(robot, q, q_dot=(0.0, 0.0), q_ddot=(0.0, 0.0), assembly=-1):
     return xi, xi_dot, xi_ddot
 
 
-def cos_sin(x):
+def cos_sin(x: Decimal) -> tuple[Decimal, Decimal]:
     """Both by their series, of a small part of the angle that is then doubled."""
     halvings = 12
     small = x / 2**halvings
@@ -60,7 +74,7 @@ def cos_sin(x):
     return 1 + cos_less_1, sin
 
 
-def distance(found, exact):
+def distance(found: Sequence[float], exact: Sequence[Decimal]) -> float:
     """|found - exact| of two numbers and two decimals, as a float: without the rounding of the exact ones."""
     with localcontext(prec=DIGITS + 15):
         return float(sum((Decimal(float(a)) - b) ** 2 for a, b in zip(found, exact)).sqrt())

@@ -1,17 +1,24 @@
 """The picture of the stability chart: colours over the plane of the gains, the exact limits on it."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ..picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, _wrapped, title
 from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
+if TYPE_CHECKING:
+    from ..store import Result
+
 LEVELS = {"growth": (0.5, 0.8, 1.0), "noise": (1.5, 2.0, 3.0, 5.0)}
 BAR = 0.75  # in, for the colour bar
 FINE = 121  # exact values on a side
 
 
-def figure(result):
+def figure(result: Result) -> Figure:
     """Matplotlib figure of the stability chart's Result."""
     rows = result.chart.panels
     width = len(rows[0]) * (LEFT + WIDTH + RIGHT + BAR)
@@ -88,7 +95,7 @@ def _holds(problem, row):
     return row["value"] < 1 if problem.startswith("growth") else True  # it grows less than the run is long
 
 
-def caption(result):
+def caption(result: Result) -> str:
     """How far the simulated robot is from the exact values."""
     sentences = []
     for problem, (words, *_) in PROBLEMS.items():

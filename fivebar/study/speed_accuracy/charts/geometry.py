@@ -1,10 +1,14 @@
 """The direct geometric model by every route that the sources take, one pose at a time, in batches, and near Type 2."""
 
+from __future__ import annotations
+
 import ctypes
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import root
 
 from ...._backend import EPS
 from ....models.compiled import Buffered, compile
@@ -12,9 +16,12 @@ from ....models.geometry import dgm
 from ....models.machine_code import library
 from ....singularities.margins import singularity_margins
 from ...pitfalls.newton_dgm import newton_dgm
-from ..table import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
 from .dgm_routes import ASSEMBLY, C_LOOP, ROBOT, arctg, elbows, equivalent_four_bar, ours, printed, tangent_half_angle
 from .exact import distance, exact_motion
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 POSES, BATCH = 100, 10**6
 TOLERANCES = tuple(10.0**-k for k in (1, 2, 3, 4, 6, 8, 10, 12, 14))
@@ -24,7 +31,7 @@ WRONG = 0.25  # of the way to the other assembly mode's pose: a result as far of
 
 
 @lru_cache(maxsize=32)
-def poses(problem, gap=None):
+def poses(problem: str, gap: float | None = None) -> tuple:
     """(q (n, 2), exact xi, the other assembly mode's xi, the distal bars' angles (n, 2), 1 / sigma_min of A)."""
     rng = np.random.default_rng(20)
     if problem == "singular":
@@ -48,7 +55,7 @@ def poses(problem, gap=None):
     return q, exact, np.array(other, dtype=float), pose.q + pose.q_passive, 1 / singularity_margins(pose).sigma_min.A
 
 
-def judged(problem, gap=None):
+def judged(problem: str, gap: float | None = None) -> Callable[..., dict[str, float]]:
     """xi (n, 2) -> largest error, m, near singularities beside the median of 1 / sigma; Failed where branches fail."""
     _, exact, other, _, inverse = poses(problem, gap)
 
@@ -67,7 +74,7 @@ def judged(problem, gap=None):
     return judge
 
 
-def closed(route):
+def closed(route: Callable) -> Callable[..., Attempt]:
     """prepare of a closed form: a loop over the poses, or arrays."""
 
     def prepare(problem, knob):
@@ -89,7 +96,7 @@ def _tiled(q):
     return np.tile(q, (-(-BATCH // len(q)), 1))[:BATCH]
 
 
-def in_casadi(jit):
+def in_casadi(jit: bool) -> Callable[..., Attempt]:
     """prepare of the compiled model: called once a pose, or for a batch by one call."""
 
     def prepare(problem, _):
@@ -104,7 +111,7 @@ def in_casadi(jit):
     return prepare
 
 
-def c_loop(problem, _):
+def c_loop(problem: str, _: float) -> Attempt:
     q = _tiled(poses(problem)[0]) if problem == "batch" else poses(problem)[0]
     xi, pointer = np.empty_like(q), ctypes.POINTER(ctypes.c_double)
     loop = ctypes.CDLL(str(library(C_LOOP))).dgm
@@ -117,7 +124,7 @@ def c_loop(problem, _):
     return Attempt(call, judged(problem), len(q))
 
 
-def newton(warm):
+def newton(warm: bool) -> Callable[..., Attempt]:
     """prepare of Newton's method; its knob is the residual at which it stops, near Type 2 the smallest that it has."""
 
     def prepare(problem, knob):
@@ -136,10 +143,8 @@ def newton(warm):
     return prepare
 
 
-def scipy_root(problem, knob):
+def scipy_root(problem: str, knob: float) -> Attempt:
     """SciPy's root with its defaults (hybr), warm start, xtol the knob."""
-    from scipy.optimize import root
-
     gap, xtol = (knob, 1e-14) if problem == "singular" else (None, knob)
     q, _, _, phi, _ = poses(problem, gap)
     jobs, judge = list(zip([elbows(*row) for row in q.tolist()], (phi + WARM).tolist())), judged(problem, gap)
@@ -160,7 +165,7 @@ def scipy_root(problem, knob):
     return Attempt(lambda: [solve(*job) for job in jobs], judge, len(q))
 
 
-def chart():
+def chart() -> Chart:
     single = {"one": (0,), "batch": (0,)}
     everywhere = single | {"singular": GAPS}
     iterated = {"one": TOLERANCES, "singular": GAPS}

@@ -1,5 +1,10 @@
 """Integrators on three motions without torque: regular, grazing a Type-2 singularity, and through two of them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import casadi as ca
 import numpy as np
 
 from ....models.charts import CHARTS, Joint
@@ -10,21 +15,28 @@ from ....simulation.steps import model_functions, propagate
 from ...pitfalls.integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from ...pitfalls.joint_space import joint_model, joint_slope
 from ...pitfalls.redundant import closure, redundant_slope, redundant_state
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from .motions import DURATION, MOTIONS, ROBOT
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ....models.charts import Task
+    from ....simulation.run import Run
+    from .motions import DrivenMotion, FreeMotion
+
 ALPHA = 10.0  # 1/s, Baumgarte's
-MOST = 20_000  # evaluations of the model
+MOST_EVALUATIONS = 20_000  # evaluations of the model
 LOST = 1e-2  # m: an end as far off is no approximation any more
 RUNNING = np.sqrt(2.0)  # from one number of steps to the next
 
 
-def counts(first, last):
+def counts(first: float, last: float) -> tuple[int, ...]:
     """Whole numbers of steps, each about sqrt 2 times the one before."""
     return tuple(int(round(first * RUNNING**k)) for k in range(int(np.log(last / first) / np.log(RUNNING) + 1.5)))
 
 
-def judged(problem):
+def judged(problem: str) -> Callable[..., dict[str, float]]:
     """(xi (2,), q (2,), energy) at the end -> how far off it is, in m, in parts of the energy, in bar length."""
     motion = MOTIONS[problem]
     before = float(energy(motion.begin()))
@@ -52,7 +64,7 @@ def _from_joints(problem):
     return joint_slope(ROBOT, assembly), np.concatenate([start.pose.q, start.q_dot]), read
 
 
-def stepped(method):
+def stepped(method: Callable) -> Callable[..., Attempt]:
     """prepare of a fixed-step method in Python on the lab's joint-space model; its knob is the number of steps."""
 
     def prepare(problem, count):
@@ -62,7 +74,7 @@ def stepped(method):
     return prepare
 
 
-def by_scipy(solver):
+def by_scipy(solver: str) -> Callable[..., Attempt]:
     """prepare of solve_ivp on the lab's joint-space model; its knob is rtol, atol a thousandth of it."""
 
     def prepare(problem, rtol):
@@ -71,24 +83,22 @@ def by_scipy(solver):
 
         def judge(found):
             if not found.success:
-                raise Failed("gives up" if found.evaluations < MOST else "comes to no end")
+                raise Failed("gives up" if found.evaluations < MOST_EVALUATIONS else "comes to no end")
             return read(found.states[-1])
 
-        return Attempt(lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST), judge)
+        return Attempt(lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST_EVALUATIONS), judge)
 
     return prepare
 
 
-def by_casadi(plugin):
+def by_casadi(plugin: str) -> Callable[..., Attempt]:
     """prepare of casadi.integrator on our model in joint coordinates; its knob: reltol, or the finite elements."""
 
     def prepare(problem, knob):
-        import casadi
-
         start, judge = MOTIONS[problem].begin(), judged(problem)
         c, c_dot, modes = Joint().coordinates(start)
-        x = casadi.SX.sym("x", 4)
-        slope = model_functions(ROBOT, Joint())[0](x, casadi.DM.zeros(2), [int(mode) for mode in modes])[0]
+        x = ca.SX.sym("x", 4)
+        slope = model_functions(ROBOT, Joint())[0](x, ca.DM.zeros(2), [int(mode) for mode in modes])[0]
         options = (
             {"reltol": knob, "abstol": 1e-3 * knob, "max_num_steps": 100_000, "show_eval_warnings": False}
             if plugin == "cvodes"
@@ -99,7 +109,7 @@ def by_casadi(plugin):
                 "rootfinder_options": {"abstol": 1e-15, "abstolStep": 1e-16, "error_on_fail": False},
             }
         )
-        integrator = casadi.integrator("integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options)
+        integrator = ca.integrator("integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options)
         begin = np.array([*c, *c_dot])
 
         def judge_end(found):
@@ -116,7 +126,9 @@ def _seen(chart, state, modes):
     return rates.pose.xi, rates.pose.q, float(energy(rates))
 
 
-def fixed_steps(motion, chart, method, count, jit):
+def fixed_steps(
+    motion: FreeMotion | DrivenMotion, chart: Joint | Task, method: str, count: int, jit: bool
+) -> tuple[Callable, list[int]]:
     """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but the end; modes."""
     c, c_dot, modes = chart.coordinates(motion.begin())
     modes = [int(mode) for mode in modes]
@@ -125,7 +137,7 @@ def fixed_steps(motion, chart, method, count, jit):
     return lambda: call(begin)[0], modes
 
 
-def ours(name, method, jit):
+def ours(name: str, method: str, jit: bool) -> Callable[..., Attempt]:
     """prepare of our fixed steps in a chart."""
     chart = CHARTS[name]
 
@@ -137,17 +149,18 @@ def ours(name, method, jit):
     return prepare
 
 
-def ours_auto(problem, count):
-    """fivebar.simulate: charts changed on the way, every step checked, the whole run kept."""
-    start, judge = MOTIONS[problem].begin(), judged(problem)
-
-    def call():
-        return simulate(ROBOT, duration=DURATION, start=start, step=DURATION / count, method="dop8")
-
-    return Attempt(call, lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
+def kept(motion: FreeMotion | DrivenMotion, count: int) -> Callable[[], Run]:
+    """call () -> the Run of fivebar.simulate: every step checked, and all of it kept."""
+    start = motion.begin()
+    return lambda: simulate(ROBOT, duration=DURATION, start=start, step=DURATION / count, method="dop8")
 
 
-def redundant(gain):
+def ours_auto(problem: str, count: int) -> Attempt:
+    judge = judged(problem)
+    return Attempt(kept(MOTIONS[problem], count), lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])))
+
+
+def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:
     """prepare of RK4 on the DAE in (x, y, q1, q2) with Baumgarte's gain(step)."""
 
     def prepare(problem, count):
@@ -163,7 +176,7 @@ def redundant(gain):
     return prepare
 
 
-def chart():
+def chart() -> Chart:
     tolerances = tuple(10.0**-k for k in range(2, 13))
     compiler = ("C compiler",)
     by_hand, few, many = counts(100, 3200), counts(8, 256), counts(25, 6400)

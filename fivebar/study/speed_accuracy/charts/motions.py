@@ -1,37 +1,47 @@
 """Motions of the AMORO robot, free and driven, their ends known to 20 digits."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ...._backend import cos
 from ....models.geometry import dgm
 from ....models.kinematics import Rates, dkm
-from ....models.robots import FiveBar
+from ....models.robots import FiveBar, Robot
 from ...pitfalls.joint_space import free_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROBOT = FiveBar()
 DURATION = 2.0  # s
 
 
 @dataclass(frozen=True)
-class FreeMotion:
-    """Where a motion begins, a function of the robot to Rates, and the end-effector (2,) m after DURATION.
+class _Motion:
+    """Where a motion begins, a function of the robot to Rates, and where it is after DURATION.
 
     Ends are by extrapolation with 40 digits in redundant coordinates; tests compute them again.
     """
 
     words: str
-    start: object
-    end: tuple
+    start: Callable[[Robot], Rates]
+    end: tuple[float, float]
 
     def begin(self) -> Rates:
         return self.start(ROBOT)
 
-    def torque(self, t):
+
+class FreeMotion(_Motion):
+    """A motion without torque; its end is that of the end-effector, m."""
+
+    def torque(self, t: float) -> tuple[float, float]:
         return 0.0, 0.0
 
 
-def from_home(*q_dot):
+def from_home(*q_dot: float) -> Callable[[Robot], Rates]:
     return lambda robot: dkm(dgm(robot, (0.0, 0.0)), q_dot)
 
 
@@ -47,30 +57,24 @@ MOTIONS = {
 
 
 @dataclass(frozen=True)
-class DrivenMotion:
-    """Where a motion begins; torque: t -> (2,) N m, of floats and of CasADi's symbols; the active joints at its end."""
+class DrivenMotion(_Motion):
+    """torque: t -> (2,) N m, of floats and of CasADi's symbols; the end is that of the active joints, rad."""
 
-    words: str
-    start: object
-    torque: object
-    end: tuple
-
-    def begin(self) -> Rates:
-        return self.start(ROBOT)
+    torque: Callable[[float], tuple]
 
 
-def swinging(t):
+def swinging(t: float) -> tuple:
     wave = cos(2 * math.pi * t)
     return 0.02 * wave, -0.016 * wave
 
 
 DRIVEN = {
     "forced": DrivenMotion(
-        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0), swinging,
-        (-0.4412563579119373769925, 0.4231774641911981802441),
+        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0),
+        (-0.4412563579119373769925, 0.4231774641911981802441), swinging,
     ),
     "through": DrivenMotion(
-        "free motion through Type 2", free_start, MOTIONS["through"].torque,
-        (0.7014519181150669347598, 2.416130451821391023409)
+        "free motion through Type 2", free_start,
+        (0.7014519181150669347598, 2.416130451821391023409), MOTIONS["through"].torque,
     ),
 }  # fmt: skip

@@ -1,27 +1,35 @@
 """The forced motion, one through Type 2, and turning cranks in other simulators and here: errors against time."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
+import casadi as ca
 import numpy as np
 
 from ...._backend import wrap
 from ....models.charts import Joint
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import dgm
-from ....simulation.simulate import simulate
 from ....simulation.steps import model_functions, runge_kutta
 from ...pitfalls.integrators import adaptive
 from ...pitfalls.redundant import closure, redundant_state
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from ..rivals.drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
 from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from ..rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, pinocchio_run, read
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
 from . import branches
 from .constrained import multipliers
-from .integrators import counts, fixed_steps
+from .integrators import counts, fixed_steps, kept
 from .motions import DRIVEN, DURATION, ROBOT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from .motions import DrivenMotion
 
 SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
@@ -30,7 +38,7 @@ POSITIONS, TURNING = "positions", "cranks that turn, 90° apart"
 ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
 
 
-def judged(problem):
+def judged(problem: str) -> Callable[..., dict[str, float]]:
     """(active joints (2,), gap m) -> largest error of a joint, rad, and the gap."""
     end = DRIVEN[problem].end
 
@@ -49,7 +57,7 @@ def _gap(q, xi):
     return closure(ROBOT, np.reshape(q, (1, 2)), np.reshape(xi, (1, 2)))[0]
 
 
-def ours(method, jit):
+def ours(method: str, jit: bool) -> Callable[..., Attempt]:
     """prepare of our fixed steps in the joint chart, the torque read at every stage."""
 
     def prepare(problem, count):
@@ -64,27 +72,21 @@ def ours(method, jit):
     return prepare
 
 
-def ours_auto(problem, count):
-    """fivebar.simulate in changing charts; for a motion without torque, which it would hold over a step."""
-    motion, judge = DRIVEN[problem], judged(problem)
-
-    def call():
-        return simulate(ROBOT, duration=DURATION, start=motion.begin(), step=DURATION / count, method="dop8")
-
-    return Attempt(call, lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
+def ours_auto(problem: str, count: int) -> Attempt:
+    """fivebar.simulate; for a motion without torque, which it would hold over a step."""
+    judge = judged(problem)
+    return Attempt(kept(DRIVEN[problem], count), lambda run: judge((run.q[-1], _gap(run.q[-1], run.xi[-1]))))
 
 
-def redundant_compiled(jit):
+def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
     """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler as ours."""
 
     def prepare(problem, count):
-        import casadi as ca
-
         motion, judge, step = DRIVEN[problem], judged(problem), DURATION / count
         state, t = ca.SX.sym("state", 8), ca.SX.sym("t")
 
         def slope(stage, fraction):
-            return multipliers(ca, stage, motion.torque(t + fraction * step))
+            return multipliers(stage, motion.torque(t + fraction * step))
 
         one = ca.Function("step", [state, t], ca.cse([runge_kutta("dop8", step, state, slope)]))
         start = ca.MX.sym("start", 8)
@@ -95,7 +97,7 @@ def redundant_compiled(jit):
     return prepare
 
 
-def lsoda(problem, rtol):
+def lsoda(problem: str, rtol: float) -> Attempt:
     """SciPy's LSODA, called with our closed form, which is compiled: what SciPy itself costs."""
     motion, judge = DRIVEN[problem], judged(problem)
     c, c_dot, modes = Joint().coordinates(motion.begin())
@@ -114,7 +116,7 @@ def lsoda(problem, rtol):
     return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
 
 
-def simulator(make, alone=False, read=read):
+def simulator(make: Callable, alone: bool = False, read: Callable = read) -> Callable[..., Attempt]:
     """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only the latter.
 
     read: what run returns -> active joints, gap.
@@ -140,27 +142,19 @@ def simulator(make, alone=False, read=read):
     return prepare
 
 
-def as_read(found):
-    return found
-
-
-def read_springs(found):
+def read_springs(found: tuple) -> tuple:
     return found[0], _gap(*found)
 
 
-def mujoco_as_it_comes(motion, count):
-    return mujoco_run(motion, count)
-
-
-def mujoco_tuned(motion, count, **trap):
+def mujoco_tuned(motion: DrivenMotion, count: int, **trap: bool) -> tuple:
     return mujoco_run(motion, count, MUJOCO_STIFFNESS[count], **trap)
 
 
-def pinocchio_by(method):
+def pinocchio_by(method: str) -> Callable:
     return lambda motion, count: pinocchio_run(motion, count, method)
 
 
-def simulated():
+def simulated() -> tuple[Method, ...]:
     """Methods of the motions: ours, the same equations otherwise, the simulators."""
     few, tuned, tolerances = counts(6, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
     compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
@@ -179,7 +173,7 @@ def simulated():
                few, pin, 8),
         Method("Pinocchio, RK4, without the Python loop", "Pinocchio", simulator(pinocchio_by("rk4"), alone=True),
                counts(25, 3200), pin, 4),
-        Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_as_it_comes), counts(200, 6400), mj),
+        Method("MuJoCo as it comes, torque held", "MuJoCo", simulator(mujoco_run), counts(200, 6400), mj),
         Method("MuJoCo tuned, RK4, torque by callback", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
         Method("MuJoCo tuned, without the Python calls", "MuJoCo", simulator(mujoco_tuned, alone=True), tuned, mj),
         Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", simulator(partial(mujoco_tuned, held=True)),
@@ -192,33 +186,21 @@ def simulated():
         Method("Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), few, drake, 8),
         Method("Drake's matrices, without the Python loop", "Drake", simulator(drake_by_hand, alone=True),
                few, drake, 8),
-        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=as_read),
+        Method("Exudyn as it comes, generalized alpha", "Exudyn", simulator(exudyn_as_it_comes, read=tuple),
                counts(50, 6400), exu, 2),
         Method("Exudyn tuned, stiff springs, loop in C++", "Exudyn", simulator(exudyn_springs, read=read_springs),
                tuple(EXUDYN_SPRINGS), exu),
     )  # fmt: skip
 
 
-def positioned():
-    """Methods of the turning cranks."""
-    degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
-    return (
-        Method("fivebar.dgm, arrays", OURS, branches.arrays, degrees),
-        Method("fivebar.compile, VM", OURS, branches.in_casadi(False), degrees),
-        Method("fivebar.compile, compiled", OURS, branches.in_casadi(True), degrees, ("C compiler",)),
-        Method("pylinkage step", other, branches.pylinkage(False), degrees, (other,)),
-        Method("pylinkage step_fast, numba", other, branches.pylinkage(True), degrees, (other, "numba")),
-    )
-
-
-def on(problems, methods):
+def on(problems: Iterable[str], methods: Iterable[Method]) -> tuple[Method, ...]:
     """The methods, tried on these problems only."""
     return tuple(
         m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs)) for m in methods
     )
 
 
-def chart():
+def chart() -> Chart:
     rows = (
         dict(y="error", ylabel="largest error of an active joint after 2 s (rad)", ceiling=LOST),
         dict(y="gap", ylabel="gap of the loop (m)", ceiling=1e-2, floor=1e-18),
@@ -238,7 +220,7 @@ def chart():
         "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
         "the closed form gains.",
         problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
-        methods=on(DRIVEN, simulated()) + on((POSITIONS,), positioned()),
+        methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
         step=lambda count: DURATION / count,
         apart=(SAME,),
         panels=(*(

@@ -1,12 +1,14 @@
 """Sampled computed torque over the plane of its gains: growth of a disturbance, gain of noise; simulated and exact."""
 
+from __future__ import annotations
+
 import time
 
 import numpy as np
 
 from ....models.robots import FiveBar
 from ...pitfalls.sampled import exact_noise_gain, growth, noise_gain, spectral_radius
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 ROBOT = FiveBar()
 SIDES = {"growth": 29, "noise": 15}  # points of a side; odd, so that every other point is a chessboard
@@ -20,17 +22,17 @@ PROBLEMS = {
 }
 
 
-def gains(problem, index):
+def gains(problem: str, index: int) -> tuple[float, float]:
     """(Kp h^2, Kd h) of a point, in the middle of a cell of the problem's grid."""
     size, side = WINDOWS[PROBLEMS[problem][1]], side_of(problem)
     return tuple(float(high * (k + 0.5) / side) for high, k in zip(size, divmod(int(index), side)))
 
 
-def side_of(problem):
+def side_of(problem: str) -> int:
     return SIDES[problem.split("-")[0]]
 
 
-def simulated(problem, index):
+def simulated(problem: str, index: int) -> Attempt:
     """prepare: one run at one pair of gains, whose time is that of its only call."""
     _, delay, measure, exact = PROBLEMS[problem]
     p, q = gains(problem, index)
@@ -51,7 +53,7 @@ def simulated(problem, index):
     return Attempt(call, judge, times=lambda: np.array(spent))
 
 
-def chart():
+def chart() -> Chart:
     knobs = {problem: tuple(range(side_of(problem) ** 2)) for problem in PROBLEMS}
     return Chart(
         name="stability",

@@ -1,7 +1,10 @@
 """Controllers on the lab's task 1: tracking error against the time of a control step."""
 
+from __future__ import annotations
+
 import time
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +13,12 @@ from ....control.qp import QP
 from ....control.tracker import Tracker
 from ....simulation.cases import case
 from ....simulation.comparison import compare
-from ..table import OURS, Attempt, Chart, Failed, Method, Panel
+from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ....simulation.cases import Case
 
 QUIET = {"print_iter": False, "print_header": False, "print_info": False}
 TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}
@@ -27,7 +35,7 @@ ASTRAY = 0.1  # m
 the_case = lru_cache(maxsize=None)(case)
 
 
-def tracked(controller_of):
+def tracked(controller_of: Callable) -> Callable[..., Attempt]:
     """prepare of controller_of(case, knob): one run, in which every control step is timed."""
 
     def prepare(problem, knob):
@@ -56,18 +64,18 @@ def tracked(controller_of):
     return prepare
 
 
-def computed_torque(chosen, bandwidth):
+def computed_torque(chosen: Case, bandwidth: float) -> ComputedTorque:
     return ComputedTorque(chosen.model, bandwidth**2, 2 * bandwidth)
 
 
-def pd(chosen, bandwidth):
+def pd(chosen: Case, bandwidth: float) -> PD:
     """About the same bandwidth, by the inertia that a joint moves: no model beside it."""
     robot = chosen.model
     inertia = robot.zz1 + robot.m * robot.l11**2
     return PD(robot, inertia * bandwidth**2, 2 * inertia * bandwidth)
 
 
-def predictive(solver):
+def predictive(solver: str) -> Callable:
     def controller_of(chosen, horizon):
         tracker = Tracker(chosen.model, int(horizon), torque_limit=chosen.options.get("torque_limit"))
         tracker.qp = QP(2 * int(horizon), 0, solver, SOLVERS[solver])
@@ -76,7 +84,7 @@ def predictive(solver):
     return controller_of
 
 
-def chart():
+def chart() -> Chart:
     mpc = "MPC by another QP solver"
     methods = (
         Method("fivebar.Tracker: MPC, QP by DAQP", OURS, tracked(predictive("daqp")), HORIZONS),

@@ -4,10 +4,19 @@ Drake's continuous plants have no constraints (nor does its CENIC integrator), s
 bushing between the tips, whose stiffness is the accuracy, and Lagrange multipliers of the user's own.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..charts.motions import DURATION, ROBOT
 from .mujoco_pinocchio import joints, legs_of, runge_kutta
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..charts.motions import DrivenMotion
 
 # Stiffness of the bushing, N/m -> (integrator, steps, damping ratio): the fewest evaluations that come within a quarter
 # of the errors that the stiffness leaves on both motions, by `python -m tests.benchmarks.peers`.
@@ -21,7 +30,7 @@ DRAKE_BUSHINGS = {
 HALF = ROBOT.m / 2  # kg at each tip
 
 
-def plant_of(step, bushing=None, ball=False):
+def plant_of(step: float, bushing: tuple[float, float] | None = None, ball: bool = False) -> tuple:
     """Finalized MultibodyPlant, continuous if step is 0, and frames of its tips; bushing: (N/m, damping ratio)."""
     from pydrake.math import RigidTransform
     from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
@@ -91,12 +100,14 @@ def _simulated(motion, plant, prepare):
     return run
 
 
-def drake_as_it_comes(motion, count):
+def drake_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None]:
     """A discrete plant with a ball constraint, as its documentation has it for closed loops: order 1, torque held."""
     return _simulated(motion, plant_of(DURATION / count, ball=True)[0], lambda simulator: None), None
 
 
-def drake_bushing(motion, stiffness, settings=None):
+def drake_bushing(
+    motion: DrivenMotion, stiffness: float, settings: tuple[str, int, float] | None = None
+) -> tuple[Callable, None]:
     """A continuous plant with a stiff bushing; settings: (integrator, steps, damping ratio), else the shipped ones."""
     from pydrake.systems.analysis import ResetIntegratorFromFlags
 
@@ -108,7 +119,7 @@ def drake_bushing(motion, stiffness, settings=None):
     return _simulated(motion, plant_of(0.0, (stiffness, ratio))[0], prepare), None
 
 
-def drake_by_hand(motion, count):
+def drake_by_hand(motion: DrivenMotion, count: int) -> tuple[Callable, Callable]:
     """A continuous plant's mass matrix, bias and Jacobian of tip against tip, order 8 and multipliers in Python."""
     from pydrake.multibody.tree import JacobianWrtVariable
 

@@ -1,9 +1,18 @@
 """The five-bar in Exudyn: rigid bodies and revolute joints, and stiff springs as distal bars; in `fivebar[peers]`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..charts.motions import DURATION, ROBOT
 from .mujoco_pinocchio import joints, legs_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..charts.motions import DrivenMotion
 
 # Stiffness of a distal bar, N/m -> (explicit integrator, steps, damping ratio), as DRAKE_BUSHINGS.
 EXUDYN_SPRINGS = {
@@ -28,7 +37,7 @@ def _settings(count):
     return settings
 
 
-def exudyn_as_it_comes(motion, count):
+def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None]:
     """Four rigid bodies, five revolute joints, torques by Python functions; its default, the generalized alpha."""
     import exudyn
     from exudyn import itemInterface as item
@@ -80,7 +89,9 @@ def exudyn_as_it_comes(motion, count):
     return run, None
 
 
-def exudyn_springs(motion, stiffness, settings=None):
+def exudyn_springs(
+    motion: DrivenMotion, stiffness: float, settings: tuple[str, int, float] | None = None
+) -> tuple[Callable, None]:
     """Two turning inertias and a mass, springs for distal bars; an explicit integrator and the torque in its C++.
 
     settings: (integrator, steps, damping ratio), else the shipped ones.

@@ -4,9 +4,21 @@ A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. Both 
 end-effector's mass at their ends, which the loop holds together: the dynamics is the robot's.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from ....simulation.steps import tableau
 from ..charts.motions import DURATION, ROBOT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ....models.kinematics import Rates
+    from ....models.robots import FiveBar
+    from ..charts.motions import DrivenMotion
 
 # Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
 # damped: searched over powers of ten by `python -m tests.benchmarks.peers`.
@@ -32,19 +44,19 @@ MUJOCO = """
 </mujoco>"""
 
 
-def legs_of(robot):
+def legs_of(robot: FiveBar) -> tuple[tuple, tuple]:
     """Base, proximal and distal length, inertia of each leg."""
     half = robot.d / 2
     return (-half, robot.l11, robot.l12, robot.zz1), (half, robot.l21, robot.l22, robot.zz2)
 
 
-def joints(rates):
+def joints(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """(q11, q12, q21, q22) and their rates: the order of the trees below."""
     q, passive, w, turning = rates.pose.q, rates.pose.q_passive, rates.q_dot, rates.q_passive_dot
     return np.array([q[0], passive[0], q[1], passive[1]]), np.array([w[0], turning[0], w[1], turning[1]])
 
 
-def read(q):
+def read(q: np.ndarray) -> tuple[np.ndarray, float]:
     """Active joints (2,) and how far the two tips are apart, m."""
     tips = [
         base + l1 * np.exp(1j * q[2 * k]) + l2 * np.exp(1j * (q[2 * k] + q[2 * k + 1]))
@@ -53,7 +65,9 @@ def read(q):
     return q[[0, 2]], abs(tips[0] - tips[1])
 
 
-def mujoco_run(motion, count, stiffness=None, held=False, light=False):
+def mujoco_run(
+    motion: DrivenMotion, count: int, stiffness: float | None = None, held: bool = False, light: bool = False
+) -> tuple[Callable, Callable]:
     """call () -> final joints, and call () that only steps. stiffness: None for MuJoCo's own settings and Euler's
     method with the torque set before each step; else RK4, torques at every stage.
 
@@ -110,7 +124,7 @@ def mujoco_run(motion, count, stiffness=None, held=False, light=False):
     return run, step_only
 
 
-def pinocchio_run(motion, count, method):
+def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callable, Callable]:
     """The same by Pinocchio's constraintDynamics: method "semi-implicit Euler", "rk4" or "dop8", loops in Python."""
     import pinocchio as pin
 
@@ -161,10 +175,8 @@ def _at(pin, x):
     return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
 
 
-def runge_kutta(method, acceleration, count, h, q, v):
+def runge_kutta(method: str, acceleration: Callable, count: int, h: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
-    from ....simulation.steps import tableau
-
     a, b, c = tableau(method)
     for k in range(count):
         rates, forces = [], []

@@ -1,12 +1,20 @@
 """What a chart is: problems, methods with their knob, and panels. Declared here, run and drawn elsewhere."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from ...errors import UsageError
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+
 # Name -> module with a function `chart()`.
-CHARTS = {
+MODULES = {
     name: f"{__package__}.charts.{module}"
     for name, module in {
         "geometry": "geometry",
@@ -32,10 +40,10 @@ class Attempt:
     per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call has measured its own.
     """
 
-    call: object
-    judge: object
+    call: Callable[[], object]
+    judge: Callable[[object], dict[str, float]]
     per: int = 1
-    times: object = None
+    times: Callable[[], np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -48,12 +56,12 @@ class Method:
 
     name: str
     family: str
-    prepare: object
-    knobs: object = (0,)
-    needs: tuple = ()
+    prepare: Callable[[str, float], Attempt]
+    knobs: tuple | dict[str, tuple] = (0,)
+    needs: tuple[str, ...] = ()
     order: int | None = None
 
-    def knobs_of(self, problem, quick):
+    def knobs_of(self, problem: str, quick: bool) -> tuple[float, ...]:
         """The knobs, in a quick run every other one, the first among them."""
         knobs = self.knobs.get(problem, ()) if isinstance(self.knobs, dict) else self.knobs
         return tuple(k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs))
@@ -72,7 +80,7 @@ class Panel:
     ylabel: str = "error"
     x: str = "seconds"
     xlabel: str = "time of one run (s)"
-    levels: tuple = ()
+    levels: tuple[float, ...] = ()
     rounding: float = 1e-15
     floor: float = 1e-17  # an error of 0 is drawn here
     ceiling: float = float("inf")  # a larger error counts as a failure
@@ -91,29 +99,29 @@ class Chart:
     name: str
     title: str
     reading: str
-    problems: dict
-    methods: tuple
+    problems: dict[str, str]
+    methods: tuple[Method, ...]
     panels: tuple  # of rows, tuples of Panel
-    step: object = None  # knob -> step, in which the methods that have an order converge
+    step: Callable[[float], float] | None = None  # knob -> step, in which the methods that have an order converge
     apart: tuple = (LIMIT,)  # families that the caption compares apart from the others
     picture: str | None = None  # module with figure(result) and caption(result) where the usual ones do not fit
     limit: float = 60.0  # s, for one attempt with all its repeats
 
-    def jobs(self, quick):
+    def jobs(self, quick: bool) -> list[tuple[str, Method, float]]:
         """(problem, method, knob) of all attempts, in the order in which they are made."""
         return [(p, m, knob) for p in self.problems for m in self.methods for knob in m.knobs_of(p, quick)]
 
-    def method(self, name):
+    def method(self, name: str) -> Method:
         return next(m for m in self.methods if m.name == name)
 
 
-def module_of(name):
+def module_of(name: str) -> str:
     """The module of a chart; UsageError, with the known ones, for a name that is none."""
-    if name not in CHARTS:
-        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(CHARTS)}, and all")
-    return CHARTS[name]
+    if name not in MODULES:
+        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(MODULES)}, and all")
+    return MODULES[name]
 
 
-def load(module):
+def load(module: str) -> Chart:
     """The Chart that a module declares."""
     return import_module(module).chart()

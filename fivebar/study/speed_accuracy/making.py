@@ -1,33 +1,43 @@
 """Charts made: measured, written, drawn."""
 
+from __future__ import annotations
+
 import io
 from importlib import import_module
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 from PIL import Image
+from tqdm import tqdm
 
 from . import findings, picture, runner
+from .chart import MODULES, PEERS, load, module_of
 from .page import write_page
 from .store import from_csv
-from .table import CHARTS, PEERS, load, module_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from .chart import Chart
+    from .store import Result
 
 DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
 
 
-def chart_names(peers=False):
+def chart_names(peers: bool = False) -> tuple[str, ...]:
     """All charts, those of other simulators only if asked for."""
-    return tuple(name for name in CHARTS if peers or name not in PEERS)
+    return tuple(name for name in MODULES if peers or name not in PEERS)
 
 
-def make(names, folder, quick=False):
+def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, Result]:
     """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
 
     quick: every other knob and less time for each. An interrupted run goes on where it was.
     """
-    from tqdm import tqdm
-
     partials, modules = [], {name: module_of(name) for name in names}
     folder.mkdir(parents=True, exist_ok=True)
-    others = [name for name in CHARTS if name not in modules and (folder / f"{name}.csv").exists()]
+    others = [name for name in MODULES if name not in modules and (folder / f"{name}.csv").exists()]
     results = {name: redraw(folder / f"{name}.csv", name) for name in others}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
     with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
@@ -36,7 +46,7 @@ def make(names, folder, quick=False):
             results[name], partial = runner.run(name, folder, quick, bar.update)
             results[name].to_csv(folder / f"{name}.csv")
             partials.append(partial)
-    ordered = {name: results[name] for name in CHARTS if name in results}
+    ordered = {name: results[name] for name in MODULES if name in results}
     pictures, captions = {}, {}
     for name, result in ordered.items():
         pictures[name], captions[name] = draw(result, folder), module_with(result.chart).caption(result)
@@ -46,12 +56,12 @@ def make(names, folder, quick=False):
     return {name: results[name] for name in modules}
 
 
-def redraw(path, name):
+def redraw(path: Path, name: str) -> Result:
     """The Result of a CSV file that `make` wrote."""
     return from_csv(path, load(module_of(name)))
 
 
-def draw(result, folder):
+def draw(result: Result, folder: Path) -> bytes:
     """NAME.png and .svg of a Result; the PNG's bytes."""
     figure = module_with(result.chart).figure(result)
     buffer = io.BytesIO()
@@ -63,11 +73,8 @@ def draw(result, folder):
     return small.getvalue()
 
 
-class _Usual:
-    figure = staticmethod(picture.figure)
-    caption = staticmethod(findings.caption)
-
-
-def module_with(chart):
+def module_with(chart: Chart) -> object:
     """What has figure(result) and caption(result) for a chart."""
-    return import_module(f".charts.{chart.picture}", __package__) if chart.picture else _Usual
+    if chart.picture:
+        return import_module(f".charts.{chart.picture}", __package__)
+    return SimpleNamespace(figure=picture.figure, caption=findings.caption)

@@ -1,0 +1,51 @@
+"""What the tracker does without a solution: a torque that is safe, and torques to begin anew from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import SingularityError, UnreachableError
+from ..models.dynamics import inverse_dynamics
+from ..models.geometry import igm
+from ..models.kinematics import ikm, ikm2
+from .laws import PD, ComputedTorque
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..models.robots import Robot
+    from .laws import Reference
+
+FALLBACK_GAINS = 100.0, 20.0  # of computed torque, 1/s^2 and 1/s
+NEAR_PARALLEL = 0.2  # |det A| below which the fallback is PD: computed torque divides by it
+
+
+def _working(margins):
+    return tuple(-1 if sine > 0 else 1 for sine in margins[:2])
+
+
+def reference_torques(robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray) -> np.ndarray:
+    """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
+    xi, xi_dot, xi_ddot = reference(times)
+    try:
+        return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))
+    except (SingularityError, UnreachableError):
+        return np.zeros((len(times), 2))
+
+
+def safe_torque(robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple) -> np.ndarray:
+    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m.
+
+    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
+    """
+    kp, kd = FALLBACK_GAINS
+    if abs(margins[2]) > NEAR_PARALLEL:
+        controller = ComputedTorque(robot, kp, kd, _working(margins), assembly)
+    else:
+        controller = PD(robot, kp * inertia, kd * inertia, _working(margins))
+    try:
+        return controller(*call)
+    except (SingularityError, UnreachableError):
+        return -kd * inertia * np.asarray(call[2])

@@ -1,0 +1,44 @@
+"""A polynomial made to cross a Type-2 singularity: the baseline that plans are measured against."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from ..models.geometry import igm
+from ..models.kinematics import ikm
+from .trajectory import Trajectory, polynomial
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..models.robots import Robot
+
+
+def crossing_polynomial(
+    robot: Robot, start: ArrayLike, goal: ArrayLike, crossing: ArrayLike, velocity: ArrayLike,
+    times: Sequence[float], acceleration: ArrayLike = (0.0, 0.0), working: tuple[int, int] = (-1, -1),
+) -> Trajectory:  # fmt: skip
+    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
+
+    start, goal: (2,) m, at rest with no acceleration.
+    crossing: (2,) m, on the singularity.
+    velocity: (2,) m/s, there.
+    times: (start, crossing, goal) s.
+    acceleration: (2,) m/s^2, there: the part of it that lies across t_s, the free direction (A t_s = 0).
+    working: the modes.
+    ValueError where det A is not 0 at the crossing, or not passed through. Briot and Arakelian 2008.
+    """
+    rates = ikm(igm(robot, crossing, working), velocity)
+    pose, slope = rates.pose, rates.margin_rates[2]
+    if abs(pose.det_A) > 1e-6:
+        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose.det_A:.3g}")
+    if abs(slope) < 1e-6:
+        raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
+    x, y = pose.u2[0]  # across t_s
+    along = x * acceleration[0] + y * acceleration[1]
+    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+    t0, ts, t1 = times
+    middle = {0: crossing, 1: velocity, 2: (along * x, along * y)}
+    return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])
