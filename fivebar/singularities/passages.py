@@ -16,7 +16,6 @@ import numpy as np
 from ..models.geometry import Pose, igm
 from ..models.robots import FiveBar
 from .aspects import Aspect, aspects
-from .locus import MODES
 from .margins import Singularity
 
 SAMPLES = 33  # places on an arc, of which the one farthest from other singularities is kept
