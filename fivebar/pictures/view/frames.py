@@ -1,10 +1,16 @@
 """Which samples of a motion a page shows: at most 60 a second, none that is not a number."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...tables import must_increase
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 PER_SECOND = 60
 MOST = 3600  # frames: beyond, a page would outgrow what a notebook or a mail takes
@@ -26,7 +32,7 @@ class Frames:
     notes: tuple
 
     @property
-    def switches(self):
+    def switches(self) -> tuple[np.ndarray, np.ndarray] | None:
         """(times (k,), shown (k,) bool): from each time on, whether the mechanism is shown; None without gaps."""
         if not self.gaps:
             return None
@@ -39,7 +45,7 @@ class Frames:
         return np.array(times), np.array(shown)
 
 
-def choose(t, *numbers, lack="are not numbers"):
+def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") -> Frames:
     """The Frames of samples at t (n,) s with these numbers (n, ...), of which some may be nan or inf.
 
     lack: why these cannot be shown, in words.
@@ -71,7 +77,7 @@ def choose(t, *numbers, lack="are not numbers"):
     return Frames(index, t[index], start, float(t[-1]), gaps, tuple(notes))
 
 
-def grid(duration):
+def grid(duration: float) -> np.ndarray:
     """Times (n,) s from 0 to `duration` for a motion that is known at any time."""
     return np.linspace(0.0, duration, int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)))
 
