@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..linkages import Study
     from ..models.geometry import Pose
     from ..models.robots import Robot
-    from ..simulation.run import Run
+    from .motions import Run
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,9 @@ from PIL import Image
 
 import fivebar as fb
 from fivebar import linkages
-from fivebar.pictures import view
+from fivebar.pictures import document, view
 from fivebar.pictures.skeleton import Skeleton
-from fivebar.pictures.view import page, scenes, shows, sources
+from fivebar.pictures.view import scenes, shows, sources
 from fivebar.pictures.view.frames import MOST, choose
 from fivebar.pictures.view.layers import Area, Arrows, Ghost, Line, Turning
 from fivebar.pictures.view.solids import dashed
@@ -65,7 +65,7 @@ def test_a_scene_computes_only_what_it_draws(run, monkeypatch):
         (run, ["torques"], []),
         (run, ["workspace"], ["singularity_loci"]),
         (run, ["loci"], ["measured_pose", "singularity_loci"]),
-        (run, ["ghost"], ["measured_pose", "igm"]),
+        (run, ["ghost"], ["igm", "measured_pose"]),
         (plan, ["trace", "velocity", "acceleration"], ["igm"]),
         (plan, ["torques"], ["igm", "ikm", "ikm2", "inverse_dynamics"]),
     ]:
@@ -302,7 +302,7 @@ def test_files_that_cannot_be_written(run, tmp_path):
 
 
 def test_missing_viewer_is_told(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "find_spec", lambda name: None)
+    monkeypatch.setattr(document, "find_spec", lambda name: None)
     with pytest.raises(ImportError, match="pip install meshcat"):
         run.animate(tmp_path / "run.html")
     assert not (tmp_path / "run.html").exists()

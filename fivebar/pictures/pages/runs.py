@@ -15,7 +15,7 @@ from .document import packed
 from .samples import gaps, kept, panel, subject
 
 if TYPE_CHECKING:
-    from ...simulation.run import Run
+    from ..motions import Run
 
 LEGS, AXES = ("left", "right"), ("x", "y")
 

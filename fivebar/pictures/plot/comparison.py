@@ -11,7 +11,7 @@ from matplotlib.ticker import LogFormatter
 from ..style import COLOURS, INK, finish, readable
 
 if TYPE_CHECKING:
-    from ...simulation.comparison import Comparison
+    from ..motions import Comparison
 
 
 def comparison(compared: Comparison) -> Figure:

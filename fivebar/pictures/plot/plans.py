@@ -14,7 +14,7 @@ from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
 from .pose_panels import around, draw_robot
 
 if TYPE_CHECKING:
-    from ...planning.plans import Plan
+    from ..motions import Plan
 
 LOCI = {
     Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),

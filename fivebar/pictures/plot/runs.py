@@ -12,7 +12,7 @@ from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
 from .pose_panels import draw_robot
 
 if TYPE_CHECKING:
-    from ...simulation.run import Run
+    from ..motions import Run
 
 
 def tracking(run: Run) -> Figure:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from ...linkages import Study
     from ...models.robots import Robot
-    from ...simulation.run import Run
+    from ..motions import Run
 
 WRITERS = {".html": "a page", ".gif": "an animation", ".png": "a strip of poses"}
 HEIGHT = 480  # px, of the frame in a notebook

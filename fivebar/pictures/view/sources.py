@@ -20,7 +20,7 @@ from .studies import OfStudy
 if TYPE_CHECKING:
     from ...linkages import Study
     from ...models.robots import Robot
-    from ...simulation.run import Run
+    from ..motions import Run
 
 
 def source(robot: object, motion: Run | Study | Callable) -> OfRobot | OfStudy:
