@@ -66,15 +66,14 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     subjects, columns, notes = [], [], _differences(runs) if several else []
     for name, run in runs.items():
         keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
-        run, broken = _finite(name, _sampled(run, keep))
+        run, broken = _sampled(name, run, keep)
         computed = {key: QUANTITIES[key].of(run) for key in show}
         notes += words + (broken or gaps(name, computed))
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
-        subjects.append(subject(
-            name, run.t, run_body(run), columns[-1], legs=True,
-            reference=None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
-            marks=[[event.t, f"Type {int(event.type)}"] for event in run.events],
-        ))  # fmt: skip
+        reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
+        marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
+        own = subject(name, run.t, run_body(run), columns[-1], legs=True, reference=reference, marks=marks)
+        subjects.append(own)
     words = next(iter(runs.values())).robot.words
     units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
     titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
@@ -144,22 +143,12 @@ def _differences(runs):
     return notes
 
 
-def _arrays(run):
+def _sampled(name, run, keep):
+    """These samples of the run, with nan for inf, of which no cosine can be taken, and a note on both."""
     arrays = {f.name: getattr(run, f.name) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
-    for name, values in arrays.items():
+    for key, values in arrays.items():
         if len(values) != len(run.t):
-            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {name}")
-    return arrays
-
-
-def _sampled(run, keep):
-    return replace(run, **{name: values[keep] for name, values in _arrays(run).items()})
-
-
-def _finite(name, run):
-    """The run with nan for inf, of which no cosine can be taken, and a note on both."""
-    arrays = _arrays(run)
-    notes = gaps(name, arrays)
-    if notes:
-        run = replace(run, **{name: np.where(np.isfinite(values), values, np.nan) for name, values in arrays.items()})
-    return run, notes
+            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {key}")
+    arrays = {key: values[keep] for key, values in arrays.items()}
+    finite = {key: np.where(np.isfinite(values), values, np.nan) for key, values in arrays.items()}
+    return replace(run, **finite), gaps(name, arrays)

@@ -66,7 +66,7 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
     start, t = float(t[0]), t - t[0]
     index, note = _thinned(t)
     gaps = _gaps(t, good)
-    edges = [i for first, last in _runs(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)]
+    edges = [i for first, last in stretches(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)]
     index = np.union1d(index, edges).astype(int)
     index = index[good[index]]
     notes = [note] if note else []
@@ -93,8 +93,8 @@ def _thinned(t):
     return index, f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart." if coarse else None
 
 
-def _runs(flags):
-    """(first, last) index of each run of true values."""
+def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
+    """(first, last) index of each stretch of true values."""
     change = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
     return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist()))
 
@@ -102,7 +102,7 @@ def _runs(flags):
 def _gaps(t, good):
     """(from, to) s of each gap, half-way to its neighbours, which are still shown."""
     gaps = []
-    for first, last in _runs(~good):
+    for first, last in stretches(~good):
         low = 0.0 if first == 0 else (t[first - 1] + t[first]) / 2
         high = t[-1] if last == len(t) - 1 else (t[last] + t[last + 1]) / 2
         gaps.append((float(low), float(high)))

@@ -11,6 +11,7 @@ import numpy as np
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from ..style import GREEN, LEGS, PALE, PATH
+from .frames import stretches
 from .layers import Area, Arrows, Ghost, Layer, Line, Turning
 
 if TYPE_CHECKING:
@@ -58,8 +59,7 @@ def _reference(source):
     path = _need_reference(source, "reference")
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
-    good = np.flatnonzero(np.isfinite(path).all(axis=1))
-    paths = [path[run] for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1) if len(run)]
+    paths = [path[first : last + 1] for first, last in stretches(np.isfinite(path).all(axis=1))]
     return [Line("reference", paths, PALE, width=0.34, over=True, lift=0.06, opacity=0.75)]
 
 
@@ -128,10 +128,7 @@ def _strips(robot, border):
         for right in sides[1]:
             first, last = np.maximum(left[0], right[0]), np.minimum(left[1], right[1])
             rows = np.stack([np.stack([first, y], axis=1), np.stack([np.maximum(first, last), y], axis=1)], axis=1)
-            wide = np.flatnonzero(last > first)
-            for run in np.split(wide, np.flatnonzero(np.diff(wide) > 1) + 1):
-                if len(run):
-                    strips.append(rows[max(run[0] - 1, 0) : run[-1] + 2])
+            strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
     return strips
 
 

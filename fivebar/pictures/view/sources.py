@@ -60,13 +60,8 @@ class OfRobot:
     )  # fmt: skip
     xi_ref = None
 
-    @property
-    def title(self) -> str:
-        return self.robot.words.title
-
-    @property
-    def effort(self) -> str:
-        return self.robot.words.effort
+    def __init__(self, robot: Robot):
+        self.robot, self.title, self.effort = robot, robot.words.title, robot.words.effort
 
     @cached_property
     def body(self) -> Skeleton:
@@ -116,7 +111,7 @@ class OfRun(OfRobot):
     """A simulated run."""
 
     def __init__(self, run: Run):
-        self.robot = run.robot
+        super().__init__(run.robot)
         self.frames = choose(run.t, run.q, run.xi)
         thin = {name: getattr(run, name)[self.frames.index] for name in ("t", "q", "q_dot", "xi", "tau", "energy")}
         self.run = replace(run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index])
@@ -163,7 +158,8 @@ class OfReference(OfRobot):
     """A plan, or a reference in the working modes (-1, -1)."""
 
     def __init__(self, robot: Robot, reference: Callable):
-        self.robot, self.reference = robot, reference
+        super().__init__(robot)
+        self.reference = reference
         times = grid(reference.duration)
         modes = getattr(reference, "working", (-1, -1))
         xi = reference(reference.start + times)[0]
