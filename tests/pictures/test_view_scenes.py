@@ -95,6 +95,13 @@ def test_bar_forces_are_finite_across_a_singularity(crossing_run):
     assert np.isfinite(forces).all() and np.abs(forces).max() < 0.1
 
 
+def test_bar_forces_without_inertia_of_the_drives_move_the_end_effector():
+    robot = fb.FiveBar(zz1=0.0, zz2=0.0)
+    scene = view.scene(robot, fb.circle((0.0, 0.12), 0.03, 1.0), ["acceleration", "bar-forces"])
+    acceleration, left, right = (layer.vectors for layer in layers(scene, Arrows))
+    np.testing.assert_allclose(left + right, robot.m * acceleration, atol=1e-13)
+
+
 def test_torques_turn_as_the_motors_do(run):
     scene = view.scene(ROBOT, run, "torques")
     tau = run.tau[scene.machines[0].frames.index]

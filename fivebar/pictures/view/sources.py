@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.dynamics import bar_forces, forward_dynamics, inverse_dynamics
+from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
 from ...models.geometry import Pose, igm
 from ...models.kinematics import dkm, ikm, ikm2
 from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
@@ -95,7 +95,11 @@ class OfRobot:
     def bar_forces(self) -> np.ndarray:
         """Forces of the distal bars on the end-effector, (m, 2 legs, 2) N."""
         rates, rows = self._rates, self._rows
-        return scattered(bar_forces(rates, self.tau[rows])[..., None] * rates.pose.A, rows)
+        if all(self.robot.inertias):
+            forces = bar_forces(rates, self.tau[rows])
+        else:  # a reference: without inertia of a drive, what all drives say determines both
+            forces = np.stack(drives_forces(ikm2(rates, self.acceleration), tuple(self.tau.T)), axis=-1)
+        return scattered(forces[..., None] * rates.pose.A, rows)
 
     @property
     def torques(self) -> list[tuple]:
