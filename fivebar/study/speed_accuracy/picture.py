@@ -72,7 +72,8 @@ def title(made: Figure, text: str) -> None:
     made.text(EDGE / width, 1 - 0.12 / height, text, fontsize=size, fontweight="bold", va="top", color=INK)
 
 
-def wrapped(text, width):
+def wrapped(text: str, width: float) -> list[str]:
+    """Lines of small text that fit into a figure `width` inches wide."""
     return textwrap.wrap(text, int((width - 2 * EDGE) / LETTER))
 
 
