@@ -11,7 +11,7 @@ import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
 FLOORS = [
-    {"_backend", "errors", "tables", "units"},
+    {"_backend", "errors", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures"},

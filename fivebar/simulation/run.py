@@ -8,6 +8,7 @@ import numpy as np
 
 from ..models.geometry import igm
 from ..models.robots import Biglide, FiveBar, robot_of
+from ..pictures.skeleton import elbows, joints
 from ..singularities.margins import Singularity
 from ..tables import read_columns
 
@@ -93,24 +94,9 @@ class Run:
         return np.abs(self.tau) >= limit * (1 - 1e-12)
 
     @property
-    def points(self):
+    def points(self) -> np.ndarray:
         """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot, end-effector, foot."""
-        left, right = self.robot.drives
-        elbows = [
-            np.stack(np.broadcast_arrays(*drive.pivot(drive.direction(self.q[:, k]))), axis=-1)
-            for k, drive in enumerate((left, right))
-        ]
-        if not self.robot.turns:
-            return np.stack([elbows[0], self.xi, elbows[1]], axis=1)
-        bases = [np.broadcast_to((drive.x, drive.y), self.xi.shape) for drive in (left, right)]
-        return np.stack([bases[0], elbows[0], self.xi, elbows[1], bases[1]], axis=1)
-
-    @property
-    def guides(self):
-        """Both ends of a biglide's guides as far as the run needs them, (2, 2, 2) m: left and right, low and high."""
-        room = 0.3 * max(self.robot.distal)
-        ends = self.q.min() - room, self.q.max() + room
-        return np.array([[(drive.x, y) for y in ends] for drive in self.robot.drives])
+        return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
     def plot(self, path=None):
         """Matplotlib figure of path, errors and torques; written to `path` (PNG, SVG, PDF) if given."""

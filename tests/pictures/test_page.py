@@ -15,7 +15,8 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCrank, study
-from fivebar.pictures.pages import document, runs
+from fivebar.pictures import document
+from fivebar.pictures.pages import runs
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until

@@ -8,7 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.pictures.pages import maps
+from fivebar.pictures.style import TYPE_2
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
@@ -175,7 +175,7 @@ def test_loci_are_the_exact_ones(opened, tmp_path):  # noqa: F811
         page.keyboard.press(str(layer + 1))
         kinds = page.evaluate("drawn.map(({kind, source}) => [kind, [...source.data.x], [...source.data.y]])")
         shown = {kind: 1e-3 * np.array([x, y], dtype=float).T for kind, x, y in kinds}
-        for kind, own in [("stretched", maps.LINES["stretched"]), ("self-motion", maps.LINES["self-motion"])]:
+        for kind, own in [("stretched", TYPE_2["stretched"]), ("self-motion", TYPE_2["self-motion"])]:
             expected = [p.points for p in loci.task if p.kind == kind and mode in p.working and len(p.points) > 1]
             points = shown[own][np.isfinite(shown[own]).all(axis=1)]
             np.testing.assert_allclose(points, np.concatenate(expected) if expected else np.empty((0, 2)), atol=1e-15)

@@ -11,8 +11,7 @@ MODES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 
 def drawn(axes):
     """The legs, each base, elbow, end-effector in mm, as they were drawn."""
-    legs = [np.stack(line.get_data(), axis=-1) for line in axes.lines if line.get_linewidth() == 3]
-    return legs[0], legs[1][::-1]
+    return [np.stack(line.get_data(), axis=-1) for line in axes.lines if line.get_linewidth() == 3]
 
 
 def test_bars_are_where_they_should_be(tmp_path):

@@ -12,6 +12,7 @@ from PIL import Image
 import fivebar as fb
 from fivebar import linkages
 from fivebar.pictures import view
+from fivebar.pictures.skeleton import Skeleton
 from fivebar.pictures.view.frames import choose
 from fivebar.pictures.view.machine import Machine
 from fivebar.study.pitfalls import crossing
@@ -113,7 +114,7 @@ def two_bar_scene(t, title="Two bars"):
     t = np.asarray(t, dtype=float)
     frames = choose(t, two_bar(t))
     words = dict(bars=((0, 1), (1, 2)), grounded=(0,), actuated=(0, 1), traced=2)
-    return view.Scene((Machine(frames, two_bar(t - t[0])[frames.index], **words),), title)
+    return view.Scene((Machine(frames, Skeleton(two_bar(t - t[0])[frames.index], **words)),), title)
 
 
 # Seeing.
@@ -231,14 +232,14 @@ def test_bars_do_not_turn_back_at_180_degrees(opened):
     # one bar, from 170 to 190 degrees between two samples: halfway at 180 degrees and not at 0
     angle = np.radians([170, 190])
     points = np.stack([np.zeros((2, 2)), 0.1 * np.stack([np.cos(angle), np.sin(angle)], axis=1)], axis=1)
-    page = opened(view.Scene((Machine(choose([0, 1], points), points, ((0, 1),)),), ""))
+    page = opened(view.Scene((Machine(choose([0, 1], points), Skeleton(points, ((0, 1),))),), ""))
     seek(page, 0.5)
     assert abs(bars(page)[0, 2]) == pytest.approx(np.pi, abs=1e-6)
 
 
 def test_nothing_moves_or_is_joined(opened):
     points = np.zeros((2, 1, 2))
-    opened(view.Scene((Machine(choose([0, 1], points), points, (), traced=0),), "A point"))
+    opened(view.Scene((Machine(choose([0, 1], points), Skeleton(points, (), traced=0)),), "A point"))
 
 
 def test_a_gap_shows_no_bars_and_says_so(opened):

@@ -15,13 +15,12 @@ from PIL import Image
 
 import fivebar as fb
 from fivebar import linkages
-from fivebar.pictures import view
-from fivebar.pictures.view import page, scenes, sources
+from fivebar.pictures import document, view
+from fivebar.pictures.skeleton import Skeleton
+from fivebar.pictures.view import scenes, shows, sources
 from fivebar.pictures.view.frames import MOST, choose
 from fivebar.pictures.view.layers import Area, Arrows, Ghost, Line, Turning
-from fivebar.pictures.view.machine import Machine
 from fivebar.pictures.view.solids import dashed
-from fivebar.singularities import loci
 from fivebar.study.pitfalls import crossing
 
 ROBOT = fb.FiveBar()
@@ -54,18 +53,19 @@ def test_a_scene_computes_only_what_it_draws(run, monkeypatch):
         own = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *given, **options: called.append(name) or own(*given, **options))
 
-    for name in ("dkm", "ikm", "ikm2", "forward_dynamics", "inverse_dynamics", "igm", "four_joint_pose"):
+    for name in ("dkm", "ikm", "ikm2", "forward_dynamics", "bar_forces", "inverse_dynamics", "igm", "measured_pose"):
         counted(sources, name)
-    counted(loci, "singularity_loci")
+    counted(shows, "singularity_loci")
     plan = fb.line((0.09, 0.068), (0.0, 0.1), 1.0)
     for motion, show, expected in [
         (run, ["trace", "reference", "elbow-circles"], []),
-        (run, ["velocity"], ["dkm", "four_joint_pose"]),
-        (run, ["acceleration"], ["dkm", "forward_dynamics", "four_joint_pose"]),
+        (run, ["velocity"], ["dkm", "measured_pose"]),
+        (run, ["acceleration"], ["dkm", "forward_dynamics", "measured_pose"]),
+        (run, ["bar-forces"], ["bar_forces", "dkm", "measured_pose"]),
         (run, ["torques"], []),
         (run, ["workspace"], ["singularity_loci"]),
-        (run, ["loci"], ["four_joint_pose", "singularity_loci"]),
-        (run, ["ghost"], ["four_joint_pose", "igm"]),
+        (run, ["loci"], ["measured_pose", "singularity_loci"]),
+        (run, ["ghost"], ["igm", "measured_pose"]),
         (plan, ["trace", "velocity", "acceleration"], ["igm"]),
         (plan, ["torques"], ["igm", "ikm", "ikm2", "inverse_dynamics"]),
     ]:
@@ -93,6 +93,13 @@ def test_vectors_of_a_run_are_those_of_its_own_differences():
 def test_bar_forces_are_finite_across_a_singularity(crossing_run):
     forces = np.stack([layer.vectors for layer in layers(view.scene(ROBOT, crossing_run, "bar-forces"), Arrows)])
     assert np.isfinite(forces).all() and np.abs(forces).max() < 0.1
+
+
+def test_bar_forces_without_inertia_of_the_drives_move_the_end_effector():
+    robot = fb.FiveBar(zz1=0.0, zz2=0.0)
+    scene = view.scene(robot, fb.circle((0.0, 0.12), 0.03, 1.0), ["acceleration", "bar-forces"])
+    acceleration, left, right = (layer.vectors for layer in layers(scene, Arrows))
+    np.testing.assert_allclose(left + right, robot.m * acceleration, atol=1e-13)
 
 
 def test_torques_turn_as_the_motors_do(run):
@@ -134,7 +141,7 @@ def test_ghost_is_the_reference_in_the_modes_of_the_run(run):
     index = view.scene(ROBOT, run).machines[0].frames.index
     pose = fb.igm(ROBOT, run.xi_ref[index])
     np.testing.assert_allclose(
-        ghost.mechanism[:, [0, 2, 4]], np.stack([pose.xi, *np.moveaxis(pose.elbows, 1, 0)], axis=1)
+        ghost.mechanism[:, [2, 1, 3]], np.stack([pose.xi, *np.moveaxis(pose.elbows, 1, 0)], axis=1)
     )
 
 
@@ -154,7 +161,7 @@ def test_plans_show_their_own_torques_and_forces():
     scene = view.scene(ROBOT, plan, ["trace", "loci", "velocity", "acceleration", "torques", "bar-forces"])
     (machine,), t = scene.machines, scene.machines[0].frames.t
     xi, xi_dot, xi_ddot = plan(t)
-    np.testing.assert_array_equal(machine.points[:, machine.traced], xi)
+    np.testing.assert_array_equal(machine.body.points[:, machine.body.traced], xi)
     velocity, acceleration, *forces = layers(scene, Arrows)
     np.testing.assert_array_equal([velocity.vectors, acceleration.vectors], [xi_dot, xi_ddot])
     np.testing.assert_array_equal([layer.values for layer in layers(scene, Turning)], plan.tau(t).T)
@@ -281,15 +288,14 @@ def test_motions_that_cannot_be_drawn(t, numbers, message):
 
 
 def test_joints_that_do_not_exist():
-    frames = choose([0, 1], np.zeros(2))
     for words, message in [
         ({"bars": ((0, 1), (1, 3))}, r"bars\[1\] names joint 3, but points has joints 0 to 2"),
         ({"bars": (), "grounded": (-1,)}, "grounded names joint -1"),
         ({"bars": (), "traced": 3}, "traced names joint 3"),
-        ({"bars": (), "blocks": ((0, 5, True),)}, r"blocks\[0\] names joint 5"),
+        ({"bars": (), "blocks": ((0, 5, 1),)}, r"blocks\[0\] names joint 5"),
     ]:
         with pytest.raises(ValueError, match=message):
-            Machine(frames, np.zeros((2, 3, 2)), **words)
+            Skeleton(np.zeros((2, 3, 2)), **words)
 
 
 def test_files_that_cannot_be_written(run, tmp_path):
@@ -303,7 +309,7 @@ def test_files_that_cannot_be_written(run, tmp_path):
 
 
 def test_missing_viewer_is_told(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "find_spec", lambda name: None)
+    monkeypatch.setattr(document, "find_spec", lambda name: None)
     with pytest.raises(ImportError, match="pip install meshcat"):
         run.animate(tmp_path / "run.html")
     assert not (tmp_path / "run.html").exists()
@@ -399,10 +405,10 @@ def test_strips_of_no_poses(run, poses):
 def test_linkages_slide_where_they_do(held):
     study = linkages.study(linkages.SliderCrank(0.1, 0.3, held=held), drive="swing" if held == "slider" else "turn")
     machine = view.scene(study.linkage, study, ["trace", "velocity"]).machines[0]
-    assert len(machine.rails) == 1 and len(machine.blocks) == (held != "slider")
-    for i, j, _ in machine.blocks:  # the block lies on the line of its guide
-        (g, h), middle = machine.rails[0], (machine.points[:, i] + machine.points[:, j]) / 2
-        span, to = machine.points[:, h] - machine.points[:, g], middle - machine.points[:, g]
+    assert len(machine.body.rails) == 1 and len(machine.body.blocks) == (held != "slider")
+    for i, j, _ in machine.body.blocks:  # the block lies on the line of its guide
+        (g, h), middle = machine.body.rails[0], (machine.body.points[:, i] + machine.body.points[:, j]) / 2
+        span, to = machine.body.points[:, h] - machine.body.points[:, g], middle - machine.body.points[:, g]
         np.testing.assert_allclose(span[:, 0] * to[:, 1] - span[:, 1] * to[:, 0], 0, atol=1e-12)
 
 
@@ -422,13 +428,13 @@ def test_biglide_has_driven_feet_on_rails():
     scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
     (machine,), index = scene.machines, scene.machines[0].frames.index
     assert scene.title == "biglide robot" and len(set(machine.colours)) == 2
-    for leg, ((foot, tip), block, rail) in enumerate(zip(machine.bars, machine.blocks, machine.rails)):
-        np.testing.assert_allclose(machine.points[:, foot, 0], (-0.2, 0.2)[leg])
-        np.testing.assert_allclose(machine.points[:, foot, 1], run.q[index, leg])
-        np.testing.assert_array_equal(machine.points[:, tip], run.xi[index])
-        np.testing.assert_allclose(machine.points[:, block[:2]].mean(axis=1), machine.points[:, foot])
-        low, high = machine.points[0, rail, 1]
-        assert low < run.q[:, leg].min() and run.q[:, leg].max() < high and block[2] is True
+    for leg, ((foot, tip), block, rail) in enumerate(zip(machine.body.bars, machine.body.blocks, machine.body.rails)):
+        np.testing.assert_allclose(machine.body.points[:, foot, 0], (-0.2, 0.2)[leg])
+        np.testing.assert_allclose(machine.body.points[:, foot, 1], run.q[index, leg])
+        np.testing.assert_array_equal(machine.body.points[:, tip], run.xi[index])
+        np.testing.assert_allclose(machine.body.points[:, block[:2]].mean(axis=1), machine.body.points[:, foot])
+        low, high = machine.body.points[0, rail, 1]
+        assert low < run.q[:, leg].min() and run.q[:, leg].max() < high and block[2] == foot in machine.body.actuated
     forces = [layer for layer in layers(scene, Arrows) if layer.name == "forces"]
     np.testing.assert_array_equal([layer.vectors[:, 1] for layer in forces], run.tau[index].T)
     assert "forces (longest" in scene.html and scene.png

@@ -1,6 +1,9 @@
 """The verb `page`: which page shows what."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 from ...linkages import Study
 from ...singularities.maps import Map
@@ -10,7 +13,7 @@ from .runs import is_run, runs_content
 from .studies import study_content
 
 
-def page(subject, path, show=None, title=None):
+def page(subject: object, path: str | Path, show: str | Iterable | None = None, title: str | None = None) -> None:
     """Write a web page, complete in one file, on which pointing at a plot shows the mechanism in that state.
 
     subject  a Run; a dict {name: Run}, to compare them; a linkage's Study; or a singularity map, a Map

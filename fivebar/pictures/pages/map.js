@@ -30,12 +30,9 @@ const bounds = robot.turns
   : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
 const scene = new Picture(frame, bounds);
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
-// A robot by its points: base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
-const parts = robot.turns
-  ? {bars: [[0, 1, "--c0"], [1, 2, "--c0"], [4, 3, "--c1"], [3, 2, "--c1"]], pins: [0, 1, 2, 3, 4], grounded: [0, 4],
-    actuated: [0, 4], traced: 2}
-  : {bars: [[0, 1, "--c0"], [2, 1, "--c1"]], pins: [0, 1, 2], grounded: [], actuated: [0, 2], traced: 1};
+const parts = {...content.body, bars: content.body.bars.map(([i, j, leg]) => [i, j, "--c" + leg])};
 const machine = opacity => scene.mechanism({...parts, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
+// Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
 const joints = ({xi, elbows: [left, right]}) => robot.turns
   ? [robot.drives[0].slice(0, 2), left, xi, right, robot.drives[1].slice(0, 2)]
   : [left, xi, right];

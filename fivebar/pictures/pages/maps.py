@@ -1,33 +1,29 @@
 """A singularity map on a page: the field of each mode, the exact loci, and what the robot's pose is computed from."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ...singularities.loci import singularity_loci
-from ...singularities.maps import SIGNED, turned_into
-from ...singularities.margins import Singularity
+from ...singularities.maps import turned_into
+from ..skeleton import robot_body
+from ..style import TYPE_3, field_scale, locus_words
 from .document import packed
+from .samples import parts
+
+if TYPE_CHECKING:
+    from ...singularities.maps import Map
 
 NODES = 700_000  # of all modes together at most: 3.7 MB of the page
-LINES = {
-    "stretched": "Type 2: distal bars stretched",
-    "folded": "Type 2: distal bars folded",
-    "self-motion": "Type 2: elbows coincide, self-motion",
-}
-TYPE_1, ACROSS = "Type 1: a leg in line", "Type 1: a bar across its guide"
-TYPE_3 = "Type 3"
-POINTS = {
-    Singularity.SERIAL: "Type 1 in a point: a leg folded on its base",
-    Singularity.PARALLEL: "Type 2 in a point: elbows coincide, self-motion",
-}
 
 
-def map_content(data):
+def map_content(data: Map) -> dict:
     """What the page of a Map holds."""
     stride, notes = _stride(data)
     x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
-    factor, words = 1.0, data.description
-    if data.field == "transmission_angle":
-        factor, words = 180 / np.pi, words.replace("rad", "deg")
+    scale = field_scale(data)
     task, robot = data.space == "task", data.robot
     degrees = not task and robot.turns
     names = ("x", "y") if task else robot.words.joints
@@ -44,7 +40,12 @@ def map_content(data):
             "sines": robot.words.sines[:2],
             "rail": None if robot.turns else _rail(data),
         },
-        "field": {"name": data.field, "words": words, "factor": factor, **_colours(data.field, factor * values)},
+        # What joins its points, which the page computes; where they are here is of no account.
+        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2))), legs=True),
+        "field": {
+            "name": data.field, "words": scale.words, "factor": scale.factor, "palette": scale.palette,
+            "limits": [scale.low, scale.high], "logarithmic": scale.logarithmic,
+        },
         "x": packed(x),
         "y": packed(y),
         "layers": [{"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
@@ -67,27 +68,6 @@ def _stride(data):
     ]
 
 
-def _colours(field, values):
-    """The palette, pale where singular, its limits, and whether it is logarithmic."""
-    if field in SIGNED:
-        return {"palette": "diverging", "limits": [-1.0, 1.0], "logarithmic": False}
-    if field == "transmission_angle":
-        return {"palette": "falling", "limits": [0.0, 90.0], "logarithmic": False}
-    if field.startswith("condition"):
-        return {"palette": "rising", "limits": [1.0, 100.0], "logarithmic": True}
-    high = float(np.quantile(values[np.isfinite(values)], 0.95))
-    return {
-        "palette": "rising" if field == "manipulability" else "falling", "limits": [0.0, high or 1.0],
-        "logarithmic": False,
-    }  # fmt: skip
-
-
-def _kind(piece):
-    if len(piece.points) > 1:
-        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
-    return POINTS.get(piece.type, TYPE_3)
-
-
 def _rail(data):
     """Least and largest coordinate, m, of the feet's guides as far as the map needs them."""
     along = data.y if data.space == "task" else np.concatenate([data.x, data.y])
@@ -106,7 +86,7 @@ def _locus(kind, layers, points):
 def _task_loci(data):
     loci = singularity_loci(data.robot)
     for piece in loci.task:
-        yield _locus(_kind(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1]))
+        yield _locus(locus_words(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1]))
     for xi, own in zip(loci.type3.xi, loci.type3.working):
         layers = [k for k, mode in enumerate(data.modes) if all(o in (0, m) for o, m in zip(own, mode))]
         yield _locus(TYPE_3, layers, xi)
@@ -116,9 +96,9 @@ def _joint_loci(data):
     loci = singularity_loci(data.robot)
     if not data.robot.turns:
         for piece in loci.joint:
-            yield _locus(_kind(piece), _layers(data, piece.assembly), piece.drawn(data.x[0], data.x[-1]))
+            yield _locus(locus_words(piece), _layers(data, piece.assembly), piece.drawn(data.x[0], data.x[-1]))
         return
-    pieces = [(_kind(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint]
+    pieces = [(locus_words(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint]
     pieces += [(TYPE_3, [0, 1], q[None]) for q in loci.type3.q]
     for kind, layers, points in pieces:
         for turned in turned_into(data, points):

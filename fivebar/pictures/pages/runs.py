@@ -1,20 +1,26 @@
 """Runs on a page: one with its left and right side together, or several with a plot for each side."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...models.four_joints import four_joint_pose
 from ...singularities.margins import singularity_margins
 from ...tables import must_increase
+from ..skeleton import measured_pose, run_body
 from .document import packed
-from .samples import gaps, joints, kept, panel
+from .samples import gaps, kept, panel, subject
+
+if TYPE_CHECKING:
+    from ..motions import Run
 
 LEGS, AXES = ("left", "right"), ("x", "y")
 
 
-def is_run(subject):
+def is_run(subject: object) -> bool:
     """Whether it is what `simulate` gives."""
     return hasattr(subject, "xi_ref") and hasattr(subject, "q_dot")
 
@@ -25,7 +31,7 @@ class Quantity(NamedTuple):
     title: str
     unit: str
     parts: tuple
-    of: object
+    of: Callable
     needs_reference: bool = False
 
 
@@ -34,12 +40,7 @@ def _error(run):
 
 
 def _margins(run):
-    drives, q = run.robot.drives, tuple(run.q.T)
-    towards = (run.xi - run.points[:, pivot] for pivot in ((1, 3) if run.robot.turns else (0, 2)))
-    passive = tuple(
-        drive.relative(np.arctan2(y, x), own) for drive, (x, y), own in zip(drives, (v.T for v in towards), q)
-    )
-    margins = singularity_margins(four_joint_pose(run.robot, q, passive))
+    margins = singularity_margins(measured_pose(run.robot, run.q, run.xi))
     return np.column_stack([margins.serial, margins.parallel])
 
 
@@ -55,7 +56,7 @@ QUANTITIES = {
 }
 
 
-def runs_content(runs, show=None):
+def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = None) -> dict:
     """What the page of runs {name: Run} holds; a single run has the name ""."""
     runs = {str(name): run for name, run in runs.items()}
     show = _checked(runs, show)
@@ -65,11 +66,14 @@ def runs_content(runs, show=None):
     subjects, columns, notes = [], [], _differences(runs) if several else []
     for name, run in runs.items():
         keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
-        run, broken = _finite(name, _sampled(run, keep))
+        run, broken = _sampled(name, run, keep)
         computed = {key: QUANTITIES[key].of(run) for key in show}
         notes += words + (broken or gaps(name, computed))
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
-        subjects.append(_subject(name, run, columns[-1]))
+        reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
+        marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
+        own = subject(name, run.t, run_body(run), columns[-1], legs=True, reference=reference, marks=marks)
+        subjects.append(own)
     words = next(iter(runs.values())).robot.words
     units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
     titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
@@ -139,61 +143,12 @@ def _differences(runs):
     return notes
 
 
-def _arrays(run):
+def _sampled(name, run, keep):
+    """These samples of the run, with nan for inf, of which no cosine can be taken, and a note on both."""
     arrays = {f.name: getattr(run, f.name) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
-    for name, values in arrays.items():
+    for key, values in arrays.items():
         if len(values) != len(run.t):
-            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {name}")
-    return arrays
-
-
-def _sampled(run, keep):
-    return replace(run, **{name: values[keep] for name, values in _arrays(run).items()})
-
-
-def _finite(name, run):
-    """The run with nan for inf, of which no cosine can be taken, and a note on both."""
-    arrays = _arrays(run)
-    notes = gaps(name, arrays)
-    if notes:
-        run = replace(run, **{name: np.where(np.isfinite(values), values, np.nan) for name, values in arrays.items()})
-    return run, notes
-
-
-def _subject(name, run, columns):
-    return {
-        "name": name,
-        "t": packed(run.t),
-        "x": None,
-        **(_five_bar(run) if run.robot.turns else _biglide(run)),
-        "names": [],
-        "blocks": [],
-        "reference": None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T],
-        "columns": {key: packed(values) for key, values in columns.items()},
-        "marks": [[event.t, f"Type {int(event.type)}"] for event in run.events],
-    }
-
-
-def _five_bar(run):
-    return {
-        "joints": joints(run.points),
-        "bars": [[0, 1, 0], [1, 2, 0], [4, 3, 1], [3, 2, 1]],
-        "rails": [],
-        "pins": [0, 1, 2, 3, 4],
-        "grounded": [0, 4],
-        "actuated": [0, 4],
-        "traced": 2,
-    }
-
-
-def _biglide(run):
-    guides = replace(run, q=run.q[np.isfinite(run.q).all(axis=1)]).guides
-    return {
-        "joints": joints(run.points) + guides.reshape(4, 2).tolist(),
-        "bars": [[0, 1, 0], [2, 1, 1]],
-        "rails": [[3, 4], [5, 6]],
-        "pins": [0, 1, 2],
-        "grounded": [],
-        "actuated": [0, 2],
-        "traced": 1,
-    }
+            raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {key}")
+    arrays = {key: values[keep] for key, values in arrays.items()}
+    finite = {key: np.where(np.isfinite(values), values, np.nan) for key, values in arrays.items()}
+    return replace(run, **finite), gaps(name, arrays)

@@ -1,14 +1,22 @@
 """What motions on a page have in common: samples that fit into the file, plots in readable units, notes."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from ...units import readable
+from ..style import readable
 from .document import packed
+
+if TYPE_CHECKING:
+    from ..skeleton import Skeleton
 
 NUMBERS = 400_000  # in one page at most: 4.3 MB of it
 
 
-def kept(samples, columns, everywhere):
+def kept(samples: int, columns: int, everywhere: str) -> tuple[np.ndarray, list[str]]:
     """Indices of the samples that fit in, evenly spaced, and a note where they are not all: (k,), list of str.
 
     columns: numbers for each sample; everywhere: where all samples are to be had.
@@ -20,7 +28,37 @@ def kept(samples, columns, everywhere):
     return np.linspace(0, samples - 1, most).round().astype(int), [note]
 
 
-def joints(points):
+def parts(body: Skeleton, legs: bool) -> dict:
+    """What the picture joins the points of a body by; bars in the colours of their legs or of none."""
+    return {
+        "bars": [[*bar, leg if legs else None] for bar, (_, leg) in zip(body.bars, body.legs)],
+        "pins": body.joints,
+        "grounded": body.feet,
+        "actuated": body.actuated,
+        "traced": body.traced,
+    }
+
+
+def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, legs: bool, **more) -> dict:
+    """A motion on the page: times (n,) s, its body in these poses, columns {key: (n,)}, and what else it has."""
+    blocks = [ends for *ends, joint in body.blocks if joint not in body.actuated]  # others are drawn as motors
+    drawn = max(0, *body.joints, *(point for pair in (*body.rails, *blocks) for point in pair)) + 1
+    return {
+        "name": name,
+        "t": packed(t),
+        "x": None,
+        "joints": _joints(body.points[:, :drawn]),
+        "names": [text.removeprefix("joint ") for text in body.names],
+        **parts(body, legs),
+        "rails": body.rails,
+        "blocks": blocks,
+        "reference": None,
+        "columns": {key: packed(values) for key, values in columns.items()},
+        "marks": [],
+    } | more
+
+
+def _joints(points):
     """Points (n, k, 2), m, for the picture: columns, or a pair of numbers where a point stays."""
     finite = points[np.isfinite(points).all(axis=(1, 2))]
     if not len(finite):
@@ -31,23 +69,23 @@ def joints(points):
     ]
 
 
-def panel(title, unit, curves, limits=(), step=False):
+def panel(title: str, unit: str, curves: list, limits: Sequence[float] = (), step: bool = False) -> dict:
     """A plot: curves are (label, subject, key, values), in `unit`, shown in one in which they read well."""
     finite = [np.abs(values[np.isfinite(values)]) for *_, values in curves]
     largest = max((values.max() for values in finite if len(values)), default=0.0)
-    shown = shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
+    shown = _shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
     return {
         "title": title, "unit": shown[1], "scale": shown[0], "limits": list(limits), "step": step,
         "curves": [{"label": label, "subject": subject, "key": key} for label, subject, key, _ in curves],
     }  # fmt: skip
 
 
-def shown_unit(unit, largest):
+def _shown_unit(unit, largest):
     """Factor and name: a number without unit stays as it is, and so does an angle of a hundredth and more."""
     return (1.0, unit) if not unit or (unit.startswith("rad") and largest >= 0.01) else readable(largest, unit)
 
 
-def gaps(whose, columns):
+def gaps(whose: str, columns: dict) -> list[str]:
     """A note where samples are not finite, for columns {name: (n, ...)}."""
     holes = {name: ~np.isfinite(values.reshape(len(values), -1)).all(axis=1) for name, values in columns.items()}
     holes = {name: hole for name, hole in holes.items() if hole.any()}

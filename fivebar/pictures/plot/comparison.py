@@ -1,15 +1,20 @@
 """Several runs in one picture: how far off each was, with what torques and limits, and how long its steps took."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from .runs import INK, _legend_below, _scale
+from ..style import COLOURS, INK, finish, readable
 
-COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"  # Okabe and Ito's
+if TYPE_CHECKING:
+    from ..motions import Comparison
 
 
-def comparison(compared):
+def comparison(compared: Comparison) -> Figure:
     """Figure of a Comparison: errors, both motors' torques with their time at the limit, solve times where there are.
 
     Later runs are drawn thinner, so that one under another is seen.
@@ -34,20 +39,19 @@ def comparison(compared):
 def _errors(axes, compared, styles):
     for name, run in compared.runs.items():
         size, rms = np.linalg.norm(run.error, axis=1), compared.figures[name]["rms_error_m"]
-        scale, unit = _scale(rms, "m")
+        scale, unit = readable(rms, "m")
         # In powers of ten; a nanometre is finer than any robot.
         axes.semilogy(
             run.t, 1e6 * np.maximum(size, 1e-9), **styles[name], label=f"{name}, RMS {scale * rms:.3g} {unit}"
         )
-    axes.set(xlabel="time (s)", ylabel="distance from reference (µm)", title="tracking error of the end-effector")
     axes.margins(x=0)
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 3)
+    title = "tracking error of the end-effector"
+    finish(axes, 3, xlabel="time (s)", ylabel="distance from reference (µm)", title=title)
 
 
 def _torques(axes, runs, styles, motor, side):
     words = next(iter(runs.values())).robot.words
-    scale, unit = _scale(max(np.abs(run.tau).max() for run in runs.values()), words.effort_unit)
+    scale, unit = readable(max(np.abs(run.tau).max() for run in runs.values()), words.effort_unit)
     for name, run in runs.items():
         label = name
         if run.torque_limit is not None:
@@ -57,10 +61,8 @@ def _torques(axes, runs, styles, motor, side):
     for limit in sorted({run.torque_limit for run in runs.values()} - {None}):
         for sign in (-1, 1):
             axes.axhline(sign * scale * limit, color=INK, lw=1, ls=":")
-    axes.set(xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"{side} motor")
     axes.margins(x=0)
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 3)
+    finish(axes, 3, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"{side} motor")
 
 
 def _solve_times(axes, logs, styles):
@@ -72,8 +74,7 @@ def _solve_times(axes, logs, styles):
         axes.hist(us, bins, color=colour, alpha=0.6, label=f"{name}, {len(us)} steps")
         axes.axvline(median, color=colour, lw=1.4, label=f"median {median:.0f} µs")
         axes.axvline(slow, color=colour, lw=1.4, ls="--", label=f"99 % below {slow:.0f} µs")
-    axes.set(xscale="log", xlabel="time of a control step (µs)", ylabel="steps", title="solve time")
+    axes.set_xscale("log")
     for axis in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
         axis(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.5)))
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 3)
+    finish(axes, 3, xlabel="time of a control step (µs)", ylabel="steps", title="solve time")

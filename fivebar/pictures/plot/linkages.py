@@ -1,14 +1,22 @@
 """Linkages as pictures: a study over time, the vector method's six plots, and coupler curves by colour."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ...linkages.quantities import unit, usual_panels
+from ..skeleton import study_body
+from ..style import BASE, COLOURS, DASHES, INK, PATH
 
-# Okabe and Ito's colours, told apart by the colour-blind; dashes tell curves apart in any colours.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
-INK, TRACE, BASE = "#222222", "#CC79A7", "#888888"
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...linkages import Curve, FourBar, Study
+
 VECTOR_METHOD = {
     "distance": "Fig. 2: position",
     "speed": "Fig. 3: velocity",
@@ -19,7 +27,7 @@ VECTOR_METHOD = {
 }
 
 
-def study_figure(study, panels=None):
+def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
     """Figure of a Study: the linkage with its traced path, and a panel over time for each list of quantity names."""
     panels = usual_panels(study) if panels is None else panels
     figure = Figure(figsize=(12, max(5.0, 1.9 * len(panels) + 0.6)), layout="constrained")
@@ -35,32 +43,29 @@ def study_figure(study, panels=None):
     return figure
 
 
-def picture(axes, study):
+def picture(axes: Axes, study: Study) -> None:
     """The linkage in some of its poses, the first one dark, on equal axes in m."""
-    chain, points = study.motion.chain, study.points()
-    index = {name: k for k, name in enumerate(study.motion.points)}
-    moving = [rail for rail in chain.rails if not set(rail) <= set(chain.grounded)]
-    pairs = *chain.bars, *moving, *(block[:2] for block in chain.blocks)
+    body = study_body(study)
+    points, traced = body.points, study.motion.chain.traced
+    pairs = *body.bars, *body.moving_rails, *(block[:2] for block in body.blocks)
     for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
-        for number, bar in enumerate(pairs):
-            x, y = points[sample, [index[name] for name in bar]].T
+        for number, pair in enumerate(pairs):
+            x, y = points[sample, pair].T
             style = dict(lw=3, marker="o", ms=5, mfc="white") if sample == 0 else dict(lw=1.2, alpha=0.3)
             axes.plot(x, y, color=COLOURS[number % len(COLOURS)], zorder=2 if sample == 0 else 1, **style)
-    axes.plot(*points[:, index[chain.traced]].T, color=TRACE, lw=1.6, zorder=3, label=f"path of {chain.traced}")
-    shown = [name for name in index if name not in chain.marks]
-    pivots = points[0, [index[name] for name in chain.grounded if name in shown]].T
-    axes.plot(*pivots, color=BASE, marker="^", ms=9, mfc="white", ls=":", lw=1.2, zorder=1.5)
-    guide = points[0, [index[name] for name in chain.grounded if name not in shown]].T
-    axes.plot(*guide, color=BASE, lw=5, alpha=0.35, zorder=0)
-    for name in shown:
-        axes.annotate(name, points[0, index[name]], textcoords="offset points", xytext=(6, 6), fontsize=9)
+    axes.plot(*points[:, body.traced].T, color=PATH, lw=1.6, zorder=3, label=f"path of {traced}")
+    axes.plot(*points[0, body.feet].T, color=BASE, marker="^", ms=9, mfc="white", ls=":", lw=1.2, zorder=1.5)
+    for rail in body.fixed_rails:
+        axes.plot(*points[0, rail].T, color=BASE, lw=5, alpha=0.35, zorder=0)
+    for name, place in zip(body.names, points[0]):
+        axes.annotate(name, place, textcoords="offset points", xytext=(6, 6), fontsize=9)
     axes.set(xlabel="x (m)", ylabel="y (m)", title=f"{study.linkage.title}; at the start, later (pale)")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, frameon=False, loc="upper right")
 
 
-def vector_method_figure(study, point="M"):
+def vector_method_figure(study: Study, point: str = "M") -> Figure:
     """Figs. 2 to 7 of the vector method paper for a point of a Study: six panels over the crank angle.
 
     Zhauyt and others 2016: sizes of position, velocity and acceleration, its parts along and across the path, and the
@@ -81,7 +86,7 @@ def vector_method_figure(study, point="M"):
     return figure
 
 
-def coupler_curve_figure(curves, linkages=()):
+def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = ()) -> Figure:
     """Figure of coupler curves, one colour for each label, with the fixed joints of `linkages` marked.
 
     curves: from `coupler_curves` of any four-bars, or from `type_2_curves` of a five-bar.

@@ -1,16 +1,27 @@
 """A map as a picture: one panel per mode with the field, the exact loci by type, the aspects' numbers and a path."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MultipleLocator
 
 from ...singularities.aspects import aspects
 from ...singularities.loci import singularity_loci
 from ...singularities.maps import SIGNED, turned_into
 from ...singularities.margins import Singularity
+from ..style import ACROSS, GREEN, INK, POINTS, TYPE_1, TYPE_2, TYPE_3, field_scale, locus_words
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...singularities.maps import Map
 
 
 def _part(name, low, high):
@@ -18,28 +29,28 @@ def _part(name, low, high):
 
 
 # Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
-DIVERGING, SEQUENTIAL = _part("PuOr", 0.14, 0.86), _part("cividis", 0.35, 1.0)
-INK, OUTSIDE, PATH = "#1a1a1a", "#ececec", "#009E73"
+PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
+PALETTES["falling"] = PALETTES["rising"].reversed()
+OUTSIDE, PATH = "#ececec", "path, from ● to ■"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
-TYPE_1 = dict(color=INK, lw=1.5, ls="-", label="Type 1: a leg in line")
-ACROSS = TYPE_1 | dict(label="Type 1: a bar across its guide")
-LINES = {
-    "stretched": dict(color=INK, lw=1.5, ls=(0, (6, 2.5)), label="Type 2: distal bars stretched"),
-    "folded": dict(color=INK, lw=1.5, ls=(0, (6, 2, 1, 2)), label="Type 2: distal bars folded"),
-    "self-motion": dict(color=INK, lw=1.7, ls=(0, (1.2, 1.6)), label="Type 2: elbows coincide, self-motion"),
+_LINE, _POINT = dict(color=INK, lw=1.5), dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
+STYLES = {
+    TYPE_1: _LINE | dict(ls="-"),
+    ACROSS: _LINE | dict(ls="-"),
+    TYPE_2["stretched"]: _LINE | dict(ls=(0, (6, 2.5))),
+    TYPE_2["folded"]: _LINE | dict(ls=(0, (6, 2, 1, 2))),
+    TYPE_2["self-motion"]: _LINE | dict(lw=1.7, ls=(0, (1.2, 1.6))),
+    TYPE_3: dict(color=INK, marker="D", ms=4.5, mfc="white", mew=1.1, ls="none"),
+    POINTS[Singularity.SERIAL]: _POINT,
+    POINTS[Singularity.PARALLEL]: _POINT | dict(marker="+", ms=8),
+    "base joint": dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3),
+    "guide": dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5),
+    PATH: dict(color=GREEN, lw=2.0, ls="-"),
 }
-TYPE_3 = dict(color=INK, marker="D", ms=4.5, mfc="white", mew=1.1, ls="none", label="Type 3")
-POINT = dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
-POINTS = {
-    Singularity.SERIAL: POINT | dict(label="Type 1 in a point: a leg folded on its base"),
-    Singularity.PARALLEL: POINT | dict(marker="+", ms=8, label="Type 2 in a point: elbows coincide, self-motion"),
-}
-BASE = dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3, label="base joint")
-RAIL = dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5, label="guide")
 
 
-def singularity_map(data, path=None):
+def singularity_map(data: Map, path: ArrayLike | None = None) -> Figure:
     """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
 
     path: points (n, 2) of the map's own space, m or rad, drawn on all panels. `savefig` writes it (PNG, SVG, PDF).
@@ -51,11 +62,14 @@ def singularity_map(data, path=None):
     figure = Figure(figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained")
     panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
     regions = aspects(data.robot) if task and turns else None
-    colours, values, label = _colours(data)
+    shown = field_scale(data)
+    norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
+    colours = dict(cmap=PALETTES[shown.palette], norm=norm, interpolation="bilinear", zorder=0)
+    values = np.minimum(shown.factor * data.values, 1e12)  # inf, too, has a colour
     known = {}
     for axes, mode, layer in zip(panels.flat, data.modes, values):
         borders = _to_borders(extent, layer.shape)
-        image = axes.imshow(layer, origin="lower", extent=borders, interpolation="bilinear", zorder=0, **colours)
+        image = axes.imshow(layer, origin="lower", extent=borders, **colours)
         axes.set(xlim=extent[:2], ylim=extent[2:], facecolor=OUTSIDE)
         axes.set_aspect("equal")
         (_task_loci if task else _joint_loci)(axes, data, mode, scale, known)
@@ -72,8 +86,9 @@ def singularity_map(data, path=None):
         if unit == "deg":
             axes.xaxis.set_major_locator(_degrees(extent[1] - extent[0]))
             axes.yaxis.set_major_locator(_degrees(extent[3] - extent[2]))
-    figure.colorbar(image, ax=panels, label=label, shrink=0.85, pad=0.02, extend=_extend(data.field))
-    handles = [Line2D([], [], **style) for style in known.values()]
+    extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
+    figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
+    handles = [Line2D([], [], label=words, **style) for words, style in known.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False, handlelength=3.2)
     return figure
 
@@ -82,26 +97,6 @@ def _to_borders(extent, shape):
     """The image's borders: half a step beyond the outer nodes, which are the middles of its pixels."""
     dx, dy = (extent[1] - extent[0]) / (shape[1] - 1) / 2, (extent[3] - extent[2]) / (shape[0] - 1) / 2
     return extent[0] - dx, extent[1] + dx, extent[2] - dy, extent[3] + dy
-
-
-def _colours(data):
-    """imshow's colours, values and their label; pale where singular, so that the loci stand out."""
-    words, values = data.description, data.values
-    if data.field in SIGNED:
-        return dict(cmap=DIVERGING, norm=Normalize(-1, 1)), values, words
-    if data.field == "transmission_angle":
-        return dict(cmap=SEQUENTIAL.reversed(), norm=Normalize(0, 90)), np.degrees(values), words.replace("rad", "deg")
-    if data.field.startswith("condition"):
-        return dict(cmap=SEQUENTIAL, norm=LogNorm(1, 100)), np.clip(values, 1, 1e12), words
-    finite = values[np.isfinite(values)]
-    norm = Normalize(0, np.quantile(finite, 0.95) if finite.size else 1)
-    if data.field == "manipulability":
-        return dict(cmap=SEQUENTIAL, norm=norm), np.where(np.isinf(values), 1e12, values), words
-    return dict(cmap=SEQUENTIAL.reversed(), norm=norm), values, words
-
-
-def _extend(field):
-    return "neither" if field in (*SIGNED, "transmission_angle") else "max"
 
 
 def _title(data, mode, regions):
@@ -117,45 +112,37 @@ def _title(data, mode, regions):
     return f"{modes}: {listed}"
 
 
-def _draw(axes, known, x, y, style):
-    known.setdefault(style["label"], style)
-    axes.plot(x, y, **style)
-
-
-def _style(piece):
-    if len(piece.points) > 1:
-        return LINES.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
-    return POINTS.get(piece.type, TYPE_3)
+def _draw(axes, known, words, points, **style):
+    known.setdefault(words, STYLES[words])
+    axes.plot(*points.T, label=words, **STYLES[words] | style)
 
 
 def _task_loci(axes, data, mode, scale, known):
     loci = singularity_loci(data.robot)
     for piece in loci.task:
         if mode in piece.working:
-            _draw(axes, known, *scale * piece.drawn(data.y[0], data.y[-1]).T, _style(piece))
+            _draw(axes, known, locus_words(piece), scale * piece.drawn(data.y[0], data.y[-1]))
     threes = [xi for xi, own in zip(loci.type3.xi, loci.type3.working) if all(o in (0, m) for o, m in zip(own, mode))]
     if threes:
-        _draw(axes, known, *scale * np.array(threes).T, TYPE_3)
-    bases = [scale * drive.x for drive in data.robot.drives]
-    if data.robot.turns:
-        _draw(axes, known, bases, [0, 0], BASE)
-        return
-    for x in bases:
-        _draw(axes, known, [x, x], [scale * data.y[0], scale * data.y[-1]], RAIL)
+        _draw(axes, known, TYPE_3, scale * np.array(threes))
+    for drive in data.robot.drives:
+        if data.robot.turns:
+            _draw(axes, known, "base joint", scale * np.array([[drive.x, drive.y]]))
+        else:
+            _draw(axes, known, "guide", scale * np.array([(drive.x, y) for y in (data.y[0], data.y[-1])]))
 
 
 def _joint_loci(axes, data, mode, scale, known):
     """The loci of this assembly mode; as angles they repeat with every turn."""
-    if not data.robot.turns:
-        for piece in singularity_loci(data.robot).joint:
-            if mode in piece.assembly:
-                _draw(axes, known, *scale * piece.drawn(data.x[0], data.x[-1]).T, _style(piece))
-        return
     loci = singularity_loci(data.robot)
-    curves = [(piece.points, _style(piece)) for piece in loci.joint if mode in piece.assembly]
-    for points, style in curves + [(q[None], TYPE_3) for q in loci.type3.q]:
+    own = [piece for piece in loci.joint if mode in piece.assembly]
+    if not data.robot.turns:
+        for piece in own:
+            _draw(axes, known, locus_words(piece), scale * piece.drawn(data.x[0], data.x[-1]))
+        return
+    for words, points in [*((locus_words(p), p.points) for p in own), *((TYPE_3, q[None]) for q in loci.type3.q)]:
         for turned in turned_into(data, points):
-            _draw(axes, known, *scale * turned.T, style)
+            _draw(axes, known, words, scale * turned)
 
 
 def _aspect_numbers(axes, regions, scale):
@@ -176,14 +163,10 @@ def _aspect_numbers(axes, regions, scale):
 
 
 def _path(axes, points, known):
-    style = dict(color=PATH, lw=2.0, ls="-", label="path, from ● to ■")
-    known.setdefault("path", style)
-    axes.plot(*points.T, color=PATH, lw=2.0, path_effects=HALO, zorder=5)
-    axes.plot(*points[0], "o", color=PATH, mec="white", ms=7, zorder=5.5)
-    axes.plot(*points[-1], "s", color=PATH, mec="white", ms=7, zorder=5.5)
+    _draw(axes, known, PATH, points, path_effects=HALO, zorder=5)
+    axes.plot(*points[0], "o", color=GREEN, mec="white", ms=7, zorder=5.5)
+    axes.plot(*points[-1], "s", color=GREEN, mec="white", ms=7, zorder=5.5)
 
 
 def _degrees(width):
-    from matplotlib.ticker import MultipleLocator
-
     return MultipleLocator(next((step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9), 180))

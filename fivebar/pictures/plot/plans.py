@@ -1,11 +1,20 @@
 """A plan as a picture: its path over the singularity loci, torques and limits, and how near it is to singular."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
-from .runs import GUIDE, INK, LEFT, REFERENCE, RIGHT, _legend_below, _scale
+from ..skeleton import robot_body
+from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
+from .pose_panels import around, draw_robot
+
+if TYPE_CHECKING:
+    from ..motions import Plan
 
 LOCI = {
     Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),
@@ -13,7 +22,7 @@ LOCI = {
 }
 
 
-def planned(plan):
+def planned(plan: Plan) -> Figure:
     """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A."""
     figure = Figure(figsize=(12, 7), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
@@ -36,29 +45,18 @@ def planned(plan):
 
 
 def _path(axes, plan, xi, pose, crossings):
-    drives, turns = plan.robot.drives, plan.robot.turns
-    bases = [[(drive.x, drive.y)] if turns else np.empty((0, 2)) for drive in drives]
-    bars = []
-    for index, style in ((0, dict(alpha=0.35)), (-1, {})):
-        for leg, colour in enumerate((LEFT, RIGHT)):
-            points = 1e3 * np.concatenate([bases[leg], pose.elbows[index, [leg]], xi[[index]]])
-            bars.append(points)
-            axes.plot(*points.T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=1, **style)
-            if index == 0 or not turns:
-                axes.plot(*points[0], "s", color=INK, ms=9, zorder=2, **({} if turns else style))
-            if index == 0 and not turns:
-                axes.axvline(1e3 * drives[leg].x, color=GUIDE, lw=6, zorder=0)
-    shown = np.concatenate([*bars, 1e3 * xi])
-    low, high = shown.min(axis=0), shown.max(axis=0)
-    margin = 0.12 * (high - low).max()
-    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+    body = robot_body(plan.robot, pose.elbows, xi)
+    draw_robot(axes, body, 0, alpha=0.35)
+    draw_robot(axes, body, -1)
+    low, high = around(np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     known = set()
     for piece in singularity_loci(plan.robot).task:
         if plan.problem.working in piece.working and len(piece.points) > 1:
             style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
             label = style["label"] if style["label"] not in known else None
             known.add(style["label"])
-            points = 1e3 * piece.drawn((low[1] - margin) / 1e3, (high[1] + margin) / 1e3)
+            points = 1e3 * piece.drawn(low[1] / 1e3, high[1] / 1e3)
             axes.plot(*points.T, **(style | {"label": label}), zorder=0)
     axes.plot(*(1e3 * xi.T), color=REFERENCE, lw=2.2, label="planned path", zorder=3)
     axes.plot(*(1e3 * xi[0]), "o", color=REFERENCE, mec="white", ms=8, zorder=4)
@@ -69,16 +67,14 @@ def _path(axes, plan, xi, pose, crossings):
     for i, crossing in enumerate(crossings):
         label = "crossing" if i == 0 else None
         axes.plot(*(1e3 * xi[crossing]), "x", color=INK, ms=8, mew=1.6, ls="none", zorder=5, label=label)
-    axes.set(xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and goal")
     axes.set_aspect("equal")
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 5)
+    finish(axes, 5, xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and goal")
 
 
 def _torques(axes, plan, t, tau):
     limits = plan.problem.limits.torque or (0.0, 0.0)
     own = plan.robot.words
-    scale, unit = _scale(max(np.abs(tau).max(), *limits), own.effort_unit)
+    scale, unit = readable(max(np.abs(tau).max(), *limits), own.effort_unit)
     for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
         for side in (-1, 1) if limits[leg] else ():
@@ -88,13 +84,9 @@ def _torques(axes, plan, t, tau):
         axes.plot([knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform())
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
     words = " + ".join(f"{weight:g} {name}" if len(weights) > 1 else name for name, weight in weights.items())
-    axes.set(
-        ylabel=f"{own.effort} ({unit})",
-        title=f"{own.effort}s for least {words}; {len(plan.pieces.xi)} intervals (ticks)",
-    )
     axes.margins(x=0)
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 4)
+    title = f"{own.effort}s for least {words}; {len(plan.pieces.xi)} intervals (ticks)"
+    finish(axes, 4, ylabel=f"{own.effort} ({unit})", title=title)
 
 
 def _sines(axes, plan, t, pose):
@@ -107,9 +99,6 @@ def _sines(axes, plan, t, pose):
     if limits.parallel is not None:
         axes.axhline(plan.problem.side * limits.parallel, color=INK, lw=1, ls=":")
     axes.axhline(0, color=INK, lw=0.6)
-    axes.set(
-        xlabel="time (s)", ylabel="sine", title="distance to singularities, with limits (dotted)", ylim=(-1.05, 1.05)
-    )
     axes.margins(x=0)
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 3)
+    title = "distance to singularities, with limits (dotted)"
+    finish(axes, 3, xlabel="time (s)", ylabel="sine", title=title, ylim=(-1.05, 1.05))

@@ -1,14 +1,25 @@
 """A scene drawn by Matplotlib: strips of poses and GIFs, for where no page can be shown."""
 
+from __future__ import annotations
+
 import io
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.animation import PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
+from tqdm import tqdm
 
+from ..style import PATH
 from ..view.layers import Area, Arrows, Ghost, Line, Turning
-from ..view.machine import MOTOR, PATH, PIN, PLATE, RAIL, STEEL
+from ..view.machine import EVENT, MOTOR, PIN, PLATE, RAIL, STEEL
+
+if TYPE_CHECKING:
+    from ..view.scenes import Scene
 
 PER_SECOND = 20  # pictures in a GIF; browsers slow down shorter frames
 MOST_PICTURES = 400  # a longer motion is shown faster
@@ -16,7 +27,7 @@ TURN = np.linspace(0.5 * np.pi, 1.5 * np.pi, 13)
 ROUND = np.stack([np.cos(TURN), np.sin(TURN)], axis=1)
 
 
-def strip_figure(scene, poses=6):
+def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     """Figure of a view.Scene in so many poses, evenly spaced in time, in rows of at most six."""
     if isinstance(poses, bool) or not (isinstance(poses, (int, np.integer)) and 1 <= poses <= 48):
         raise ValueError(f"poses must be a whole number from 1 to 48, not {poses!r}")
@@ -33,30 +44,26 @@ def strip_figure(scene, poses=6):
         axes.remove()
     figure.suptitle(_heading(scene), fontsize=11)
     entries = {layer.key: layer for machine in scene.machines for layer in machine.layers}
-    handles = [Line2D([], [], color=_hex(layer.colour), lw=3, label=key) for key, layer in entries.items()]
+    handles = [Line2D([], [], color=layer.colour, lw=3, label=key) for key, layer in entries.items()]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     return figure
 
 
-def save_strip(scene, path):
+def save_strip(scene: Scene, path: str | Path) -> None:
     """Write a strip of six poses as PNG."""
     strip_figure(scene).savefig(path, dpi=120)
 
 
-def strip_png(scene, poses):
-    """The PNG file of a strip: bytes."""
+def strip_png(scene: Scene, poses: int) -> bytes:
+    """The PNG file of a strip."""
     file = io.BytesIO()
     strip_figure(scene, poses).savefig(file, format="png", dpi=80)
     return file.getvalue()
 
 
-def gif(scene, path):
+def gif(scene: Scene, path: str | Path) -> None:
     """Write a GIF of 20 pictures a second; a motion of more than 20 s is shown faster, which its heading says."""
-    from matplotlib.animation import PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from tqdm import tqdm
-
     count = max(2, round(scene.duration * PER_SECOND))
     times = np.linspace(0.0, scene.duration, min(count, MOST_PICTURES))
     faster = f", {count / len(times):.3g} times as fast" if count > len(times) else ""
@@ -89,10 +96,6 @@ def _shape(scene):
     return float(np.clip((high - low) / (right - left), 0.3, 3.0))
 
 
-def _hex(colour):
-    return f"#{colour:06x}"
-
-
 def _stage(axes, scene):
     """What does not move: base, rails, lines and areas."""
     (left, low), (right, high) = scene.window
@@ -101,35 +104,32 @@ def _stage(axes, scene):
     for spine in axes.spines.values():
         spine.set_color("#d5dade")
     for machine, offset in zip(scene.machines, scene.offsets):
-        w, at = machine.width, np.array([offset, 0.0])
-        fixed = machine.points[0] + at
-        feet = [fixed[joint] for joint in machine.grounded if joint not in machine.ends]
+        w, at, body = machine.width, np.array([offset, 0.0]), machine.body
+        fixed = body.points[0] + at
+        feet = fixed[body.feet]
         for a, b in zip(feet, feet[1:]):
             axes.add_patch(_capsule(a, b, 2.2 * w, PLATE, zorder=1))
         for foot in feet:
             corners = foot + 1.7 * w * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-            axes.add_patch(Polygon(corners, fc=_hex(PLATE), ec="none", zorder=1))
-        for joint in set(machine.grounded) - machine.ends:
-            motor = joint in machine.actuated
-            axes.add_patch(
-                Circle(fixed[joint], (1.25 if motor else 0.75) * w, fc=_hex(MOTOR if motor else RAIL), zorder=2)
-            )
-        for i, j in machine.rails:
-            if {i, j} <= set(machine.grounded):
-                axes.add_patch(_capsule(fixed[i], fixed[j], 1.5 * w, PLATE, zorder=1))
-                axes.add_patch(_capsule(fixed[i], fixed[j], 0.5 * w, RAIL, zorder=1.5))
+            axes.add_patch(Polygon(corners, fc=PLATE, ec="none", zorder=1))
+        for joint, foot in zip(body.feet, feet):
+            radius, colour = (1.25 * w, MOTOR) if joint in body.actuated else (0.75 * w, RAIL)
+            axes.add_patch(Circle(foot, radius, fc=colour, zorder=2))
+        for i, j in body.fixed_rails:
+            axes.add_patch(_capsule(fixed[i], fixed[j], 1.5 * w, PLATE, zorder=1))
+            axes.add_patch(_capsule(fixed[i], fixed[j], 0.5 * w, RAIL, zorder=1.5))
         for layer in machine.layers:
             if isinstance(layer, Area):
                 for rows in layer.strips:
                     edge = np.concatenate([rows[:, 0], rows[::-1, 1]]) + at
-                    axes.add_patch(Polygon(edge, fc=_hex(layer.colour), alpha=0.12, lw=0, zorder=0))
+                    axes.add_patch(Polygon(edge, fc=layer.colour, alpha=0.12, lw=0, zorder=0))
             if isinstance(layer, Line) and layer.good is None:
                 _line(axes, layer, at)
 
 
 def _line(axes, layer, at):
     style = dict(
-        color=_hex(layer.colour), lw=8 * layer.width, alpha=layer.opacity, zorder=7 + layer.lift if layer.over else 2.5
+        color=layer.colour, lw=8 * layer.width, alpha=layer.opacity, zorder=7 + layer.lift if layer.over else 2.5
     )
     style["ls"] = (0, (4, 2)) if layer.dash else "-"
     return [line for path in layer.paths for line in axes.plot(*(path + at).T, **style)]
@@ -146,13 +146,13 @@ def _draw(axes, scene, time):
                 artists += _line(axes, layer, at)
         if any(low < time < high for low, high in frames.gaps):
             continue
-        artists += _machine(axes, machine, _between(frames.t, machine.points, time) + at)
+        artists += _machine(axes, machine, _between(frames.t, machine.body.points, time) + at)
         for layer in machine.layers:
             if isinstance(layer, (Arrows, Turning, Ghost)):
                 artists += _layer(axes, machine, layer, time, at)
         for event in machine.events:
             if abs(event.t - time) <= 0.2:
-                ring = Circle(np.add(event.place, at), 1.8 * machine.width, fc="none", ec="#e51c23", lw=3, zorder=9)
+                ring = Circle(np.add(event.place, at), 1.8 * machine.width, fc="none", ec=EVENT, lw=3, zorder=9)
                 artists.append(axes.add_patch(ring))
     return artists
 
@@ -167,32 +167,28 @@ def _between(t, values, time):
 
 
 def _machine(axes, machine, points):
-    w, patches = machine.width, []
-    for i, j in machine.rails:
-        if not {i, j} <= set(machine.grounded):
-            patches.append(_capsule(points[i], points[j], 0.6 * w, RAIL, zorder=2.7))
-    for i, j, driven in machine.blocks:
+    w, body = machine.width, machine.body
+    patches = [_capsule(points[i], points[j], 0.6 * w, RAIL, zorder=2.7) for i, j in body.moving_rails]
+    for i, j, joint in body.blocks:
         half = (points[j] - points[i]) / 2
         half = half * max(1.0, 1.3 * w / (np.hypot(*half) or 1.0))
         across, middle = w * half[::-1] * (-1, 1) / np.hypot(*half), (points[i] + points[j]) / 2
         corners = middle + np.array([-half - across, half - across, half + across, across - half])
-        patches.append(Polygon(corners, fc=_hex(MOTOR if driven else RAIL), ec="white", lw=0.5, zorder=2.8))
-    for (i, j), height, colour in zip(machine.bars, machine.heights, machine.colours):
+        patches.append(Polygon(corners, fc=MOTOR if joint in body.actuated else RAIL, ec="white", lw=0.5, zorder=2.8))
+    for (i, j), height, colour in zip(body.bars, machine.heights, machine.colours):
         patches.append(_capsule(points[i], points[j], w, colour, zorder=3 + height / machine.top, ec="white", lw=0.5))
-    for joint in set(range(len(points))) - machine.ends:
-        travelling = joint in machine.actuated and joint not in machine.grounded
-        patches.append(
-            Circle(points[joint], (0.62 if travelling else 0.36) * w, fc=_hex(MOTOR if travelling else STEEL), zorder=5)
-        )
-        patches.append(Circle(points[joint], 0.22 * w, fc=_hex(PATH if joint == machine.traced else PIN), zorder=6))
+    for joint in body.joints:
+        radius, colour = (0.62 * w, MOTOR) if joint in body.travelling else (0.36 * w, STEEL)
+        patches.append(Circle(points[joint], radius, fc=colour, zorder=5))
+        patches.append(Circle(points[joint], 0.22 * w, fc=PATH if joint == body.traced else PIN, zorder=6))
     return [axes.add_patch(patch) for patch in patches]
 
 
 def _layer(axes, machine, layer, time, at):
-    t, w, colour = machine.frames.t, machine.pen, _hex(layer.colour)
+    t, w, colour = machine.frames.t, machine.pen, layer.colour
     if isinstance(layer, Ghost):
         points = _between(t, layer.mechanism, time) + at
-        pairs = [(points[i], points[j]) for i, j in machine.bars if np.isfinite(points[[i, j]]).all()]
+        pairs = [(points[i], points[j]) for i, j in machine.body.bars if np.isfinite(points[[i, j]]).all()]
         return [
             axes.add_patch(_capsule(a, b, 0.8 * machine.width, layer.colour, zorder=2.6, alpha=0.4)) for a, b in pairs
         ]
@@ -223,4 +219,4 @@ def _capsule(a, b, width, colour, **style):
     span = b - a
     along = span / (np.hypot(*span) or 1.0)
     turned = width / 2 * (ROUND[:, :1] * along + ROUND[:, 1:] * (along[::-1] * (-1, 1)))
-    return Polygon(np.concatenate([a + turned, b - turned]), **{"fc": _hex(colour), "ec": "none", **style})
+    return Polygon(np.concatenate([a + turned, b - turned]), **{"fc": colour, "ec": "none", **style})

@@ -1,15 +1,21 @@
 """A simulated run as a picture: path against reference, the errors themselves, torques and their limits."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...units import readable as _scale
+from ..skeleton import run_body
+from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
+from .pose_panels import draw_robot
 
-LEFT, RIGHT, INK, REFERENCE = "#0072B2", "#D55E00", "#222222", "#009E73"  # Okabe and Ito's colours
-GUIDE = "0.85"
+if TYPE_CHECKING:
+    from ..motions import Run
 
 
-def tracking(run):
+def tracking(run: Run) -> Figure:
     """Figure of a run: where it went, how far off it was (RMS and largest), and with what torques."""
     if not len(run.t):
         raise ValueError("a run without samples cannot be drawn")
@@ -26,18 +32,9 @@ def tracking(run):
 
 
 def _path(axes, run):
-    points = 1e3 * run.points
-    middle = points.shape[1] // 2
-    for index, style in ((0, dict(alpha=0.35)), (-1, {})):
-        for leg, colour in ((points[index, : middle + 1], LEFT), (points[index, middle:], RIGHT)):
-            axes.plot(*leg.T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=1, **style)
-        if not run.robot.turns:
-            axes.plot(*points[index, [0, -1]].T, "s", color=INK, ms=9, zorder=2, **style)
-    if run.robot.turns:
-        axes.plot(*points[0, [0, -1]].T, "s", color=INK, ms=9, zorder=2)
-    else:
-        for guide in run.guides:
-            axes.plot(*(1e3 * guide.T), color=GUIDE, lw=6, solid_capstyle="butt", zorder=0)
+    body = run_body(run)
+    draw_robot(axes, body, 0, alpha=0.35)
+    draw_robot(axes, body, -1)
     if run.xi_ref is not None:
         axes.plot(*(1e3 * run.xi_ref.T), color=REFERENCE, lw=4, alpha=0.6, label="reference", zorder=3)
     axes.plot(*(1e3 * run.xi.T), color=INK, lw=1.2, label="end-effector", zorder=4)
@@ -45,30 +42,26 @@ def _path(axes, run):
         where = [np.interp(event.t, run.t, 1e3 * run.xi[:, k]) for k in (0, 1)]
         axes.plot(*where, "x", color=INK, ms=7, zorder=5)
         axes.annotate(f"Type {int(event.type)}", where, textcoords="offset points", xytext=(6, 4), fontsize=8)
-    axes.set(xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and end")
     axes.set_aspect("equal")
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 2)
+    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and end")
 
 
 def _errors(axes, run):
     size = np.linalg.norm(run.error, axis=1)
     largest, rms = size.max(), np.sqrt(np.mean(size**2))
-    scale, unit = _scale(largest, "m")
+    scale, unit = readable(largest, "m")
     for k, (name, colour) in enumerate((("x", LEFT), ("y", RIGHT))):
         axes.plot(run.t, scale * run.error[:, k], color=colour, lw=1.2, label=name)
     axes.plot(run.t, scale * size, color=INK, lw=1.6, label="distance")
     axes.axhline(scale * rms, color=INK, lw=1, ls="--", label=f"RMS {scale * rms:.3g} {unit}")
     peak = int(size.argmax())
     axes.plot(run.t[peak], scale * largest, "o", color=INK, ms=5, label=f"maximum {scale * largest:.3g} {unit}")
-    axes.set(ylabel=f"error ({unit})", title="tracking error of the end-effector")
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 5)
+    finish(axes, 5, ylabel=f"error ({unit})", title="tracking error of the end-effector")
 
 
 def _torques(axes, run):
     words = run.robot.words
-    scale, unit = _scale(np.abs(run.tau).max(), words.effort_unit)
+    scale, unit = readable(np.abs(run.tau).max(), words.effort_unit)
     for k, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.step(run.t, scale * run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
     if run.torque_limit is not None:
@@ -79,13 +72,5 @@ def _torques(axes, run):
             run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
         )  # fmt: skip
-    axes.set(xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"motor {words.effort}s")
     axes.margins(x=0)
-    axes.grid(alpha=0.25)
-    _legend_below(axes, 4)
-
-
-def _legend_below(axes, columns):
-    pad = 5 if axes.get_xlabel() else 2.5  # in letters, so that it clears the labels whatever the panel's height
-    place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
-    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
+    finish(axes, 4, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"motor {words.effort}s")

@@ -1,10 +1,16 @@
 """Which samples of a motion a page shows: at most 60 a second, none that is not a number."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...tables import must_increase
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 PER_SECOND = 60
 MOST = 3600  # frames: beyond, a page would outgrow what a notebook or a mail takes
@@ -26,7 +32,7 @@ class Frames:
     notes: tuple
 
     @property
-    def switches(self):
+    def switches(self) -> tuple[np.ndarray, np.ndarray] | None:
         """(times (k,), shown (k,) bool): from each time on, whether the mechanism is shown; None without gaps."""
         if not self.gaps:
             return None
@@ -39,7 +45,7 @@ class Frames:
         return np.array(times), np.array(shown)
 
 
-def choose(t, *numbers, lack="are not numbers"):
+def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") -> Frames:
     """The Frames of samples at t (n,) s with these numbers (n, ...), of which some may be nan or inf.
 
     lack: why these cannot be shown, in words.
@@ -60,7 +66,7 @@ def choose(t, *numbers, lack="are not numbers"):
     start, t = float(t[0]), t - t[0]
     index, note = _thinned(t)
     gaps = _gaps(t, good)
-    edges = [i for first, last in _runs(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)]
+    edges = [i for first, last in stretches(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)]
     index = np.union1d(index, edges).astype(int)
     index = index[good[index]]
     notes = [note] if note else []
@@ -71,7 +77,7 @@ def choose(t, *numbers, lack="are not numbers"):
     return Frames(index, t[index], start, float(t[-1]), gaps, tuple(notes))
 
 
-def grid(duration):
+def grid(duration: float) -> np.ndarray:
     """Times (n,) s from 0 to `duration` for a motion that is known at any time."""
     return np.linspace(0.0, duration, int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)))
 
@@ -87,8 +93,8 @@ def _thinned(t):
     return index, f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart." if coarse else None
 
 
-def _runs(flags):
-    """(first, last) index of each run of true values."""
+def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
+    """(first, last) index of each stretch of true values."""
     change = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
     return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist()))
 
@@ -96,7 +102,7 @@ def _runs(flags):
 def _gaps(t, good):
     """(from, to) s of each gap, half-way to its neighbours, which are still shown."""
     gaps = []
-    for first, last in _runs(~good):
+    for first, last in stretches(~good):
         low = 0.0 if first == 0 else (t[first - 1] + t[first]) / 2
         high = t[-1] if last == len(t) - 1 else (t[last] + t[last + 1]) / 2
         gaps.append((float(low), float(high)))

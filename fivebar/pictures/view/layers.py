@@ -1,18 +1,26 @@
 """What is shown of a mechanism besides itself: lines, areas, arrows, turning arrows and ghosts."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..style import PALE
 from .solids import arc, dashed, link, polygon, ribbon, triangles
 from .tracks import Part, angles_of, placed
+
+if TYPE_CHECKING:
+    from .machine import Machine
 
 ARROW = 0.3  # the longest arrow's share of the mechanism's size
 SWEEP = np.radians(300)  # of the turning arrow of the largest value
 PIECES = 120  # of its band
 
 
-def flags(times, good):
+def flags(times: np.ndarray, good: np.ndarray) -> tuple | None:
     """When a part is shown (times, flags), of flags (m,) at the frames; None where it always is."""
     if good.all():
         return None
@@ -20,13 +28,31 @@ def flags(times, good):
     return times[change], good[change]
 
 
+class Layer:
+    """Has a name and a colour; `parts` are its nodes in the scene, the number-th layer of a machine."""
+
+    still = False  # whether it belongs to the base
+
+    @property
+    def key(self) -> str:
+        """What the page's key calls it."""
+        return self.name
+
+    def reach(self, machine: Machine) -> np.ndarray:
+        """Points (n, 2) m for which the picture must have room."""
+        return np.empty((0, 2))
+
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, eq=False)
-class Line:
+class Line(Layer):
     """Paths, each (n, 2) m; width, and dash (on, off) in widths of a bar; over or under the bars."""
 
     name: str
     paths: list
-    colour: int
+    colour: str
     width: float = 0.12
     dash: tuple | None = None
     over: bool = False
@@ -35,14 +61,10 @@ class Line:
     good: np.ndarray | None = None  # (m,) at which frames it is shown
     still = True
 
-    @property
-    def key(self):
-        return self.name
-
-    def reach(self, machine):
+    def reach(self, machine: Machine) -> np.ndarray:
         return np.concatenate([np.empty((0, 2)), *self.paths])
 
-    def parts(self, machine, number):
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         w = machine.pen
         paths = self.paths
         if self.dash:
@@ -56,23 +78,19 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
-class Area:
+class Area(Layer):
     """An area of strips, each rows (n, 2, 2) of a left and a right point, m; its outline (paths) is drawn too."""
 
     name: str
     strips: list
     outline: list
-    colour: int
+    colour: str
     still = True
 
-    @property
-    def key(self):
-        return self.name
-
-    def reach(self, machine):
+    def reach(self, machine: Machine) -> np.ndarray:
         return np.concatenate(self.outline)
 
-    def parts(self, machine, number):
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         points = np.concatenate(self.strips).reshape(-1, 2)
         flat = np.pad(points, [(0, 0), (0, 1)], constant_values=-4.6 * machine.layer)
         row = np.concatenate([np.arange(len(rows)) < len(rows) - 1 for rows in self.strips])  # that has one above
@@ -83,30 +101,29 @@ class Area:
 
 
 @dataclass(frozen=True, eq=False)
-class Arrows:
+class Arrows(Layer):
     """Arrows (m, 2) from places (m, 2) m, in `unit`; nan where there is none. `largest` is drawn `ARROW` long."""
 
     name: str
     places: np.ndarray
     vectors: np.ndarray
-    colour: int
+    colour: str
     unit: str
     largest: float
-    still = False
 
     @property
-    def key(self):
+    def key(self) -> str:
         return f"{self.name} (longest {self.largest:.3g} {self.unit})"
 
-    def reach(self, machine):
+    def reach(self, machine: Machine) -> np.ndarray:
         tips = self.places + self.drawn(machine)
         return tips[np.isfinite(tips).all(axis=1)]
 
-    def drawn(self, machine):
+    def drawn(self, machine: Machine) -> np.ndarray:
         """The arrows as they are drawn, (m, 2) m; nan where there is none."""
         return self.vectors * (ARROW * machine.size / (self.largest or 1.0))
 
-    def parts(self, machine, number):
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         arrows, w = self.drawn(machine), machine.pen
         good = np.isfinite(arrows).all(axis=1)
         arrows = np.where(good[:, None], arrows, 0.0)
@@ -125,30 +142,26 @@ class Arrows:
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class Turning(Layer):
     """Turning arrows about places (m, 2) m: values (m,), counter-clockwise > 0; `largest` is drawn `SWEEP` wide."""
 
     name: str
     places: np.ndarray
     values: np.ndarray
-    colour: int
+    colour: str
     unit: str
     largest: float
     radius = 2.4  # widths of a bar
-    still = False
 
     @property
-    def key(self):
+    def key(self) -> str:
         return f"{self.name} (largest {self.largest:.3g} {self.unit})"
 
-    def reach(self, machine):
-        return np.empty((0, 2))
-
-    def sweeps(self):
+    def sweeps(self) -> np.ndarray:
         """Angles (m,) through which they turn, rad."""
         return self.values * (SWEEP / (self.largest or 1.0))
 
-    def parts(self, machine, number):
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         good = np.isfinite(self.values)
         sweep, w = np.where(good, self.sweeps(), 0.0), machine.pen
         path, height = f"{self.name}/{number}", machine.top + 0.2 * w
@@ -165,23 +178,18 @@ class Turning:
 
 
 @dataclass(frozen=True, eq=False)
-class Ghost:
+class Ghost(Layer):
     """The mechanism in other positions, points (m, k, 2) m, pale; nan where there is none."""
 
     name: str
     mechanism: np.ndarray
-    colour: int = 0x8A939C
-    still = False
+    colour: str = PALE
 
-    @property
-    def key(self):
-        return self.name
-
-    def reach(self, machine):
+    def reach(self, machine: Machine) -> np.ndarray:
         points = self.mechanism.reshape(-1, 2)
         return points[np.isfinite(points).all(axis=1)]
 
-    def parts(self, machine, number):
+    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         good = np.isfinite(self.mechanism).all(axis=(1, 2))
         if not good.any():
             return
@@ -189,7 +197,7 @@ class Ghost:
         where = np.maximum.accumulate(np.where(good, np.arange(len(good)), np.argmax(good)))
         points, low = self.mechanism[where], -0.3 * machine.layer
         glass = {"transparent": True, "opacity": 0.4, "depthWrite": False}
-        for b, (i, j) in enumerate(machine.bars):
+        for b, (i, j) in enumerate(machine.body.bars):
             span = points[:, j] - points[:, i]
             solid = link(machine.lengths[b], 0.8 * machine.width, low, low + 0.1 * machine.layer, self.colour, **glass)
             path = f"{self.name}/{number}-{b}"

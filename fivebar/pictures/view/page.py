@@ -1,28 +1,32 @@
 """A scene as one web page: meshcat's viewer and the packed scene in a single file, without a server."""
 
+from __future__ import annotations
+
 import gzip
 import html
-import json
 import struct
 from base64 import b64encode
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
-from string import Template
+from typing import TYPE_CHECKING
 
+from ..document import as_json, document, library
 from .layers import PIECES, SWEEP, Turning
 from .machine import flash, parts
 from .solids import at
 from .tracks import Part, clips, node
+
+if TYPE_CHECKING:
+    from .scenes import Scene
 
 HERE = Path(__file__).parent
 FIELD_OF_VIEW = 8  # degrees: narrow, so that a height hardly shifts anything on the screen
 MOST_EVENTS = 200  # marks on the time line: more could not be told apart
 
 
-def page(scene):
-    """The page of a Scene, complete: str. ImportError without meshcat."""
-    viewer = _viewer()
+def page(scene: Scene) -> str:
+    """The page of a Scene, complete. ImportError without meshcat."""
+    viewer = library("meshcat", "an animation needs the viewer in meshcat") / "viewer"
     (left, low), (right, high) = scene.window
     # About the origin at unit size: there the viewer's lights and the centre of its orbit are right for any mechanism.
     span = right - left, high - low
@@ -46,20 +50,11 @@ def page(scene):
         "bands": [f"/m{k}/moving/{layer.name}/{number}" for k, machine in enumerate(scene.machines)
                   for number, layer in enumerate(machine.layers) if isinstance(layer, Turning)],
     }  # fmt: skip
-    return Template((HERE / "page.html").read_text("utf-8")).substitute(
-        title=html.escape(scene.title), notes="".join(f"<p>{html.escape(note)}</p>" for note in notes),
-        data=json.dumps(data).replace("<", "\\u003c"), viewer=_packed_viewer(viewer), scene=_packed(messages),
-        script=(HERE / "page.js").read_text("utf-8"), style=(HERE / "page.css").read_text("utf-8"),
+    return document(
+        HERE, scene.title, notes="".join(f"<p>{html.escape(note)}</p>" for note in notes), data=as_json(data),
+        viewer=_packed_viewer(viewer), scene=_packed(messages), script=(HERE / "page.js").read_text("utf-8"),
         licences=html.escape(_licences(viewer)),
     )  # fmt: skip
-
-
-def _viewer():
-    # The package is found and not imported: importing it loads its server, with zmq and tornado.
-    meshcat = find_spec("meshcat")
-    if meshcat is None:
-        raise ImportError("an animation needs the viewer in meshcat: pip install meshcat")
-    return Path(meshcat.submodule_search_locations[0], "viewer")
 
 
 @lru_cache(maxsize=1)
@@ -117,7 +112,7 @@ def _machine(root, machine, messages, entries):
         for part in layer.parts(machine, number):
             add(part, group)
         entry = entries.setdefault(layer.name, {"name": layer.name, "key": layer.key, "nodes": []})
-        entry["colour"] = f"#{layer.colour:06x}"
+        entry["colour"] = layer.colour
         if f"{group}/{layer.name}" not in entry["nodes"]:
             entry["nodes"].append(f"{group}/{layer.name}")
     if machine.events:

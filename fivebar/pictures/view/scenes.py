@@ -1,16 +1,29 @@
 """A scene: one mechanism in motion, or two side by side, and what is shown of them; it shows and saves itself."""
 
+from __future__ import annotations
+
 import html
 from base64 import b64encode
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .machine import Machine
+from .page import page
 from .shows import alike, shown, usual
 from .sources import source
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from matplotlib.figure import Figure
+
+    from ...linkages import Study
+    from ...models.robots import Robot
+    from ..motions import Run
 
 WRITERS = {".html": "a page", ".gif": "an animation", ".png": "a strip of poses"}
 HEIGHT = 480  # px, of the frame in a notebook
@@ -23,19 +36,17 @@ class Scene:
     machines: tuple of Machine; title: text over the picture; names: one for each machine, or empty.
     """
 
-    machines: tuple
+    machines: tuple[Machine, ...]
     title: str
-    names: tuple = ()
+    names: tuple[str, ...] = ()
 
     @cached_property
-    def html(self):
-        """The page, complete: str."""
-        from .page import page
-
+    def html(self) -> str:
+        """The page, complete."""
         return page(self)
 
     @cached_property
-    def offsets(self):
+    def offsets(self) -> tuple[float, ...]:
         """By how much each machine is moved to the right, m, so that they stand side by side."""
         gap = 0.12 * max(float(high[0] - low[0]) for low, high in (machine.box for machine in self.machines))
         offsets, end = [], None
@@ -46,23 +57,23 @@ class Scene:
         return tuple(offsets)
 
     @cached_property
-    def window(self):
+    def window(self) -> tuple[list[float], list[float]]:
         """((x, y) low, (x, y) high) of all machines, moved side by side, m: floats."""
         low = np.min([m.box[0] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
         high = np.max([m.box[1] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
         return low.tolist(), high.tolist()
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Of the longer motion, s."""
         return max(machine.frames.duration for machine in self.machines)
 
     @property
-    def notes(self):
+    def notes(self) -> tuple[str, ...]:
         """What was left out, as sentences."""
         return tuple(dict.fromkeys(note for machine in self.machines for note in machine.frames.notes))
 
-    def save(self, path):
+    def save(self, path: str | Path) -> None:
         """Write it to a file: .html the page, .gif an animation, .png a strip of six poses.
 
         ValueError for another suffix, OSError where the file cannot be written.
@@ -82,7 +93,7 @@ class Scene:
             (poses.gif if kind == ".gif" else poses.save_strip)(self, path)
 
     @cached_property
-    def png(self):
+    def png(self) -> bytes:
         """Five poses in a row, as a PNG file: bytes."""
         from ..plot.poses import strip_png
 
@@ -108,13 +119,26 @@ class Scene:
         return {kind: make() for kind, make in makers.items() if kind in wanted}
 
 
-def scene(robot, motion, show=None, *, beside=None, title=None, names=None):
+def scene(
+    robot: Robot | object,
+    motion: Run | Study | Callable,
+    show: str | Iterable[str] | None = None,
+    *,
+    beside: Run | Study | Callable | None = None,
+    title: str | None = None,
+    names: Iterable[str] | None = None,
+) -> Scene:
     """A Scene of a motion.
 
-    robot: FiveBar or any robot with two drives, or a linkage. motion: a Run, a Plan or any reference, or a Study of
-    the linkage. show: names out of SHOWS; None: the path, and the reference where there is one. beside: a second
-    motion of the same kind, drawn to the right on the same clock. names: texts for both. ValueError for unknown names,
-    motions of another robot and motions of which nothing can be drawn; ImportError without meshcat, once it is saved.
+    robot   FiveBar or any robot with two drives, or a linkage
+    motion  a Run, a Plan or any reference, or a Study of the linkage
+    show    names out of SHOWS; None: the path, and the reference where there is one
+    beside  a second motion of the same kind, drawn to the right on the same clock
+    title   text over the picture, None: the mechanism's own
+    names   texts for both motions
+
+    ValueError for unknown names, motions of another robot and motions of which nothing can be drawn; ImportError
+    without meshcat, once it is saved.
     """
     sources = [source(robot, motion)]
     if beside is not None:
@@ -125,13 +149,19 @@ def scene(robot, motion, show=None, *, beside=None, title=None, names=None):
     if not names and len(sources) == 2:
         names = "first", "second"
     groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
-    machines = tuple(
-        Machine(own.frames, events=tuple(own.events), layers=layers, **own.body) for own, layers in zip(sources, groups)
-    )
+    machines = tuple(Machine(own.frames, own.body, tuple(own.events), layers) for own, layers in zip(sources, groups))
     return Scene(machines, sources[0].title if title is None else str(title), names)
 
 
-def strip(motion, path=None, poses=6, *, robot=None, show=None, title=None):
+def strip(
+    motion: Run | Study | Callable,
+    path: str | Path | None = None,
+    poses: int = 6,
+    *,
+    robot: Robot | None = None,
+    show: str | Iterable[str] | None = None,
+    title: str | None = None,
+) -> Figure:
     """Matplotlib figure of a motion in poses evenly spaced in time; written to `path` (PNG, SVG, PDF) if given.
 
     robot: needed for a reference only; the rest as in `scene`.

@@ -1,20 +1,30 @@
 """What `show` can name: each item computes only what it draws."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.dyads import Crank
-from .layers import Area, Arrows, Ghost, Line, Turning
-from .machine import LEGS, PATH
+from ...singularities.loci import singularity_loci
+from ...singularities.margins import Singularity
+from ..style import GREEN, LEGS, PALE, PATH
+from .frames import stretches
+from .layers import Area, Arrows, Ghost, Layer, Line, Turning
 
-REFERENCE, SINGULAR, WORKSPACE = 0x8A939C, 0x7E6BD9, 0x009E73
-VELOCITY, ACCELERATION, FORCE, TORQUE = 0x009E73, 0xB58900, 0xEE3377, 0xCC3311
+if TYPE_CHECKING:
+    from .sources import OfRobot
+    from .studies import OfStudy
+
+SINGULAR, WORKSPACE = "#7e6bd9", GREEN
+VELOCITY, ACCELERATION, FORCE, TORQUE = GREEN, "#b58900", "#ee3377", "#cc3311"
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}  # in widths of a bar
 
 
-def shown(source, items):
+def shown(source: OfRobot | OfStudy, items: str | Iterable[str]) -> list[Layer]:
     """The layers of the named items; ValueError for a name that is not known, or not of this motion."""
     items = [items] if isinstance(items, str) else list(items)
     layers = []
@@ -27,12 +37,12 @@ def shown(source, items):
     return layers
 
 
-def usual(source):
+def usual(source: OfRobot | OfStudy) -> tuple[str, ...]:
     """What is shown where nothing is named: the path, and the reference where there is one."""
     return ("reference", "trace") if getattr(source, "xi_ref", None) is not None else ("trace",)
 
 
-def alike(groups):
+def alike(groups: list[list[Layer]]) -> list[tuple[Layer, ...]]:
     """The layers of several mechanisms with arrows of one scale."""
     largest = {}
     for layer in (layer for layers in groups for layer in layers):
@@ -49,9 +59,8 @@ def _reference(source):
     path = _need_reference(source, "reference")
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
-    good = np.flatnonzero(np.isfinite(path).all(axis=1))
-    paths = [path[run] for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1) if len(run)]
-    return [Line("reference", paths, REFERENCE, width=0.34, over=True, lift=0.06, opacity=0.75)]
+    paths = [path[first : last + 1] for first, last in stretches(np.isfinite(path).all(axis=1))]
+    return [Line("reference", paths, PALE, width=0.34, over=True, lift=0.06, opacity=0.75)]
 
 
 def _ghost(source):
@@ -72,8 +81,6 @@ def _pieces(frames, path):
 
 
 def _loci(source):
-    from ...singularities.loci import singularity_loci
-
     pieces, modes = singularity_loci(source.robot).task, source.working
     width, room = sum(source.robot.distal) / 2 * 0.085, max(source.robot.distal) / 2
     heights = np.concatenate([source.elbows[..., 1].ravel(), source.xi[:, 1]])
@@ -83,11 +90,10 @@ def _loci(source):
         now = (modes == mode).all(axis=1)
         own = [piece for piece in pieces if tuple(mode.tolist()) in piece.working]
         for kind in dict.fromkeys(_style(piece) for piece in own):
-            paths = [
-                _dot(p.points[0], width) if len(p.points) == 1 else p.drawn(*ends) for p in own if _style(p) == kind
-            ]
-            dash = DASHES.get(kind)
-            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=dash, good=None if now.all() else now))
+            mine = [piece for piece in own if _style(piece) == kind]
+            paths = [p.drawn(*ends) if len(p.points) > 1 else _circle(p.points[0], 0.4 * width, 25) for p in mine]
+            good = None if now.all() else now
+            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=DASHES.get(kind), good=good))
     return layers
 
 
@@ -95,16 +101,13 @@ def _style(piece):
     return piece.kind if piece.kind in DASHES else "in line"
 
 
-def _dot(place, radius):
-    turn = np.linspace(0, 2 * np.pi, 25)
-    return place + radius * 0.4 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+def _circle(place, radius, points):
+    turn = np.linspace(0, 2 * np.pi, points)
+    return place + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def _workspace(source):
-    from ...singularities.loci import singularity_loci
-    from ...singularities.margins import Singularity
-
-    if not all(isinstance(drive, Crank) for drive in source.robot.drives):
+    if not source.robot.turns:
         raise ValueError("the workspace of a robot on guides has no end, so it cannot be shown")
     arcs = [p.points for p in singularity_loci(source.robot).task if p.type == Singularity.SERIAL and len(p.points) > 1]
     return [Area("workspace", _strips(source.robot, np.concatenate(arcs)), arcs, WORKSPACE)]
@@ -125,22 +128,16 @@ def _strips(robot, border):
         for right in sides[1]:
             first, last = np.maximum(left[0], right[0]), np.minimum(left[1], right[1])
             rows = np.stack([np.stack([first, y], axis=1), np.stack([np.maximum(first, last), y], axis=1)], axis=1)
-            wide = np.flatnonzero(last > first)
-            for run in np.split(wide, np.flatnonzero(np.diff(wide) > 1) + 1):
-                if len(run):
-                    strips.append(rows[max(run[0] - 1, 0) : run[-1] + 2])
+            strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
     return strips
 
 
 def _elbow_circles(source):
-    turn = np.linspace(0, 2 * np.pi, 181)
-    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    cranks = [drive for drive in source.robot.drives if isinstance(drive, Crank)]
-    if not cranks:
+    if not source.robot.turns:
         raise ValueError("elbow-circles are for cranks: the feet of this robot slide along its rails")
     return [
-        Line("elbow-circles", [(drive.x, drive.y) + drive.length * circle], LEGS[leg][0], dash=(0.5, 0.5), lift=0.1)
-        for leg, drive in enumerate(cranks)
+        Line("elbow-circles", [_circle((drive.x, drive.y), drive.length, 181)], leg[0], dash=(0.5, 0.5), lift=0.1)
+        for leg, drive in zip(LEGS, source.robot.drives)
     ]
 
 

@@ -4,34 +4,39 @@ Matrices are listed column by column; z is the height over the drawing plane. Ma
 by the pixel, and nothing casts a shadow map: on a computer without a graphics card that is most of a picture's cost.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 SHADED = {"type": "MeshLambertMaterial"}
 PLAIN = {"type": "MeshBasicMaterial", "side": 2}
 
 
-def packed(numbers, dtype="<f4"):
+def packed(numbers: ArrayLike, dtype: str = "<f4") -> object:
     """Numbers in the msgpack extension that the viewer reads as a typed array."""
     import umsgpack  # a dependency of meshcat
 
     return umsgpack.Ext({"<f4": 0x17, "<u4": 0x16}[dtype], np.asarray(numbers, dtype).tobytes())
 
 
-def at(x=0.0, y=0.0, z=0.0, angle=0.0, scale=1.0):
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0, angle: float = 0.0, scale: float = 1.0) -> list[float]:
     c, s = scale * np.cos(angle), scale * np.sin(angle)
     return [float(entry) for entry in (c, s, 0, 0, -s, c, 0, 0, 0, 0, scale, 0, x, y, z, 1)]
 
 
-def mesh(geometry, matrix, colour, **material):
-    return {"geometry": geometry, "matrix": matrix, "material": {**SHADED, "color": colour, **material}}
+def mesh(geometry: dict, matrix: list[float], colour: str, **material) -> dict:
+    return {"geometry": geometry, "matrix": matrix, "material": {**SHADED, "color": int(colour[1:], 16), **material}}
 
 
-def box(centre, length, width, low, high, colour, angle=0.0, **material):
+def box(
+    centre: ArrayLike, length: float, width: float, low: float, high: float, colour: str, angle: float = 0.0, **material
+) -> dict:
     geometry = {"type": "BoxGeometry", "width": float(length), "height": float(width), "depth": high - low}
     return mesh(geometry, at(*centre, (low + high) / 2, angle), colour, **material)
 
 
-def cylinder(radius, low, high, colour, centre=(0.0, 0.0), **material):
+def cylinder(radius: float, low: float, high: float, colour: str, centre: ArrayLike = (0.0, 0.0), **material) -> dict:
     geometry = {
         "type": "CylinderGeometry", "radiusTop": float(radius), "radiusBottom": float(radius), "height": high - low,
         "radialSegments": 32,
@@ -40,7 +45,7 @@ def cylinder(radius, low, high, colour, centre=(0.0, 0.0), **material):
     return mesh(geometry, upright, colour, **material)
 
 
-def triangles(vertices, faces, colour, normals=None, **material):
+def triangles(vertices: ArrayLike, faces: ArrayLike, colour: str, normals: ArrayLike | None = None, **material) -> dict:
     attributes = {"position": {"itemSize": 3, "type": "Float32Array", "array": packed(vertices)}}
     if normals is not None:
         attributes["normal"] = {"itemSize": 3, "type": "Float32Array", "array": packed(normals)}
@@ -48,7 +53,7 @@ def triangles(vertices, faces, colour, normals=None, **material):
     return mesh({"type": "BufferGeometry", "data": data}, at(), colour, **material)
 
 
-def link(length, width, low, high, colour, **material):
+def link(length: float, width: float, low: float, high: float, colour: str, **material) -> dict:
     """A bar with round ends and broken edges, from the origin to (length, 0)."""
     turn = np.linspace(0.5 * np.pi, 1.5 * np.pi, 17)
     out = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -76,7 +81,7 @@ def link(length, width, low, high, colour, **material):
     return triangles(np.concatenate(vertices), faces, colour, np.concatenate(normals), **material)
 
 
-def ribbon(paths, width, height, colour, **material):
+def ribbon(paths: list, width: float, height: float, colour: str, **material) -> dict | None:
     """Flat bands along paths (n, 2): WebGL draws lines one pixel wide, whatever width they are given."""
     vertices, faces, count = [], [], 0
     for path in paths:
@@ -102,7 +107,7 @@ def ribbon(paths, width, height, colour, **material):
     return triangles(flat, np.concatenate(faces), colour, **{**PLAIN, **material})
 
 
-def dashed(path, on, off):
+def dashed(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
     """The pieces of a path (n, 2) that a dash `on` long and a space `off` long leave."""
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     if s[-1] == 0:
@@ -118,7 +123,7 @@ def dashed(path, on, off):
     return pieces
 
 
-def arc(radius, width, sweep, pieces, height, colour):
+def arc(radius: float, width: float, sweep: float, pieces: int, height: float, colour: str) -> dict:
     """A flat band on a circle about the origin from angle 0 to `sweep`; its first 6 k indices are k pieces of it."""
     angle = np.linspace(0.0, sweep, pieces + 1)[:, None]
     unit = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
@@ -127,7 +132,7 @@ def arc(radius, width, sweep, pieces, height, colour):
     return triangles(np.column_stack([vertices, np.full(len(vertices), height)]), faces, colour, **PLAIN)
 
 
-def polygon(corners, height, colour, **material):
+def polygon(corners: np.ndarray, height: float, colour: str, **material) -> dict:
     """A convex flat polygon, corners (n, 2)."""
     n = len(corners)
     faces = [(0, k, k + 1) for k in range(1, n - 1)]

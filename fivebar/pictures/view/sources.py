@@ -1,22 +1,29 @@
 """What moves, read as it is asked for: a run, a reference or plan of a robot, a study of a linkage."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.dyads import Crank
-from ...models.dynamics import forward_dynamics, inverse_dynamics
-from ...models.four_joints import four_joint_pose
-from ...models.geometry import igm
+from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
+from ...models.geometry import Pose, igm
 from ...models.kinematics import dkm, ikm, ikm2
+from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
 from .frames import choose, grid
 from .machine import Event
-from .robots import drawn
 from .studies import OfStudy
 
+if TYPE_CHECKING:
+    from ...linkages import Study
+    from ...models.robots import Robot
+    from ..motions import Run
 
-def source(robot, motion):
+
+def source(robot: object, motion: Run | Study | Callable) -> OfRobot | OfStudy:
     """The source of a motion: a Run, a Study, or a Plan or other reference that is called with the time.
 
     ValueError for a motion of another robot, TypeError for what does not move, or by no robot.
@@ -37,7 +44,7 @@ def source(robot, motion):
     return found
 
 
-def scattered(values, rows):
+def scattered(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Values (k, ...) at those rows (m,) bool that are true, nan at the others: (m, ...)."""
     full = np.full((len(rows), *values.shape[1:]), np.nan)
     full[rows] = values
@@ -53,27 +60,20 @@ class OfRobot:
     )  # fmt: skip
     xi_ref = None
 
-    @property
-    def title(self):
-        return self.robot.words.title
+    def __init__(self, robot: Robot):
+        self.robot, self.title, self.effort = robot, robot.words.title, robot.words.effort
+
+    @cached_property
+    def body(self) -> Skeleton:
+        return robot_body(self.robot, self.elbows, self.xi)
 
     @property
-    def effort(self):
-        return self.robot.words.effort
-
-    @property
-    def body(self):
-        """The mechanism in words of Machine."""
-        points, parts = drawn(self.robot, self.elbows, self.xi)
-        return dict(points=points, **parts)
-
-    @property
-    def traced(self):
+    def traced(self) -> np.ndarray:
         """The end-effector's path, (m, 2) m."""
         return self.xi
 
     @cached_property
-    def working(self):
+    def working(self) -> np.ndarray:
         """Working modes (m, 2) without zeros: where a leg is in line, those before it."""
         modes = np.array(self.pose.working)
         for leg in modes.T:
@@ -83,75 +83,61 @@ class OfRobot:
         return modes
 
     @property
-    def ghost(self):
+    def ghost(self) -> np.ndarray:
         """The reference's positions in the modes of the motion, (m, k, 2) m, nan out of reach."""
         rows = np.isfinite(self.xi_ref).all(axis=1)
         pose = igm(self.robot, self.xi_ref[rows], self.working[rows], unreachable="nan")
-        points = drawn(self.robot, pose.elbows, self.xi_ref[rows], frame=self.body["points"][rows])[0]
+        points = joints(self.robot, pose.elbows, self.xi_ref[rows])
         points[np.isnan(points).any(axis=(1, 2))] = np.nan
         return scattered(points, rows)
 
     @property
-    def bar_forces(self):
-        """Forces of the distal bars on the end-effector, (m, 2 legs, 2) N, by least squares of m xi'' = A^T lambda and
-        tau = Z q'' + B lambda, which together are regular at Type 1 and at Type 2."""
-        acc, rows = self._accelerations, self._rows
-        pose, scale = acc.rates.pose, sum(self.robot.distal) / 2
-        both = np.concatenate([np.swapaxes(pose.A, 1, 2), pose.B / scale], axis=1)
-        drives = (self.tau[rows] - self.robot.inertias * acc.q_ddot) / scale
-        right = np.concatenate([self.robot.m * acc.xi_ddot, drives], axis=1)
-        forces = np.linalg.pinv(both) @ right[..., None]
-        return scattered(forces * pose.A, rows)
+    def bar_forces(self) -> np.ndarray:
+        """Forces of the distal bars on the end-effector, (m, 2 legs, 2) N."""
+        rates, rows = self._rates, self._rows
+        if all(self.robot.inertias):
+            forces = bar_forces(rates, self.tau[rows])
+        else:  # a reference: without inertia of a drive, what all drives say determines both
+            forces = np.stack(drives_forces(ikm2(rates, self.acceleration), tuple(self.tau.T)), axis=-1)
+        return scattered(forces[..., None] * rates.pose.A, rows)
 
     @property
-    def acceleration(self):
-        return scattered(self._accelerations.xi_ddot, self._rows)
-
-    @property
-    def torques(self):
+    def torques(self) -> list[tuple]:
         """[(places (m, 2) m, direction (2,) of a force or None for a torque, values (m,))] of each drive."""
-        found = []
-        for k, drive in enumerate(self.robot.drives):
-            if isinstance(drive, Crank):
-                place = np.broadcast_to((drive.x, drive.y), self.xi.shape)
-                found.append((place, None, self.tau[:, k]))
-            else:
-                found.append((self.elbows[:, k], np.array(drive.tangent(0.0)), self.tau[:, k]))
-        return found
+        points = self.body.points
+        return [
+            (points[:, joint], None if self.robot.turns else np.array(drive.tangent(0.0)), tau)
+            for joint, drive, tau in zip(self.body.actuated, self.robot.drives, self.tau.T)
+        ]
 
 
 class OfRun(OfRobot):
     """A simulated run."""
 
-    def __init__(self, run):
-        self.robot = run.robot
+    def __init__(self, run: Run):
+        super().__init__(run.robot)
         self.frames = choose(run.t, run.q, run.xi)
         thin = {name: getattr(run, name)[self.frames.index] for name in ("t", "q", "q_dot", "xi", "tau", "energy")}
         self.run = replace(run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index])
         self.q, self.xi, self.tau, self.xi_ref = self.run.q, self.run.xi, self.run.tau, self.run.xi_ref
 
     @property
-    def events(self):
+    def events(self) -> Iterator[Event]:
         for event in self.run.events:
             t = event.t - self.frames.start
             place = tuple(float(np.interp(t, self.frames.t, column)) for column in self.xi.T)
             yield Event(t, f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s", place)
 
-    @property
-    def elbows(self):
-        pivots = [drive.pivot(drive.direction(q)) for drive, q in zip(self.robot.drives, self.q.T)]
-        return np.stack([np.stack(np.broadcast_arrays(*pivot), axis=-1) for pivot in pivots], axis=1)
+    @cached_property
+    def elbows(self) -> np.ndarray:
+        return elbows(self.robot, self.q)
 
     @cached_property
-    def pose(self):
+    def pose(self) -> Pose:
         return self._posed(slice(None))
 
     def _posed(self, rows):
-        """The pose of joints and end-effector as they were simulated, singular or not."""
-        q, spans = self.q[rows], np.moveaxis(self.xi[rows, None] - self.elbows[rows], -1, 0)
-        phi = np.arctan2(spans[1], spans[0]).T
-        passive = [drive.relative(*angles) for drive, *angles in zip(self.robot.drives, phi, q.T)]
-        return four_joint_pose(self.robot, tuple(q.T), tuple(passive))
+        return measured_pose(self.robot, self.q[rows], self.xi[rows])
 
     @cached_property
     def _rows(self):
@@ -159,12 +145,15 @@ class OfRun(OfRobot):
         return np.isfinite(self.run.q_dot).all(axis=1) & np.isfinite(self.tau).all(axis=1)
 
     @cached_property
-    def _accelerations(self):
-        rates = dkm(self._posed(self._rows), self.run.q_dot[self._rows])
-        return forward_dynamics(rates, self.tau[self._rows])
+    def _rates(self):
+        return dkm(self._posed(self._rows), self.run.q_dot[self._rows])
 
     @property
-    def velocity(self):
+    def acceleration(self) -> np.ndarray:
+        return scattered(forward_dynamics(self._rates, self.tau[self._rows]).xi_ddot, self._rows)
+
+    @property
+    def velocity(self) -> np.ndarray:
         rows = np.isfinite(self.run.q_dot).all(axis=1)
         return scattered(dkm(self._posed(rows), self.run.q_dot[rows]).xi_dot, rows)
 
@@ -172,8 +161,9 @@ class OfRun(OfRobot):
 class OfReference(OfRobot):
     """A plan, or a reference in the working modes (-1, -1)."""
 
-    def __init__(self, robot, reference):
-        self.robot, self.reference = robot, reference
+    def __init__(self, robot: Robot, reference: Callable):
+        super().__init__(robot)
+        self.reference = reference
         times = grid(reference.duration)
         modes = getattr(reference, "working", (-1, -1))
         xi = reference(reference.start + times)[0]
@@ -185,7 +175,7 @@ class OfReference(OfRobot):
         self.elbows = self.pose.elbows
 
     @property
-    def times(self):
+    def times(self) -> np.ndarray:
         return self.frames.start + self.frames.t
 
     @property
@@ -193,7 +183,7 @@ class OfReference(OfRobot):
         return np.ones(len(self.xi), dtype=bool)
 
     @property
-    def events(self):
+    def events(self) -> Iterator[Event]:
         sines = np.stack([*self.pose.sines, self.pose.det_A], axis=1)
         for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
             share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
@@ -204,18 +194,18 @@ class OfReference(OfRobot):
             yield Event(float(t), text, tuple(place.tolist()))
 
     @property
-    def velocity(self):
+    def velocity(self) -> np.ndarray:
         return self.reference(self.times)[1]
 
     @property
-    def acceleration(self):
+    def acceleration(self) -> np.ndarray:
         return self.reference(self.times)[2]
 
     @cached_property
-    def _accelerations(self):
-        return ikm2(ikm(self.pose, self.velocity), self.acceleration)
+    def _rates(self):
+        return ikm(self.pose, self.velocity)
 
     @cached_property
-    def tau(self):
+    def tau(self) -> np.ndarray:
         planned = getattr(self.reference, "tau", None)
-        return planned(self.times) if planned else inverse_dynamics(self._accelerations)
+        return planned(self.times) if planned else inverse_dynamics(ikm2(self._rates, self.acceleration))

@@ -1,6 +1,16 @@
 """A study of a linkage, read as it is asked for."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..skeleton import study_body
 from .frames import choose
+
+if TYPE_CHECKING:
+    from ...linkages import Study
 
 
 class OfStudy:
@@ -10,40 +20,27 @@ class OfStudy:
     effort = "torque"
     events = ()
 
-    def __init__(self, study):
+    def __init__(self, study: Study):
         self.study, self.title = study, study.linkage.title
-        self.names = study.motion.points
-        self.points = study.points()
-        self.frames = choose(study.t, self.points)
+        body = study_body(study)
+        self.frames = choose(study.t, body.points)
+        self.body = body.at(self.frames.index)
 
     @property
-    def body(self):
-        chain, index = self.study.motion.chain, self.names.index
-        return dict(
-            points=self.points[self.frames.index],
-            bars=tuple((index(a), index(b)) for a, b in chain.bars),
-            grounded=tuple(map(index, chain.grounded)), actuated=tuple(map(index, chain.actuated)),
-            traced=index(chain.traced), rails=tuple(tuple(map(index, rail)) for rail in chain.rails),
-            blocks=tuple((index(a), index(b), False) for a, b, _ in chain.blocks),
-        )  # fmt: skip
+    def traced(self) -> np.ndarray:
+        return self.body.points[:, self.body.traced]
 
     @property
-    def traced(self):
-        return self._of(self.study.motion.position)
-
-    @property
-    def velocity(self):
+    def velocity(self) -> np.ndarray:
         return self._of(self.study.motion.velocity)
 
     @property
-    def acceleration(self):
+    def acceleration(self) -> np.ndarray:
         return self._of(self.study.motion.acceleration)
 
     def _of(self, quantity):
         return quantity(self.study.motion.chain.traced)[self.frames.index]
 
     @property
-    def torques(self):
-        chain = self.study.motion.chain
-        place = self.study.motion.position(chain.actuated[0])[self.frames.index]
-        return [(place, None, self.study["torque"][self.frames.index])]
+    def torques(self) -> list[tuple]:
+        return [(self.body.points[:, self.body.actuated[0]], None, self.study["torque"][self.frames.index])]

@@ -1,5 +1,8 @@
 """Parts of a scene with their tracks, and the messages in which the viewer takes them."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -19,19 +22,19 @@ class Part(NamedTuple):
     shown: tuple | None = None
 
 
-def placed(points, angle=None):
+def placed(points: np.ndarray, angle: np.ndarray | None = None) -> dict:
     """Tracks that move a part along points (m, 2) and turn it to angle (m,)."""
     tracks = {"position": ("vector3", np.pad(points, [(0, 0), (0, 1)]))}
     # The angle itself and not a quaternion: made continuous it interpolates rightly, in a quarter of the numbers.
     return tracks if angle is None else tracks | {"rotation[z]": ("number", angle)}
 
 
-def angles_of(vectors):
+def angles_of(vectors: np.ndarray) -> np.ndarray:
     """Continuous angles (m,) of vectors (m, 2)."""
     return np.unwrap(np.arctan2(vectors[:, 1], vectors[:, 0]))
 
 
-def node(path, meshes):
+def node(path: str, meshes: list) -> dict:
     """The message that puts meshes at a path: one as it is, several as a group."""
     children = [
         {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": mesh["matrix"]}
@@ -45,7 +48,7 @@ def node(path, meshes):
     }}  # fmt: skip
 
 
-def clips(root, part, times):
+def clips(root: str, part: Part, times: np.ndarray) -> Iterator[dict]:
     """The animations of a part under `root`; times (m,) s. A track of one value holds it."""
     tracks = [_track(name, kind, times[: len(values)], values) for name, (kind, values) in part.tracks.items()]
     if part.shown is not None:

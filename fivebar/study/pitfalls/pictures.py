@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from ...pictures.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
 from .differentiation import OURS as OURS_BOUND
 from .joint_space import FREE_END
 from .sampled import boundary
@@ -21,13 +22,13 @@ if TYPE_CHECKING:
     from .redundant import Redundant
     from .sampled import MeasuredLimit
 
-INK = "#222222"  # what survives is ink; the others are Okabe and Ito's, told apart by dashes too
+# What survives is ink; the others are told apart by dashes too.
 OTHERS = (
-    dict(color="#D55E00", ls="--"),
-    dict(color="#0072B2", ls="-."),
-    dict(color="#CC79A7", ls=":"),
-    dict(color="#E69F00", ls=(0, (6, 2, 1, 2, 1, 2))),
-    dict(color="#56B4E9", ls=(0, (1, 1))),
+    dict(color=ORANGE, ls="--"),
+    dict(color=BLUE, ls="-."),
+    dict(color=PINK, ls=":"),
+    dict(color=AMBER, ls=(0, (6, 2, 1, 2, 1, 2))),
+    dict(color=SKY, ls=(0, (1, 1))),
 )
 OURS = dict(color=INK, ls="-")
 FLOOR = 1e-17  # an error of zero is drawn here
@@ -88,11 +89,11 @@ def free_motion(attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSiz
     right.set_yscale("log")
     milliseconds = 1e3 * naive_steps.step
     right.plot(
-        milliseconds[finite], np.abs(naive_steps.energy_error[finite]), "^", color="#D55E00", ms=6,
+        milliseconds[finite], np.abs(naive_steps.energy_error[finite]), "^", color=ORANGE, ms=6,
         label=f"joint coordinates, RK4: {finite.sum()} finished, without a word",
     )  # fmt: skip
     right.plot(
-        milliseconds[~finite], np.full((~finite).sum(), 1e2), "|", color="#D55E00", ms=9,
+        milliseconds[~finite], np.full((~finite).sum(), 1e2), "|", color=ORANGE, ms=9,
         label=f"joint coordinates, RK4: {(~finite).sum()} of {len(finite)} ended in nan",
     )  # fmt: skip
     right.plot(1e3 * our_steps.step, our_steps.energy_error, ".", color=INK, ms=5, label="fivebar")
@@ -148,10 +149,10 @@ def stability(limits: Sequence[MeasuredLimit]) -> Figure:
     """The limits of stability in the plane of the gains, exact and as measured on the simulated robot."""
     figure, panels = _figure(len(limits))
     for axes, limit in zip(np.atleast_1d(panels), limits):
-        axes.fill(*boundary(limit.delay).T, color="#56B4E9", alpha=0.3, label="stable, exact")
+        axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")
         axes.plot(*limit.measured.T, "o", color=INK, mfc="white", ms=6, label="limit on the simulated robot")
         s = np.linspace(0, 0.6 if limit.delay else 1.0, 50)
-        axes.plot(s**2, 2 * s, color="#D55E00", ls="--", lw=1.5, label="critically damped")
+        axes.plot(s**2, 2 * s, color=ORANGE, ls="--", lw=1.5, label="critically damped")
         delay = "one sample of delay" if limit.delay else "no delay"
         axes.set(
             xlabel="Kp h² (no unit)", ylabel="Kd h (no unit)", xlim=(0, None), ylim=(0, None),

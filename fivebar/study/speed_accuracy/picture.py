@@ -10,22 +10,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from ...pictures.style import COLOURS as OKABE_ITO
+from ...pictures.style import INK
 from .chart import OURS
 from .findings import caption, counted, failures, orders, words_of
 
 if TYPE_CHECKING:
     from .store import Result
 
-INK, PALE = "#222222", "#777777"
-COLOURS = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-    "#8C6239",
-)  # Okabe and Ito's, a brown; ours is ink
+PALE = "#777777"
+COLOURS = (*OKABE_ITO[:-1], "#8C6239")  # a brown for black, which is near our ink
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
 WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
@@ -40,7 +34,7 @@ def figure(result: Result) -> Figure:
     strips = [LANE * max(map(len, row)) for row in lanes]
     width = max(map(len, chart.panels)) * (LEFT + WIDTH + RIGHT)
     labels = _labels(result)
-    reading, findings = _wrapped(chart.reading, width), _wrapped(caption(result), width)
+    reading, findings = wrapped(chart.reading, width), wrapped(caption(result), width)
     columns = max(1, int((width - 2 * EDGE) / (LETTER * max(map(len, labels.values())) + 0.75)))
     key = LINE * 1.25 * -(-len(labels) // columns) + 0.1
     head, foot = 0.5 + LINE * len(reading), key + LINE * len(findings) + 3 * EDGE
@@ -78,7 +72,8 @@ def title(made: Figure, text: str) -> None:
     made.text(EDGE / width, 1 - 0.12 / height, text, fontsize=size, fontweight="bold", va="top", color=INK)
 
 
-def _wrapped(text, width):
+def wrapped(text: str, width: float) -> list[str]:
+    """Lines of small text that fit into a figure `width` inches wide."""
     return textwrap.wrap(text, int((width - 2 * EDGE) / LETTER))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, _wrapped, title
+from ..picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, title, wrapped
 from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def figure(result: Result) -> Figure:
     """Matplotlib figure of the stability chart's Result."""
     rows = result.chart.panels
     width = len(rows[0]) * (LEFT + WIDTH + RIGHT + BAR)
-    reading, findings = _wrapped(result.chart.reading, width), _wrapped(caption(result), width)
+    reading, findings = wrapped(result.chart.reading, width), wrapped(caption(result), width)
     head, foot = 0.5 + LINE * len(reading), LINE * len(findings) + 2 * EDGE
     height = head + foot + len(rows) * (ABOVE + HEIGHT + BELOW)
     made = Figure(figsize=(width, height))
