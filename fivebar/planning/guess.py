@@ -27,8 +27,8 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
     """A solution as the guess of the next; its forces between its nodes, as computed ones might be huge there."""
 
     def guess(t):
-        forces = [np.interp(t, plan.nodes, force) for force in found.bar_forces.T]
-        return np.column_stack([plan._at(t)[..., :6], *forces])
+        controls = [np.interp(t, plan.nodes, control) for control in found.controls.T]
+        return np.column_stack([plan.motion(t)[..., :-2], *controls])
 
     return guess
 
