@@ -110,6 +110,6 @@ class Pieces:
         return table
 
     def motion(self, k: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration and torque, (..., 8) or of four bars (..., 14), at places sigma of intervals k."""
+        """Position, velocity, acceleration and torque, (..., 8) or (..., 14), at places sigma of intervals k."""
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

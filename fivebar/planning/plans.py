@@ -46,7 +46,7 @@ class Plan:
     """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its first and last point.
 
     problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's word; meshes: the way to
-    it, mesh by mesh; solve_time: s, of the whole call.
+    it, mesh by mesh; solve_time: s, of the whole call; tried: first guesses of which this one came out best.
     """
 
     problem: Problem
@@ -55,6 +55,7 @@ class Plan:
     status: str
     meshes: tuple[Mesh, ...] = ()
     solve_time: float = math.nan
+    tried: int = 1
     start = 0.0
 
     @property

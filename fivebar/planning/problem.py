@@ -134,6 +134,24 @@ class Problem:
         return f"; violated: {', '.join(words)}" if words else ""
 
 
+def refuse_massless(problem: Problem) -> None:
+    """Raise where no motion of the robot costs anything."""
+    if not problem.mass:
+        words = problem.robot.words
+        names = ", ".join(("m", *words.inertias))
+        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {words.effort}")
+
+
+def point_of(point: object, modes: tuple[int, int], name: str) -> object:
+    """A Pose as its point, where the working modes that are to be kept are its own; anything else as it is."""
+    if not isinstance(point, Pose):
+        return point
+    own = tuple(int(mode) for mode in point.working)
+    if own != modes:
+        raise ValueError(f"plan: {name} is a Pose in working modes {own}, not in working = {modes}")
+    return tuple(point.xi.tolist())
+
+
 def refuse_stops(problem: Problem) -> None:
     """Raise where a stop is out of reach or breaks a limit by itself."""
     names = ["start", *(f"via[{i}]" for i in range(len(problem.stops) - 2)), "goal"]
@@ -152,12 +170,17 @@ def refuse_stops(problem: Problem) -> None:
             raise PlanError(f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found)
 
 
+def pairs_of(via: Iterable) -> list[tuple]:
+    """[(time or None, point), ...], checked to be that."""
+    try:
+        return [(t, point) for t, point in via]
+    except (TypeError, ValueError):
+        raise ValueError(f"plan: via must be [(time or None, point), ...], not {via!r}") from None
+
+
 def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
     """((conditions, time or None), ...), checked."""
-    try:
-        via = [(t, point) for t, point in via]
-    except (TypeError, ValueError):
-        raise ValueError(f"plan: via must be [(time or None, (x, y)), ...], not {via!r}") from None
+    via = pairs_of(via)
     times = [0.0, *(t for t, _ in via), duration]
     given = [start, *(point for _, point in via), goal]
     last, stops = -1.0, []

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 MOST_ITERATIONS = 200
+NEAR_STOP = 0.1  # of the coordinates' units: of the poses that a stop leaves open the one that is meant
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
 
 
@@ -45,6 +46,7 @@ def solve(
     guess: Guess,
     max_time: float,
     elastic: bool = False,
+    iterations: int = MOST_ITERATIONS,
 ) -> Solution:
     """Solve on a mesh. Gives a Solution, solved or not.
 
@@ -54,6 +56,7 @@ def solve(
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
     max_time: s.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
+    iterations: of IPOPT, at most.
     """
     program = Program(problem, mesh, durations, elastic)
     program.keep_motion()
@@ -70,7 +73,7 @@ def solve(
         },
         {
             "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-            "ipopt.max_iter": MOST_ITERATIONS, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.max_iter": iterations, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
     )  # fmt: skip
@@ -232,8 +235,8 @@ class Program:
             parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
             for k, (conditions, _) in zip(self.first, self.problem.stops):
                 for order, rows, value in self.coordinates.at(self.problem, conditions):
-                    if rows is None:
-                        parts[order][k] = value * self.time**order / self.coordinates.units(self.problem)
+                    about = sign * (0.0 if rows is None else NEAR_STOP if order == 0 else np.inf)
+                    parts[order][k] = value * self.time**order / self.coordinates.units(self.problem) + about
             if sign < 0:
                 parts[-2][:], parts[-1][:] = 1e-6, 0.0
             elif not self.elastic:

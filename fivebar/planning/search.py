@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import islice, product
 
 import numpy as np
 
-from ..models.four_joints import closed
+from ..models.four_joints import bars_rates, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
-from ..singularities.aspects import aspects
-from ..singularities.passages import Passage, routes
+from ..singularities.locus import MODES
+from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
-from .problem import PlanError
+from .problem import PlanError, number, pairs_of
 
 DIRECT, ROUTES = 4, 4  # guesses of either kind
+MOST = 6  # of both, between two poses
+CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a guess, between each two of its poses
 JUMP = 0.7  # rad, between these: more is no motion
 NEWTON = 12  # steps that close the loop
@@ -45,6 +47,43 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> Iterator[np.ndarray]:
     yield from islice((path for path in by_way if path is not None), ROUTES)
 
 
+def ways_between(robot: Robot, start: object, goal: object, duration: float | None, via: Iterable) -> Iterator[tuple]:
+    """(stops, paths) of a motion between Poses, checked: `ways` from each to the next, the likeliest combined first."""
+    via = pairs_of(via)
+    times, given = [0.0, *(t for t, _ in via), duration], [start, *(pose for _, pose in via), goal]
+    names = ["start", *(f"via[{k}]" for k in range(len(given) - 2)), "goal"]
+    last = 0.0
+    for t, name in zip(times[1:], names[1:]):
+        if t is not None:
+            last = number(t, "duration" if name == "goal" else f"the time of {name}", last, np.inf)
+    choices = [_poses(robot, each, name) for each, name in zip(given, names)]
+    for poses in product(*choices):
+        legs = [list(islice(ways(robot, *pair), MOST)) for pair in zip(poses, poses[1:])]
+        for paths in product(*legs):
+            moved, stops = [paths[0]], [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
+            for path in paths[1:]:  # each begins in the turn of the bars in which the last one ends
+                moved.append(path + (moved[-1][-1] - path[0]))
+            for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
+                at_rest = {1: np.zeros(4)} if k == len(moved) else {}
+                stops.append(({0: path[-1], **at_rest}, t))
+            yield tuple(stops), moved
+
+
+def _poses(robot, given, name):
+    """A Pose as itself; a point as the poses that reach it in any modes."""
+    if not isinstance(given, Pose):
+        pose = igm(robot, given, unreachable="raise")  # says how far it is out of reach
+        return [igm(robot, pose.xi, modes) for modes in MODES]
+    if given.robot != robot:
+        raise ValueError(f"plan: {name} is a Pose of another robot: {given.robot}, not {robot}")
+    if np.shape(given.xi) != (2,) or not np.isfinite(bars(given)).all():
+        raise ValueError(f"plan: {name} must be one Pose that closes, not a batch or one out of reach")
+    gap = float(np.hypot(*loop_gap(bars_rates(robot, tuple(bars(given).tolist()), (0.0,) * 4).pose)))
+    if gap > CLOSES * max(robot.distal):
+        raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
+    return [given]
+
+
 def _routes(robot, start, goal):
     """Routes by the aspects; None where these are not known, or a pose is singular."""
     try:
@@ -54,10 +93,10 @@ def _routes(robot, start, goal):
 
 
 def _waypoints(robot, route, begin, end):
-    points, everything = [begin], aspects(robot)
-    for number, passage in zip(route.aspects, route.passages):
-        points.append(_nearest(_at(robot, passage, everything[number - 1]), points[-1]))
-        inner = everything[passage.between[passage.between[0] == number] - 1]
+    points, everything = [begin], known_aspects(robot)
+    for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
+        points.append(_nearest(_at(robot, passage, everything[before - 1]), points[-1]))
+        inner = everything[after - 1]
         points.append(_nearest(bars(igm(robot, inner.point, inner.working)), points[-1]))
     return [*points[:-1], _nearest(end, points[-2])]
 
