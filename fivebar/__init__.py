@@ -38,6 +38,7 @@ _LATER = {
     "page": "pictures.pages",
     "plan": "planning.plan",
     "polynomial": "planning.trajectory",
+    "routes": "singularities.passages",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",

@@ -93,8 +93,8 @@ class ComputedTorque(_JointController):
 class FeedForward(_JointController):
     """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
 
-    It inverts no model, so that it holds a plan that crosses Type 2. ahead: s, half the control period, by which the
-    held torque is read in advance.
+    It inverts no model, so that it holds a plan through any singularity.
+    ahead: s, half the control period, by which the held torque is read in advance.
     """
 
     ahead: float = 0.005
@@ -102,7 +102,6 @@ class FeedForward(_JointController):
     def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
-        xi, xi_dot, _ = reference(t)
-        target = ikm(igm(self.robot, xi, self.working), xi_dot)
+        q_ref, q_ref_dot = reference.joints(t)
         push = reference.tau(min(t + self.ahead, reference.start + reference.duration))
-        return push + self.robot.differ(target.pose.q - q) * self.kp + (target.q_dot - q_dot) * self.kd
+        return push + self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd

@@ -97,15 +97,15 @@ def closed(robot: Robot, a: tuple, a_dot: tuple) -> tuple:
     On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards.
     """
     pose = _pose(robot, a[::2], a[1::2])
-    a = _least(_closure_columns(pose), a, loop_gap(pose))
+    a = _least(closure_columns(pose), a, loop_gap(pose))
     pose = _pose(robot, a[::2], a[1::2])
-    columns = _closure_columns(pose)
+    columns = closure_columns(pose)
     gap = tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
     a_dot = _least(columns, a_dot, gap)
     return a, a_dot, _rates(pose, a_dot)
 
 
-def _closure_columns(pose):
+def closure_columns(pose: Pose) -> tuple:
     """Columns of d(gap) / d(q1, phi1, q2, phi2)."""
     first, second = _columns(pose)
     return *first, *((-x, -y) for x, y in second)

@@ -67,7 +67,8 @@ def scheme(method: str, degree: int) -> Scheme:
 class Pieces:
     """A motion and its torques, polynomials in each interval.
 
-    knots (n + 1,) s; xi, xi_dot (n, 2) at the beginning of each interval; xi_ddot, tau (n, s, 2) at its points.
+    knots (n + 1,) s; xi, xi_dot (n, 2) at the beginning of each interval; xi_ddot, tau (n, s, 2) at its points; or in
+    place of xi the four bars' angles (n, 4).
     """
 
     scheme: Scheme
@@ -99,16 +100,16 @@ class Pieces:
     @cached_property
     def _table(self):
         """Coefficients (n, s + 2, 8) of powers of the place in each interval."""
-        s, h = len(self.scheme.c), self.widths[:, None, None]
+        s, h, n = len(self.scheme.c), self.widths[:, None, None], self.xi.shape[1]
         a, tau = (self.scheme.to_power @ values for values in (self.xi_ddot, self.tau))
         k = np.arange(s)[:, None]
-        table = np.zeros((len(h), s + 2, 8))
-        table[:, 0, :2], table[:, 1, :2], table[:, 0, 2:4] = self.xi, h[:, 0] * self.xi_dot, self.xi_dot
-        table[:, 2:, :2], table[:, 1:-1, 2:4] = h**2 * a / ((k + 1) * (k + 2)), h * a / (k + 1)
-        table[:, :-2, 4:6], table[:, :-2, 6:] = a, tau
+        table = np.zeros((len(h), s + 2, 3 * n + 2))
+        table[:, 0, :n], table[:, 1, :n], table[:, 0, n : 2 * n] = self.xi, h[:, 0] * self.xi_dot, self.xi_dot
+        table[:, 2:, :n], table[:, 1:-1, n : 2 * n] = h**2 * a / ((k + 1) * (k + 2)), h * a / (k + 1)
+        table[:, :-2, 2 * n : 3 * n], table[:, :-2, 3 * n :] = a, tau
         return table
 
     def motion(self, k: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration and torque (..., 8) at places sigma (...) of intervals k (...)."""
+        """Position, velocity, acceleration and torque, (..., 8) or (..., 14), at places sigma of intervals k."""
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

@@ -27,18 +27,22 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
     """A solution as the guess of the next; its forces between its nodes, as computed ones might be huge there."""
 
     def guess(t):
-        forces = [np.interp(t, plan.nodes, force) for force in found.bar_forces.T]
-        return np.column_stack([plan._at(t)[..., :6], *forces])
+        controls = [np.interp(t, plan.nodes, control) for control in found.controls.T]
+        return np.column_stack([plan.motion(t)[..., :-2], *controls])
 
     return guess
 
 
-def first_guess(problem: Problem) -> tuple[Guess, np.ndarray]:
-    """(times -> (n, 8), duration of each phase): from rest to rest between stops, straight where the limits allow."""
-    points = [np.array(conditions[0]) for conditions, _ in problem.stops]
-    paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
+def first_guess(problem: Problem, paths: list[np.ndarray] | None = None) -> tuple[Guess, np.ndarray]:
+    """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths (m, coordinates).
+
+    Without paths straight where the limits allow.
+    """
+    if paths is None:
+        points = [np.array(conditions[0]) for conditions, _ in problem.stops]
+        paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
     lengths = np.array([np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in paths])
-    shares = np.maximum(lengths, 0.05 * problem.length)
+    shares = np.maximum(lengths, 0.05 * problem.coordinates.units(problem).max())
     sigma = np.linspace(0, 1, 201)
     blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
     motions = []
@@ -70,14 +74,14 @@ def _time_needed(problem, motion, duration):
     regular = np.abs(acc.rates.pose.det_A) > 0.1
     tau = inverse_dynamics(problem.accelerations(motion[regular])) if regular.any() else np.zeros((1, 2))
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
-    jerk = np.mean(np.sum(np.gradient(motion[:, 4:], duration / 200, axis=0) ** 2, axis=1)) * duration
+    jerk = np.mean(np.sum(np.gradient(acc.xi_ddot, duration / 200, axis=0) ** 2, axis=1)) * duration
     factors = [1e-3]
     if limits.torque is not None:
         factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
     if limits.joint_speed is not None:
         factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
     if limits.acceleration is not None:
-        factors.append(np.sqrt(np.linalg.norm(motion[:, 4:], axis=1).max() / limits.acceleration))
+        factors.append(np.sqrt(np.linalg.norm(acc.xi_ddot, axis=1).max() / limits.acceleration))
     factors.append((3 * weights["effort"] * effort / weights["time"] / duration) ** 0.25)
     factors.append((5 * weights["jerk"] * jerk / weights["time"] / duration) ** (1 / 6))
     return max(factors)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.geometry import igm
+from ..models.geometry import Pose, igm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
 from .plans import Mesh, Plan
@@ -22,9 +23,12 @@ from .problem import (
     checked_weights,
     limit_of,
     number,
+    point_of,
+    refuse_massless,
     refuse_stops,
 )
-from .program import solve
+from .program import MOST_ITERATIONS, solve
+from .search import ways_between
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,29 +36,33 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
+GUESSING = 80  # iterations of IPOPT from one of several first guesses
 
 
 def plan(
-    robot: Robot, start: ArrayLike | dict, goal: ArrayLike | dict, duration: float | None = None, *, via: Iterable = (),
+    robot: Robot, start: ArrayLike | dict | Pose, goal: ArrayLike | dict | Pose, duration: float | None = None, *,
+    via: Iterable = (),
     objective: str | dict[str, float] = "effort", torque_limit: ArrayLike | None = None,
     joint_speed_limit: ArrayLike | None = None, acceleration_limit: float | None = None,
-    workspace: ArrayLike | None = None, serial_margin: float = 0.05, parallel_margin: float | None = None,
-    working: tuple[int, int] = (-1, -1), method: str = "legendre-gauss", degree: int = 3, intervals: int = 20,
+    workspace: ArrayLike | None = None, serial_margin: float | None = None, parallel_margin: float | None = None,
+    working: tuple[int, int] | None = None, method: str = "legendre-gauss", degree: int = 3, intervals: int = 20,
     tolerance: float = 1e-3, max_time: float = 30.0,
 ) -> Plan:  # fmt: skip
-    """Plan an optimal motion of the end-effector in given working modes; it may cross Type-2 singularities: Plan.
+    """Plan an optimal motion, through singularities where that is better or the only way: Plan.
 
-    start, goal: (2,) m, at rest there, or {order: (x, y)} as in `polynomial`.
+    start, goal: points (2,) m, at rest there, or {order: (x, y)} as in `polynomial`: the motion keeps its working modes
+        and may cross Type 2. Or Poses, at rest: modes are free on the way, Type 1 and Type 2 are crossed as often as
+        needed; a point beside a Pose may be reached in any mode.
     duration: s, None: free.
-    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order.
+    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order; between Poses, Poses.
     objective: "effort" (integral of tau^2), "time", "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI
         values.
     torque_limit, joint_speed_limit: N m and rad/s, one number or one per joint.
     acceleration_limit: m/s^2, of the end-effector.
     workspace: ((x low, x high), (y low, y high)) m.
-    serial_margin: least |sin q_i2|.
+    serial_margin: least |sin q_i2|; None: 0.05 between points, none between Poses.
     parallel_margin: least |det A|, None: may cross, which wants some effort in the objective, or else a torque_limit.
-    working: the modes.
+    working: the modes to keep, None: (-1, -1) between points, free between Poses.
     method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
     intervals: of the mesh at first.
     tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
@@ -63,16 +71,18 @@ def plan(
     ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
     """
     began = time.perf_counter()
+    free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
+    if working is not None and np.shape(working) != (2,):
+        raise ValueError(f"plan: working must be two modes, +1 or -1, not {working!r}")
+    if serial_margin is None and not free:
+        serial_margin = 0.05
     limits = Limits(
         limit_of(torque_limit, "torque_limit", (1, 2)), limit_of(joint_speed_limit, "joint_speed_limit", (1, 2)),
         limit_of(acceleration_limit, "acceleration_limit", (1,)), box(workspace),
-        number(serial_margin, "serial_margin", 1e-3, 1), None if parallel_margin is None
-        else number(parallel_margin, "parallel_margin", 1e-9, 1),
+        None if serial_margin is None else number(serial_margin, "serial_margin", 1e-3, 1),
+        None if parallel_margin is None else number(parallel_margin, "parallel_margin", 1e-9, 1),
     )  # fmt: skip
     weights = checked_weights(objective)
-    if np.shape(working) != (2,):
-        raise ValueError(f"plan: working must be two modes, +1 or -1, not {working!r}")
-    stops = checked_stops(start, goal, duration, via)
     if duration is None and not weights["time"]:
         raise ValueError('plan: a free duration needs a weight on "time": the longer, the less effort and jerk')
     if duration is None and not (weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration):
@@ -83,21 +93,63 @@ def plan(
         if not (isinstance(value, int) and low <= value <= high):
             raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {value!r}")
     tolerance, max_time = number(tolerance, "tolerance", 1e-9, 1), number(max_time, "max_time", 0, math.inf)
-    problem = Problem(robot, stops, tuple(int(w) for w in working), weights, limits, scheme(method, degree))
-    if not problem.mass:
-        names = ", ".join(("m", *robot.words.inertias))
-        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {robot.words.effort}")
+    rule = scheme(method, degree)
+    if free:
+        if limits.serial is not None:
+            raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
+        ways = ways_between(robot, start, goal, duration, via)
+        problems = (
+            (Problem(robot, stops, None, weights, limits, rule), lambda p, paths=paths: first_guess(p, paths))
+            for stops, paths in ways
+        )
+        return _best(problems, intervals, tolerance, max_time, began)
+    modes = (-1, -1) if working is None else tuple(int(w) for w in working)
+    start, goal = (point_of(point, modes, name) for point, name in ((start, "start"), (goal, "goal")))
+    problem = Problem(robot, checked_stops(start, goal, duration, via), modes, weights, limits, rule)
+    refuse_massless(problem)
     refuse_stops(problem)
-    sides = {np.sign(igm(robot, conditions[0], problem.working).det_A) for conditions, _ in stops}
+    sides = {np.sign(igm(robot, conditions[0], modes).det_A) for conditions, _ in problem.stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
         raise ValueError(
             'plan: this motion must cross a Type-2 singularity, where without torque_limit or a weight on "effort" the '
             "torque has no bound"
         )
     guess, durations = first_guess(problem)
+    return _Search(problem, tolerance, max_time, began).run(_mesh(intervals, durations), durations, guess)
+
+
+def _mesh(intervals, durations):
     share = np.maximum(np.round(intervals * durations / durations.sum()).astype(int), 2)
-    mesh = [np.linspace(0, 1, n + 1) for n in share]
-    return _Search(problem, tolerance, max_time, began).run(mesh, durations, guess)
+    return [np.linspace(0, 1, n + 1) for n in share]
+
+
+def _best(problems, intervals, tolerance, max_time, began):
+    """The plan refined from the best of what some first guesses lead to."""
+    found, tried, last = [], 0, None
+    for problem, guess_of in problems:
+        refuse_massless(problem)
+        if found and time.perf_counter() - began > max_time / 3:
+            break
+        guess, durations = guess_of(problem)
+        search = _Search(problem, tolerance, max_time, began)
+        search.first, tried = (durations, guess), tried + 1
+        mesh = _mesh(intervals, durations)
+        try:
+            solution, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
+        except PlanError as error:
+            last = error
+            break
+        if solution.solved:
+            found.append((plan.objective, tried, search, mesh, solution, plan))
+        last = last or search.failure(plan, f"IPOPT did not converge ({solution.status})", solution.status)
+    for *_, search, mesh, solution, plan in sorted(found, key=lambda each: each[:2]):
+        try:
+            best = search.run(mesh, solution.durations, guess_again(plan, solution))
+        except PlanError as error:
+            last = error
+            continue
+        return replace(best, tried=tried)
+    raise last or PlanError("plan: no first guess leads from start to goal", {})
 
 
 class _Search:
@@ -127,9 +179,9 @@ class _Search:
         raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
                                  f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
 
-    def solve(self, mesh, durations, guess, elastic=False):
+    def solve(self, mesh, durations, guess, elastic=False, iterations=MOST_ITERATIONS):
         left = self.began + self.max_time - time.perf_counter()
-        found = solve(self.problem, mesh, durations, guess, left, elastic)
+        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         self.meshes.append(Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed))
         plan = Plan(self.problem, found.pieces, found.objective, found.status, tuple(self.meshes), self.elapsed)

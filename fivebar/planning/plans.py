@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.dynamics import bar_force_dynamics, drives_forces
+from ..models.dynamics import bar_forces, drives_forces
+from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.robots import robot_of
 from ..pictures.plot.plans import planned
@@ -45,7 +46,7 @@ class Plan:
     """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its first and last point.
 
     problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's word; meshes: the way to
-    it, mesh by mesh; solve_time: s, of the whole call.
+    it, mesh by mesh; solve_time: s, of the whole call; tried: first guesses of which this one came out best.
     """
 
     problem: Problem
@@ -54,6 +55,7 @@ class Plan:
     status: str
     meshes: tuple[Mesh, ...] = ()
     solve_time: float = math.nan
+    tried: int = 1
     start = 0.0
 
     @property
@@ -73,29 +75,43 @@ class Plan:
         return sum(mesh.iterations for mesh in self.meshes)
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        motion = self._at(t)
-        return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
+        motion = self.motion(t)
+        if self.problem.coordinates.size == 2:
+            return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
+        acc = self.problem.accelerations(motion)
+        return acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot
 
     def tau(self, t: ArrayLike) -> np.ndarray:
         """Planned torques (*t.shape, 2), N m; 0 before and after."""
-        return self._at(t)[..., 6:]
+        return self.motion(t)[..., -2:]
 
-    def _at(self, t):
+    def joints(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Active joints' coordinates and rates (*t.shape, 2): rad, rad/s."""
+        rates = self.accelerations(t).rates
+        return rates.pose.q, rates.q_dot
+
+    def motion(self, t: ArrayLike) -> np.ndarray:
+        """Coordinates that were planned in, their rates and accelerations, torques: (*t.shape, 8), of bars 14."""
         times = np.asarray(t, dtype=float)
         motion = self.pieces.motion(*self.pieces.locate(times))
         outside = (times < 0) | (times > self.duration)
         if outside.any():
-            motion[..., 2:] = np.where(outside[..., None], 0.0, motion[..., 2:])
+            rest = self.problem.coordinates.size
+            motion[..., rest:] = np.where(outside[..., None], 0.0, motion[..., rest:])
         return motion
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
         """The planned motion as `Accelerations`, with pose and rates: angles, det A and whatever follows from them."""
-        return self.problem.accelerations(self._at(t))
+        return self.problem.accelerations(self.motion(t))
 
     def bar_forces(self, t: ArrayLike) -> np.ndarray:
-        """Forces in the distal bars (*t.shape, 2), N: B^-1 (tau - Z q''), finite at Type 2."""
-        motion = self._at(t)
-        return np.stack(drives_forces(self.problem.accelerations(motion), _legs(motion)), axis=-1)
+        """Forces in the distal bars (*t.shape, 2), N, finite at every singularity: of a plan in one pair of working
+        modes B^-1 (tau - Z q''), else by `dynamics.bar_forces`."""
+        motion = self.motion(t)
+        acc, tau = self.problem.accelerations(motion), motion[..., -2:]
+        if self.working is None:
+            return bar_forces(acc.rates, tau)
+        return np.stack(drives_forces(acc, (tau[..., 0], tau[..., 1])), axis=-1)
 
     @property
     def nodes(self) -> np.ndarray:
@@ -104,17 +120,15 @@ class Plan:
 
     @cached_property
     def _fine(self):
-        """Motion (n, 13, 8) within every interval, and it as Accelerations."""
+        """Motion (n, 13, columns) within every interval, and it as Accelerations."""
         k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
         motion = self.pieces.motion(k, sigma)
         return motion, self.problem.accelerations(motion)
 
     @cached_property
     def defects(self) -> np.ndarray:
-        """Largest |m xi'' - A^T lambda| in each interval (n,), N, with lambda = B^-1 (tau - Z q'')."""
-        motion, acc = self._fine
-        push, _ = bar_force_dynamics(acc, drives_forces(acc, _legs(motion)))
-        return np.hypot(*push).max(axis=1)
+        """By what force the motion errs at most in each interval (n,), N."""
+        return self.problem.coordinates.defect(*self._fine).max(axis=1)
 
     @property
     def error(self) -> float:
@@ -123,7 +137,7 @@ class Plan:
 
     @cached_property
     def _relative_defects(self):
-        force = self.robot.m * np.linalg.norm(self._fine[0][..., 4:6], axis=-1).max()
+        force = self.robot.m * np.linalg.norm(self._fine[1].xi_ddot, axis=-1).max()
         return self.defects / (force or 1.0)
 
     @cached_property
@@ -131,9 +145,9 @@ class Plan:
         motion, acc = self._fine
         pose = acc.rates.pose
         found = self.problem.violations(
-            motion[..., :2], acc.rates.q_dot, motion[..., 4:6], motion[..., 6:], self.problem.signed_sines(pose)
+            pose.xi, acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], self.problem.signed_sines(pose)
         )
-        return found | {"reach": -pose.reach_margin}
+        return found | {"reach": np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin}
 
     @cached_property
     def violations(self) -> dict[str, float]:
@@ -161,7 +175,7 @@ class Plan:
             "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,
         }  # fmt: skip
         t = self.nodes
-        motion, forces = self._at(t), self.bar_forces(t)
+        motion, forces = self.motion(t), self.bar_forces(t)
         with open(path, "w", newline="", encoding="utf-8") as file:
             file.write(f"{CSV}{json.dumps(about)}\n")
             writer = csv.writer(file)
@@ -202,8 +216,3 @@ class Plan:
         if path is not None:
             figure.savefig(path)
         return figure
-
-
-def _legs(motion):
-    """The torques of a motion (..., 8), per leg."""
-    return motion[..., 6], motion[..., 7]

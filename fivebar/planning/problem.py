@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
-from ..models.kinematics import Accelerations, ikm, ikm2
+from ..models.kinematics import Accelerations, ikm
+from .coordinates import BarCoordinates, TaskCoordinates
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -44,7 +45,7 @@ class Limits:
     joint_speed: tuple[float, float] | None = None
     acceleration: float | None = None
     workspace: tuple | None = None
-    serial: float = 0.05
+    serial: float | None = 0.05
     parallel: float | None = None
 
 
@@ -54,7 +55,7 @@ class Problem:
 
     robot: Robot
     stops: tuple
-    working: tuple[int, int]
+    working: tuple[int, int] | None  # None: free, and the four bars are planned
     weights: dict[str, float]
     limits: Limits
     scheme: Scheme
@@ -75,11 +76,13 @@ class Problem:
     @cached_property
     def side(self) -> float:
         """Sign of det A at the start, which a limit on it keeps."""
-        return float(np.sign(igm(self.robot, self.stops[0][0][0], self.working).det_A)) or 1.0
+        at = np.array(self.stops[0][0][0])
+        motion = np.concatenate([at, np.zeros(2 * len(at))])
+        return float(np.sign(self.accelerations(motion).rates.pose.det_A)) or 1.0
 
     def signed_sines(self, pose: Pose) -> tuple:
         """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
-        return *(-w * sine for w, sine in zip(self.working, pose.sines)), self.side * pose.det_A
+        return *(-w * sine for w, sine in zip(self.working or (1, 1), pose.sines)), self.side * pose.det_A
 
     def violations(
         self, xi: np.ndarray | None = None, q_dot: np.ndarray | None = None, xi_ddot: np.ndarray | None = None,
@@ -97,7 +100,8 @@ class Problem:
             low, high = np.array(limits.workspace).T
             found["workspace"] = np.maximum(low - xi, xi - high).max(axis=-1)
         if sines is not None:
-            found["serial"] = limits.serial - np.minimum(sines[0], sines[1])
+            if limits.serial is not None:
+                found["serial"] = limits.serial - np.minimum(sines[0], sines[1])
             if limits.parallel is not None:
                 found["parallel"] = limits.parallel - sines[2]
         return found
@@ -108,10 +112,13 @@ class Problem:
             return float(np.max(getattr(self.limits, name)))
         return self.length if name in ("workspace", "reach") else 1.0
 
+    @property
+    def coordinates(self) -> TaskCoordinates | BarCoordinates:
+        return BarCoordinates() if self.working is None else TaskCoordinates(self.working)
+
     def accelerations(self, motion: np.ndarray) -> Accelerations:
-        """Of a motion (..., 6 or more): position, velocity, acceleration; nan out of reach."""
-        pose = igm(self.robot, motion[..., :2], self.working, unreachable="nan")
-        return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
+        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach."""
+        return self.coordinates.accelerations(self, motion)
 
     def listed(self, violations: dict[str, float]) -> str:
         """The violated limits in words."""
@@ -125,6 +132,24 @@ class Problem:
                 called = own.effort if name == "torque" else name
                 words.append(f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip() + against)
         return f"; violated: {', '.join(words)}" if words else ""
+
+
+def refuse_massless(problem: Problem) -> None:
+    """Raise where no motion of the robot costs anything."""
+    if not problem.mass:
+        words = problem.robot.words
+        names = ", ".join(("m", *words.inertias))
+        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {words.effort}")
+
+
+def point_of(point: object, modes: tuple[int, int], name: str) -> object:
+    """A Pose as its point, where the working modes that are to be kept are its own; anything else as it is."""
+    if not isinstance(point, Pose):
+        return point
+    own = tuple(int(mode) for mode in point.working)
+    if own != modes:
+        raise ValueError(f"plan: {name} is a Pose in working modes {own}, not in working = {modes}")
+    return tuple(point.xi.tolist())
 
 
 def refuse_stops(problem: Problem) -> None:
@@ -145,12 +170,17 @@ def refuse_stops(problem: Problem) -> None:
             raise PlanError(f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found)
 
 
+def pairs_of(via: Iterable) -> list[tuple]:
+    """[(time or None, point), ...], checked to be that."""
+    try:
+        return [(t, point) for t, point in via]
+    except (TypeError, ValueError):
+        raise ValueError(f"plan: via must be [(time or None, point), ...], not {via!r}") from None
+
+
 def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
     """((conditions, time or None), ...), checked."""
-    try:
-        via = [(t, point) for t, point in via]
-    except (TypeError, ValueError):
-        raise ValueError(f"plan: via must be [(time or None, (x, y)), ...], not {via!r}") from None
+    via = pairs_of(via)
     times = [0.0, *(t for t, _ in via), duration]
     given = [start, *(point for _, point in via), goal]
     last, stops = -1.0, []

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from ..models.dynamics import bar_force_dynamics
-from ..models.geometry import igm
-from ..models.kinematics import ikm, ikm2
 from .collocation import LIMITS, Pieces
 
 if TYPE_CHECKING:
@@ -18,19 +15,20 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 MOST_ITERATIONS = 200
+NEAR_STOP = 0.1  # of the coordinates' units: of the poses that a stop leaves open the one that is meant
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What the solver left: pieces, duration of each phase (p,) s, bar forces at all points (n, 2) N, how it ended.
+    """What the solver left: pieces, duration of each phase (p,) s, controls at all points (n, 2), how it ended.
 
     slack: by what part of its unit each of LIMITS was exceeded, where that was allowed.
     """
 
     pieces: Pieces
     durations: np.ndarray
-    bar_forces: np.ndarray
+    controls: np.ndarray
     slack: np.ndarray
     objective: float
     status: str
@@ -48,17 +46,19 @@ def solve(
     guess: Guess,
     max_time: float,
     elastic: bool = False,
+    iterations: int = MOST_ITERATIONS,
 ) -> Solution:
     """Solve on a mesh. Gives a Solution, solved or not.
 
     problem: what is asked.
     mesh: per phase the knots from 0 to 1.
     durations: s, of the phases in the guess.
-    guess: times (n,) -> (n, 8) position, velocity, acceleration, bar forces.
+    guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
     max_time: s.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
+    iterations: of IPOPT, at most.
     """
-    program = _Program(problem, mesh, durations, elastic)
+    program = Program(problem, mesh, durations, elastic)
     program.keep_motion()
     program.keep_limits()
     program.keep_stops()
@@ -73,7 +73,7 @@ def solve(
         },
         {
             "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-            "ipopt.max_iter": MOST_ITERATIONS, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.max_iter": iterations, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
     )  # fmt: skip
@@ -93,8 +93,8 @@ def solve(
     )
 
 
-class _Program:
-    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are 2 x n."""
+class Program:
+    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are columns."""
 
     def __init__(self, problem, mesh, durations, elastic):
         self.problem, self.mesh, self.elastic, self.rule = problem, mesh, elastic, problem.scheme
@@ -107,8 +107,11 @@ class _Program:
         self.index = self.rule.points(count)
         self.flat = self.index.ravel().tolist()
         points = self.index[-1, -1] + 1
-        self.at_knots = [ca.MX.sym(name, 2, count + 1) for name in ("xi", "xi_dot")]
-        self.at_points = [ca.MX.sym(name, 2, int(points)) for name in ("xi_c", "xi_dot_c", "xi_ddot_c", "forces_c")]
+        self.coordinates = problem.coordinates
+        size = self.coordinates.size
+        self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
+        self.at_points = [ca.MX.sym(name, size, int(points)) for name in ("c_c", "c_dot_c", "c_ddot_c")]
+        self.at_points.append(ca.MX.sym("controls", 2, int(points)))
         self.phases, self.slack = ca.MX.sym("phases", len(mesh)), ca.MX.sym("slack", len(LIMITS))
         self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
         # Durations that are all given are constants: the constraints on the motion are then linear.
@@ -118,7 +121,7 @@ class _Program:
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
         robot = _point(self).map(int(points))
-        self.dynamics, self.tau, self.sines, self.q_dot = robot(*self.at_points)
+        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot = robot(*self.at_points)
         self.constraints, self.lower, self.upper = [], [], []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
@@ -135,7 +138,7 @@ class _Program:
     def keep_motion(self):
         """Each interval begins where the last one ends, points lie on its polynomials, and the robot obeys there."""
         (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = self.at_knots, self.at_points
-        interval = _interval(self.rule).map(self.count)
+        interval = _interval(self.rule, self.coordinates.size).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat])
         # A point that two intervals share belongs to the later one.
         own = (self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]).tolist()
@@ -151,7 +154,8 @@ class _Program:
     def keep_limits(self):
         """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""
         limits, rule = self.problem.limits, self.rule
-        self.keep(self.sines[:2, :], limits.serial, np.inf, "serial")
+        if limits.serial is not None:
+            self.keep(self.sines[:2, :], limits.serial, np.inf, "serial")
         if limits.parallel is not None:
             self.keep(self.sines[2, :], limits.parallel, np.inf, "parallel")
         if limits.torque is not None:
@@ -160,15 +164,21 @@ class _Program:
         if limits.joint_speed is not None:
             self.keep(ca.diag(1 / (self.time * ca.DM(limits.joint_speed))) @ self.q_dot, -1.0, 1.0, "joint_speed")
         if limits.acceleration is not None:
-            part = self.rows(rule.to_bezier, self.at_points[2]) * (self.length / self.time**2 / limits.acceleration)
+            part = self.rows(rule.to_bezier, self.xi_ddot) * (self.length / self.time**2 / limits.acceleration)
             self.keep(ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf)
         if limits.workspace is not None:
-            self.keep(self.at_points[0], *(np.array(limits.workspace).T / self.length), "workspace")
+            self.keep(self.xi, *(np.array(limits.workspace).T / self.length), "workspace")
 
     def keep_stops(self):
         """Accelerations and times that are given (positions and velocities are among the bounds); no jump for jerk."""
-        starts, ends = (self.rows(row[None], self.at_points[2]) for row in self.rule.powers((0.0, 1.0))[0])
+        starts, ends = (self.rows(row[None], self.xi_ddot) for row in self.rule.powers((0.0, 1.0))[0])
+        units = self.coordinates.units(self.problem)
         for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
+            for order, rows, value in self.coordinates.at(self.problem, conditions):
+                if rows is not None:
+                    self.keep(
+                        ca.DM(rows * units) @ (self.at_knots[order][:, k] - ca.DM(value * self.time**order / units))
+                    )
             if 2 in conditions:
                 value = ca.DM(conditions[2]) * self.time**2 / self.length
                 if k < self.count:
@@ -195,7 +205,7 @@ class _Program:
         terms = {
             "effort": lambda: integral(self.rule.square, self.tau, self.h),
             "time": lambda: self.total,
-            "jerk": lambda: integral(self.rule.square_slope, self.at_points[2], 1 / self.h),
+            "jerk": lambda: integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
         }
         weights, units = self.problem.weights, self.cost_units
         return sum(weights[name] * units[name] * terms[name]() for name in terms if weights[name]) / self.cost_unit
@@ -209,11 +219,14 @@ class _Program:
         return sum(self.problem.weights[name] * unit for name, unit in self.cost_units.items())
 
     def values(self, durations, guess):
-        """The guess, as one column; 2 x n by columns is (n, 2) by rows."""
-        units = np.repeat([self.length, self.length / self.time, self.length / self.time**2, self.force], 2)
-        knots = knots_of(self.mesh, durations)
+        """The guess, as one column; n columns of a matrix are n rows here."""
+        own, size = self.coordinates.units(self.problem), self.coordinates.size
+        control = np.full(2, self.coordinates.control(self))
+        units = np.concatenate([own, own / self.time, own / self.time**2, control])
+        knots, borders = knots_of(self.mesh, durations), (size, 2 * size, 3 * size)
         at_knots, at_points = guess(knots) / units, guess(self.rule.nodes(knots)) / units
-        parts = [at_knots[:, :2], at_knots[:, 2:4], *np.split(at_points, 4, axis=1), np.asarray(durations) / self.time]
+        at_knots, at_points = (np.split(each, borders, axis=1) for each in (at_knots, at_points))
+        parts = [*at_knots[:2], *at_points, np.asarray(durations) / self.time]
         return np.concatenate([*map(np.ravel, parts), np.full(len(LIMITS), float(self.elastic))])
 
     def bounds(self):
@@ -221,26 +234,27 @@ class _Program:
         for sign in (-1, 1):
             parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
             for k, (conditions, _) in zip(self.first, self.problem.stops):
-                for order in {0, 1} & set(conditions):
-                    parts[order][k] = np.array(conditions[order]) * self.time**order / self.length
+                for order, rows, value in self.coordinates.at(self.problem, conditions):
+                    about = sign * (0.0 if rows is None else NEAR_STOP if order == 0 else np.inf)
+                    parts[order][k] = value * self.time**order / self.coordinates.units(self.problem) + about
             if sign < 0:
                 parts[-2][:], parts[-1][:] = 1e-6, 0.0
             elif not self.elastic:
                 parts[-1][:] = 0.0
             else:
-                parts[-1][:, LIMITS.index("serial")] = 0.9 * self.problem.limits.serial  # B stays regular
+                parts[-1][:, LIMITS.index("serial")] = 0.9 * (self.problem.limits.serial or 0.0)  # B stays regular
             sides.append(np.concatenate([*map(np.ravel, parts)]))
         return sides
 
     def in_si(self, solution):
         """Pieces, durations of the phases, bar forces and slack of a solution."""
-        xi, xi_dot, _, _, xi_ddot, forces, phases, slack, tau = solution
-        speed, durations = self.length / self.time, self.time * phases.ravel()
+        c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
+        units, durations = self.coordinates.units(self.problem), self.time * phases.ravel()
         pieces = Pieces(
-            self.rule, knots_of(self.mesh, durations), self.length * xi[:-1], speed * xi_dot[:-1],
-            speed / self.time * xi_ddot[self.index], self.torque * tau[self.index],
+            self.rule, knots_of(self.mesh, durations), units * c[:-1], units / self.time * c_dot[:-1],
+            units / self.time**2 * c_ddot[self.index], self.torque * tau[self.index],
         )  # fmt: skip
-        return pieces, durations, self.force * forces, slack.ravel()
+        return pieces, durations, self.coordinates.control(self) * controls, slack.ravel()
 
 
 def knots_of(mesh, durations):
@@ -249,9 +263,9 @@ def knots_of(mesh, durations):
     return np.concatenate([*inner, starts[-1:]])
 
 
-def _interval(rule):
-    """(xi, xi', h, xi'' at the points 2 x s) -> (xi, xi' at the points, both at the end), scaled."""
-    x, v, h, a = ca.SX.sym("x", 2), ca.SX.sym("v", 2), ca.SX.sym("h"), ca.SX.sym("a", 2, len(rule.c))
+def _interval(rule, size):
+    """(c, c', h, c'' at the points size x s) -> (c, c' at the points, both at the end), scaled."""
+    x, v, h, a = ca.SX.sym("x", size), ca.SX.sym("v", size), ca.SX.sym("h"), ca.SX.sym("a", size, len(rule.c))
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
@@ -260,12 +274,13 @@ def _interval(rule):
 
 
 def _point(program):
-    """(xi, xi', xi'', lambda) -> (m xi'' - A^T lambda, tau, the sines that limits speak of, q'), scaled."""
-    problem, length, time = program.problem, program.length, program.time
-    scaled = [ca.SX.sym(name, 2) for name in ("xi", "xi_dot", "xi_ddot", "forces")]
-    xi, xi_dot, xi_ddot = (length / time**order * symbol for order, symbol in enumerate(scaled[:3]))
-    acc = ikm2(ikm(igm(problem.robot, xi, problem.working), xi_dot), xi_ddot)
-    push, tau = bar_force_dynamics(acc, (program.force * scaled[3][0], program.force * scaled[3][1]))
-    sines = problem.signed_sines(acc.rates.pose)
-    outputs = ca.vertcat(*push) / program.force, ca.vertcat(*tau) / program.torque, ca.vertcat(*sines)
-    return ca.Function("point", scaled, ca.cse([*outputs, time * acc.rates.q_dot]))
+    """(c, c', c'', controls) -> residual of the motion, tau, the sines that limits speak of, q', xi, xi'', scaled."""
+    problem, own, length, time = program.problem, program.coordinates, program.length, program.time
+    units = ca.DM(own.units(problem))
+    scaled = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")] + [ca.SX.sym("controls", 2)]
+    residual, tau, acc = own.point(
+        program, [units / time**k * symbol for k, symbol in enumerate(scaled[:3])], scaled[3]
+    )
+    sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
+    motion = time * acc.rates.q_dot, acc.rates.pose.xi / length, acc.xi_ddot * (time**2 / length)
+    return ca.Function("point", scaled, ca.cse([residual, tau / program.torque, sines, *motion]))

@@ -60,9 +60,15 @@ class Route:
 
 
 @lru_cache(maxsize=8)
+def known_aspects(robot: FiveBar) -> tuple[Aspect, ...]:
+    """`aspects`, found once."""
+    return aspects(robot)
+
+
+@lru_cache(maxsize=8)
 def passages(robot: FiveBar) -> tuple[Passage, ...]:
     """All passages between the aspects of a five-bar, the best of each kind between each two. Raises as `aspects`."""
-    found, everything = [], aspects(robot)
+    found, everything = [], known_aspects(robot)
     for k, one in enumerate(everything):
         for other in everything[k + 1 :]:
             differ = [leg for leg in (0, 1) if one.working[leg] != other.working[leg]]
@@ -124,7 +130,7 @@ def _folds(robot, everything):
 
 def aspect_of(pose: Pose) -> Aspect:
     """The aspect in which a pose is; ValueError where it is singular."""
-    working, found = tuple(int(mode) for mode in pose.working), aspects(pose.robot)
+    working, found = tuple(int(mode) for mode in pose.working), known_aspects(pose.robot)
     for aspect in found:
         if aspect.working == working and aspect.assembly == pose.assembly and aspect.contains(pose.xi):
             return aspect
@@ -159,7 +165,7 @@ def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: in
 
 def groups(robot: FiveBar, types: Singularity, folds: bool = True) -> tuple[frozenset[int], ...]:
     """The aspects' numbers, grouped by what motions join that cross these types alone."""
-    left = {aspect.number: {aspect.number} for aspect in aspects(robot)}
+    left = {aspect.number: {aspect.number} for aspect in known_aspects(robot)}
     for passage in passages(robot):
         if passage.type in types and (folds or not passage.fold):
             one, other = (left[number] for number in passage.between)
