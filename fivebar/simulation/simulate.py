@@ -21,8 +21,8 @@ from .run import Control, Run
 from .steps import ENERGY, METHODS, Q_DOT, XI, Q
 
 TOLERANCE = 1e-12  # rad, of a step where nothing is asked
-COARSER, FINER = 10, 200  # than the tolerance, a step's error: these add up; and of the run that tells how far
-LEAST_TOLERANCE = 1e-12  # rad: below, a step's error is rounding
+COARSER, FINER = 10, 1e5  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
+LEAST_TOLERANCE, FINEST = 1e-12, 1e-14  # rad: below, a step's error is rounding
 MOST_STEPS = 10**7  # rows: more than a GB of motion
 
 
@@ -71,7 +71,7 @@ def simulate(
 
     if tolerance is None:
         return run(TOLERANCE)
-    coarse, fine = run(tolerance / COARSER), run(tolerance / FINER)
+    coarse, fine = run(tolerance / COARSER), run(max(tolerance / FINER, FINEST))
     return replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.models.four_joints import bars_rates
+from tests.benchmarks.free_motions import random_motion
 from tests.helpers import DATA
 
 ROBOT = fb.FiveBar()
@@ -203,3 +205,40 @@ def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
     plan = fb.plan(robot, (0.0, 0.1), (0.02, 0.12), 1.0, working=(1, -1))
     with pytest.raises(ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"):
         fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), plan)
+
+
+@pytest.mark.parametrize("seed", range(0, 90, 10))
+def test_step_error_bounds_the_error(seed):
+    robot, start = random_motion(seed)
+    exact = fb.simulate(robot, duration=2.0, start=start, step=0.01, tolerance=1e-11)
+    for tolerance in (1e-4, 1e-8):
+        run = fb.simulate(robot, duration=2.0, start=start, step=0.01, tolerance=tolerance)
+        assert 0 < np.abs(run.q - exact.q).max() <= run.step_error
+
+
+@pytest.mark.parametrize("seed", [3, 14, 15])
+def test_a_minute_of_free_motion_keeps_its_energy(seed):
+    robot, start = random_motion(seed)
+    energy = fb.simulate(robot, duration=60.0, start=start, step=0.02).energy
+    assert np.abs(energy / energy[0] - 1).max() <= 1e-9
+
+
+def test_crossings_are_the_motions_own_whatever_the_rows():
+    """Two crossings of Type 2 within a row's step; times to 1e-12 s from rows 5 ms and 0.1 ms apart."""
+    start = fb.ikm(fb.igm(ROBOT, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
+    fine, coarse = (fb.simulate(ROBOT, duration=2.0, start=start, step=step) for step in (1e-4, 5e-3))
+    assert len(fine.events) >= 5 and [e[1:] for e in fine.events] == [e[1:] for e in coarse.events]
+    assert [e.t for e in coarse.events] == pytest.approx([e.t for e in fine.events], abs=1e-12)
+    wide = fb.simulate(ROBOT, duration=2.0, start=start, step=0.1)  # 0.604 and 0.677 s are in one step
+    assert [e.t for e in wide.events[:3]] == pytest.approx([e.t for e in fine.events[:3]], abs=1e-10)
+
+
+def test_four_parallel_bars_are_refused_and_passed_by_nearby():
+    robot = fb.FiveBar(0.1, 0.2, 0.15, 0.1, 0.05)  # l11 + l12 - l21 - l22 = d
+    for speed in (0.5, 5.0):
+        start = fb.dkm(fb.dgm(robot, (0.3, 0.2), -1), (-speed, -0.7 * speed))
+        run = fb.simulate(robot, duration=10.0, start=start)
+        assert np.abs(run.energy / run.energy[0] - 1).max() < 1e-9 and len(run.events) > 5
+    flat = bars_rates(robot, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0))
+    with pytest.raises(ArithmeticError, match="where all three are 0 all bars are parallel"):
+        fb.simulate(robot, duration=1.0, start=flat)
