@@ -92,20 +92,37 @@ def plan(request):
     )  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def plan_in_bars():
+    start, goal = (
+        fb.igm(fb.FiveBar(), xi, working) for xi, working in (((0.0, 0.1), (-1, -1)), ((0.0, -0.1), (-1, 1)))
+    )
+    return fb.plan(fb.FiveBar(), start, goal, 2.0)
+
+
 def alike(a, b):
     """Two plans, equal to the bit."""
-    for name in ("objective", "status", "meshes", "solve_time", "robot", "working"):
+    for name in ("objective", "status", "meshes", "solve_time", "tried", "robot", "working"):
         same(getattr(a, name), getattr(b, name))
-    for name in ("stops", "weights", "limits"):
+    for name in ("weights", "limits"):
         same(getattr(a.problem, name), getattr(b.problem, name))
+    for (one, when), (other, then) in zip(a.problem.stops, b.problem.stops, strict=True):
+        same(
+            [when, *((k, np.array(v).tolist()) for k, v in one.items())],
+            [then, *((k, list(v)) for k, v in other.items())],
+        )
     for name in ("knots", "xi", "xi_dot", "xi_ddot", "tau"):
         same(getattr(a.pieces, name), getattr(b.pieces, name))
     t = np.linspace(-1, a.duration + 1, 33)
     same(a(t) + (a.tau(t),), b(t) + (b.tau(t),))
 
 
-def test_a_plan_comes_back(plan):
-    alike(plan, again(plan, fb.Plan.from_csv))
+def test_a_plan_comes_back(plan, plan_in_bars):
+    assert plan.working and plan_in_bars.working is None
+    for made in (plan, plan_in_bars):
+        alike(made, again(made, fb.Plan.from_csv))
+    path = again(plan_in_bars, fb.from_csv)  # it is a path like any other, too
+    np.testing.assert_allclose(path(1.0)[0], plan_in_bars(1.0)[0], atol=1e-5)
 
 
 @CALMLY
