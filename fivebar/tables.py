@@ -1,12 +1,33 @@
-"""Tables in time: CSV files, whose first column is time and increases."""
+"""Files that a user names, and tables in them, CSV under a comment line of JSON; written whole or not at all."""
+
+from __future__ import annotations
 
 import csv
+import json
 import math
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from itertools import chain
+from operator import methodcaller
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def must_increase(t, whose):
+FilePath = str | os.PathLike
+TextFile = FilePath | IO[str]
+BinaryFile = FilePath | IO[bytes]
+# What code that takes a file's first line apart may run into, where somebody else has written it.
+STRANGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, MemoryError)
+WORDS = 120  # letters of a file's own that a message repeats
+
+
+def must_increase(t: np.ndarray, whose: str) -> None:
     """Refuse times from which no motion can be shown."""
     if len(t) < 2:
         raise ValueError(f"{whose} has {len(t)} samples: a motion needs at least 2")
@@ -18,50 +39,156 @@ def must_increase(t, whose):
         raise ValueError(f"{whose}: t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}")
 
 
-def read_columns(path, names):
-    """The named columns of a CSV file as (n, len(names)) floats; the first column is time and must increase.
+def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
+    """A path, or an open file that `does` ("read" or "write"); TypeError for anything else.
 
-    Lines that begin with # are comments. ValueError with file and line number.
+    `open` takes integers, and so False and True, for the caller's own streams, and closes them.
     """
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        header, rows = None, []
-        try:
-            for number, cells in enumerate(csv.reader(file), start=1):
-                if not cells or cells[0].startswith("#"):
-                    continue
-                if header is None:
-                    header = [cell.strip() for cell in cells]
-                    missing = [name for name in names if name not in header]
-                    if missing:
-                        raise ValueError(
-                            f"{path}, line {number}: no column {', '.join(missing)}; found {', '.join(header)}; "
-                            f"needed {', '.join(names)}"
-                        )
-                    columns = [header.index(name) for name in names]
-                    continue
-                rows.append(_row(path, number, cells, columns, names))
-                if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-                    raise ValueError(
-                        f"{path}, line {number}: time must increase, but {rows[-1][0]:g} follows {rows[-2][0]:g}"
-                    )
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise ValueError(f"{path}: not a CSV text file in UTF-8 ({error})") from None
-    if header is None:
-        raise ValueError(f"{path}: empty; needed a header with the columns {', '.join(names)}")
-    if not rows:
-        raise ValueError(f"{path}: no rows under the header")
-    return np.array(rows)
+    if not isinstance(file, (str, os.PathLike)) and not hasattr(file, does):
+        raise TypeError(f"to {does}, a path (str or os.PathLike) or an open file is needed, not {file!r}")
+    return file
 
 
-def _row(path, number, cells, columns, names):
-    row = []
-    for column, name in zip(columns, names):
+def saved(figure: Figure, file: BinaryFile | None) -> Figure:
+    """The figure, written to a file if there is one."""
+    if file is not None:
+        figure.savefig(file_or_path(file, "write"))
+    return figure
+
+
+@contextmanager
+def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
+    """A file to write, which gets its name once it is whole: until then, and on failure, what had the name stays."""
+    if hasattr(file_or_path(file, "write"), "write"):
+        yield file
+        return
+    path = os.path.realpath(file)  # a link stays one
+    direct = os.path.exists(path) and not os.path.isfile(path)  # a pipe or a device cannot be replaced
+    part = path if direct else f"{path}.{os.getpid()}.part"
+    try:
+        with open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out:
+            yield out
+        if not direct:
+            os.replace(part, path)
+    except BaseException as error:
+        if not direct and os.path.exists(part):
+            os.unlink(part)
+        if isinstance(error, OSError) and error.filename == part:
+            error.filename = os.fspath(file)
+        raise
+
+
+def write(
+    file: TextFile, kind: str, about: dict, header: Sequence[str], rows: Iterable[Sequence], end: str = "\r\n"
+) -> None:
+    """Write a table: what it is (kind) and is about as a comment, its header, its rows; floats with all their digits.
+
+    file: path or open text file; end: of the lines after the first.
+    """
+    first = f"# fivebar {kind}, SI units: {json.dumps(about, default=methodcaller('tolist'))}\n"
+    with written(file) as out:
+        out.write(first)
+        lines = csv.writer(out, lineterminator=end)
+        lines.writerow(header)
+        lines.writerows(rows)
+
+
+@contextmanager
+def opened(file: TextFile) -> Iterator[Table]:
+    """The Table in a file, given by its path or open as text; ValueError for what is no text."""
+    if isinstance(file_or_path(file, "read"), (str, os.PathLike)):
+        with open(file, newline="", encoding="utf-8") as text, opened(text) as table:
+            yield table
+        return
+    if not hasattr(file, "encoding"):
+        raise TypeError(f"a table is read from a text file, but {file!r} is open for bytes")
+    name = getattr(file, "name", "the open file")
+    try:
+        yield Table(file, name)
+    except (UnicodeDecodeError, csv.Error) as error:
+        binary = ", but a binary one" if b"\0" in getattr(error, "object", b"") else ""
+        raise ValueError(f"{name}: not a CSV text file in UTF-8{binary} ({error})") from None
+
+
+class Table:
+    """A CSV file, read once from its first line to its last; ValueErrors name file and line. From `opened`."""
+
+    def __init__(self, file: IO[str], name: str):
+        self.name, self.first = name, next(file, "").removeprefix("\ufeff")
+        # Comments become empty lines: they may hold half a pair of quotes.
+        lines = ("\n" if line.startswith("#") else line for line in chain([self.first], file))
+        self._reader = csv.reader(lines)
+        self._cells = filter(None, self._reader)
+
+    def about(self, kind: str, what: str, parse: Callable[[Any], Any] = lambda about: about) -> Any:
+        """What `parse` makes of the JSON in the first line, which must speak of this kind; what: the file expected."""
+        found = re.match(r"# fivebar (.+?), SI units: ", self.first)
+        if found is None or found[1] != kind:
+            instead = f"a fivebar {found[1]}" if found else f"it begins with {_short(self.first)!r}"
+            raise ValueError(f"{self.name}, line 1: not {what}: {instead if self.first else 'it is empty'}")
         try:
-            value = float(cells[column])
+            return parse(json.loads(self.first[found.end() :]))
+        except STRANGE as error:
+            reason = f"{type(error).__name__}: {_short(str(error))}"
+            raise ValueError(f"{self.name}, line 1: not {what}: {reason}") from None
+
+    @cached_property
+    def header(self) -> list[str]:
+        """The names of the columns, each of them once."""
+        names = [name.strip() for name in next(self._cells, ())]
+        if twice := [name for name in dict.fromkeys(names) if name and names.count(name) > 1]:
+            raise self.error(f"two columns are called {_short(', '.join(twice))}")
+        return names
+
+    def places(self, names: Sequence[str]) -> list[int]:
+        """Where the named columns are in a row."""
+        if not self.header:
+            raise ValueError(f"{self.name}: empty; needed a header with the columns {', '.join(names)}")
+        if missing := [name for name in names if name not in self.header]:
+            found = _short(", ".join(self.header))
+            raise self.error(f"no column {', '.join(missing)}; found {found}; needed {', '.join(names)}")
+        return [self.header.index(name) for name in names]
+
+    def rows(self) -> Iterator[list[str]]:
+        """The rows under the header, as texts."""
+        count = len(self.header)
+        for cells in self._cells:
+            if any(cells[count:]):
+                raise self.error(f"{len(cells)} cells, where the header has {count}")
+            yield cells
+
+    def numbers(self, names: Sequence[str], finite: bool = True) -> np.ndarray:
+        """The named columns (n, len(names)); the first is time, which increases from 0 or later.
+
+        finite: refuse inf and nan; else they may be anywhere but among the times.
+        """
+        wanted, table = [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)], []
+        for cells in self.rows():
+            row = [self._number(cells, *each) for each in wanted]
+            if row[0] < 0:
+                raise self.error(f"time must not be negative, but is {row[0]:g}")
+            if table and row[0] <= table[-1][0]:
+                raise self.error(f"time must increase, but {row[0]:g} follows {table[-1][0]:g}")
+            table.append(row)
+        if not table:
+            raise ValueError(f"{self.name}: no rows under the header")
+        return np.array(table)
+
+    def error(self, message: str) -> ValueError:
+        """What to raise where the line read last is wrong."""
+        return ValueError(f"{self.name}, line {self._reader.line_num}: {message}")
+
+    def _number(self, cells, place, name, finite):
+        try:
+            value = float(cells[place])
         except (ValueError, IndexError):
-            found = repr(cells[column]) if column < len(cells) else "nothing"
-            raise ValueError(f"{path}, line {number}: {name} must be a number, not {found}") from None
-        if not math.isfinite(value):
-            raise ValueError(f"{path}, line {number}: {name} must be finite, not {value}")
-        row.append(value)
-    return row
+            found = repr(_short(cells[place])) if place < len(cells) else "nothing"
+            raise self.error(f"{name} must be a number, not {found}") from None
+        if finite and not math.isfinite(value):
+            raise self.error(f"{name} must be finite, not {value}")
+        return value
+
+
+def _short(text):
+    text = text.strip()
+    return text if len(text) <= WORDS else text[:WORDS] + "..."

@@ -120,6 +120,23 @@ def test_singular_models_raise_with_type_margin_and_pose():
         fb.ikm(fb.igm(AMORO, [(0.0, 0.1), corner.xi]), (1, 0))
 
 
+@pytest.mark.parametrize(
+    "call, place",
+    [
+        (lambda: fb.igm(AMORO, (0.3, 0.0)), r"\(gap 0\.179 m\), at xi = \(0\.3, 0\) m$"),
+        (lambda: fb.igm(AMORO, [(0, 0.1), (0.2, 0.3)]), r"index \(1,\).*, at xi = \(0\.2, 0\.3\) m$"),
+        (lambda: fb.dgm(AMORO, [(0, 0), (3.0, 0.25)]), r"index \(1,\).*, at q = \(3, 0\.25\) rad$"),
+        (lambda: fb.igm(AMORO, (0.059, 0.0)), r"left free .*, at xi = \(0\.059, 0\) m$"),
+        (lambda: fb.dgm(fb.FiveBar(d=0), (0.3, 0.3)), r"left free .*, at q = \(0\.3, 0\.3\) rad$"),
+        (lambda: fb.dgm(fb.Biglide(), (0.7, 0.0)), r", at q = \(0\.7, 0\) m$"),
+        (lambda: fb.igm(fb.Biglide(), (0.7, 0.1)), r", at xi = \(0\.7, 0\.1\) m$"),
+    ],
+)
+def test_what_does_not_close_names_the_pose(call, place):
+    with pytest.raises((fb.UnreachableError, fb.SingularityError), match=place):
+        call()
+
+
 def test_what_zero_inertia_and_mass_leave_defined():
     rates = fb.dkm(fb.dgm(MASSLESS, (0.2, -0.1)), (0.7, -1.1))
     M, c = fb.dynamic_model(rates)
@@ -131,7 +148,7 @@ def test_what_zero_inertia_and_mass_leave_defined():
     q = np.arccos((0.18 - 0.118) / 0.18)
     rates = fb.ikm(fb.dgm(free, (np.pi - q, q)), (0, 1))
     assert fb.dynamic_model(rates)[0].tolist() == [[0.002, 0], [0, 0.002]]
-    with pytest.raises(fb.SingularityError, match="forward_dynamics"):
+    with pytest.raises(fb.SingularityError, match=r"forward_dynamics: .* at q = \(1\.9.*\) rad, xi = .* m$"):
         fb.forward_dynamics(rates, (0, 0))
     rates = fb.dkm(fb.dgm(free, (0.2, -0.1)), (0.7, -1.1))
     assert fb.forward_dynamics(rates, (0.002, 0.004)).q_ddot == pytest.approx([1, 2])

@@ -1,13 +1,16 @@
 """The command line: data on stdout, messages on stderr; exit 0 done, 1 the work failed, 2 wrong usage."""
 
+from __future__ import annotations
+
 import argparse
 import sys
+from collections.abc import Sequence
 
 from ..errors import UsageError
 from . import chart, grade, linkage, map, script, track
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     arguments = _parser().parse_args(argv)
     try:

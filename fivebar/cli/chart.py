@@ -1,10 +1,13 @@
 """`fivebar chart`: speed against accuracy, measured here and drawn."""
 
+from __future__ import annotations
+
 import sys
+from argparse import _SubParsersAction
 from pathlib import Path
 
 
-def add_parsers(commands):
+def add_parsers(commands: _SubParsersAction) -> None:
     """Add `chart` to the program's commands."""
     parser = commands.add_parser("chart", help="speed against accuracy: measure methods, and draw their charts")
     parser.add_argument("name", metavar="NAME", help="a chart, or all; an unknown name lists them")

@@ -1,7 +1,10 @@
 """`fivebar linkage ...`: the verdict on a linkage, then its study as table, picture and animation."""
 
+from __future__ import annotations
+
 import json
 import math
+from argparse import _SubParsersAction
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -29,7 +32,7 @@ from ..models.robots import FiveBar
 SIX_BAR_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
 
-def add_parsers(commands):
+def add_parsers(commands: _SubParsersAction) -> None:
     """Add `linkage` to the program's commands."""
     linkage = commands.add_parser(
         "linkage", help="four-bars and other linkages: what turns, what locks; motion studies"

@@ -1,7 +1,10 @@
 """`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path crosses."""
 
+from __future__ import annotations
+
 import json
 import sys
+from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..errors import UsageError
@@ -12,7 +15,7 @@ from ..singularities.path import check_path
 from .robot_options import add_robot_options, chosen_robot
 
 
-def add_parsers(commands):
+def add_parsers(commands: _SubParsersAction) -> None:
     """Add `map` to the program's commands."""
     parser = commands.add_parser("map", help="singularity map: exact loci, a margin's field, aspects")
     parser.add_argument("--space", choices=("task", "joint"), default="task", help="(default: %(default)s)")

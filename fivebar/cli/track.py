@@ -1,7 +1,10 @@
 """`fivebar demo` and `fivebar track`: a path tracked, its table, its files."""
 
+from __future__ import annotations
+
 import json
 import time
+from argparse import _SubParsersAction
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +22,7 @@ GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
 BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
 
 
-def add_parsers(commands):
+def add_parsers(commands: _SubParsersAction) -> None:
     """Add `demo` and `track` to the program's commands."""
     demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
     demo.add_argument(
@@ -157,14 +160,12 @@ def _tracked(robot, reference, controller, period, torque_limit):
     before = time.perf_counter()
     run = simulate(robot, controller, reference, control_period=period, step=step, torque_limit=torque_limit)
     elapsed = time.perf_counter() - before
-    size = np.linalg.norm(run.error, axis=1)
+    own = compare({"": run}).figures[""]
     figures = {
         "duration_s": float(run.t[-1]),
-        "max_error_m": float(size.max()),
-        "rms_error_m": float(np.sqrt(np.mean(size**2))),
-        "final_error_m": float(size[-1]),
+        **{name: own[name] for name in ("max_error_m", "rms_error_m", "final_error_m")},
         f"max_joint_error_{robot.words.unit}": np.nanmax(np.abs(run.q_error), axis=0).tolist(),
-        peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
+        peak_name(robot): own[peak_name(robot)],
         "singularity_crossings": [[event.t, int(event.type)] for event in run.events],
         "real_time_factor": float(run.t[-1] / elapsed),
     }

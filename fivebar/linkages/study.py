@@ -1,11 +1,17 @@
 """Motion studies: a linkage over one or more turns as a table, a CSV file, a picture and an animation."""
 
-from dataclasses import asdict, dataclass, field
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import SingularityError
 from ..models.robots import FiveBar
+from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
 from .checks import check_branch
 from .drives import law, smooth_branch, two_motors
 from .five_bar import FiveBarLinkage
@@ -16,9 +22,13 @@ from .quantities import evaluate, unit, usual
 from .six_bar_press import SixBarPress
 from .slider_crank import SliderCrank
 
-KINDS = {kind.__name__: kind for kind in (FourBar, SliderCrank, SixBarPress, FiveBarLinkage)}
-FIRST_LINE = "# fivebar linkage study, SI units: "
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Linkage = FourBar | SliderCrank | SixBarPress | FiveBarLinkage
+KINDS = {kind.__name__: kind for kind in Linkage.__args__}
 FULL = 2 * np.pi
+MOST_SAMPLES = 10**6  # of some 700 bytes each
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +39,7 @@ class Study:
     any other quantity is read; lock: (crank angle, time) where the crank locks, or None.
     """
 
-    linkage: object
+    linkage: Linkage
     t: np.ndarray
     q: np.ndarray
     motion: Motion
@@ -37,29 +47,26 @@ class Study:
     lock: tuple | None
     _arguments: dict = field(repr=False)
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> np.ndarray:
         """A quantity (n,) by its name, of the table or not; angles are continuous."""
         if name in self.columns:
             return self.columns[name]
         return _column(self.motion, name, self._arguments["load"], self._arguments["gravity"])
 
-    def points(self):
+    def points(self) -> np.ndarray:
         """Positions of all points, (n, k, 2) m, in the order of `motion.points`."""
         return np.stack([self.motion.position(name) for name in self.motion.points], axis=1)
 
-    def plot(self, path=None, panels=None):
+    def plot(self, path: BinaryFile | None = None, panels: Sequence[Sequence[str]] | None = None) -> Figure:
         """Matplotlib figure of the linkage and of quantities over time; written to `path` if given.
 
         panels: lists of quantity names, one list for each panel; None: ways or angles, rates, accelerations, torque.
         """
         from ..pictures.plot.linkages import study_figure
 
-        figure = study_figure(self, panels)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(study_figure(self, panels), path)
 
-    def animate(self, path, title=None, show=None):
+    def animate(self, path: FilePath, title: str | None = None, show: str | Sequence[str] | None = None) -> None:
         """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
 
         show: "trace", "velocity", "acceleration", "torques" of the traced point and the driven joint; None: its path.
@@ -68,59 +75,56 @@ class Study:
 
         scene(self.linkage, self, show, title=title).save(path)
 
-    def page(self, path, show=None, title=None):
+    def page(
+        self,
+        path: FilePath,
+        show: str | Sequence[str] | Sequence[Sequence[str]] | None = None,
+        title: str | None = None,
+    ) -> None:
         """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
         from ..pictures.pages import page
 
         page(self, path, show, title)
 
-    def to_csv(self, path):
+    def to_csv(self, path: TextFile) -> None:
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""
-        import csv
-        import json
-
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            about = {"linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)}, **self._arguments}
-            file.write(f"{FIRST_LINE}{json.dumps(about)}\n")
-            writer = csv.writer(file)
-            writer.writerow(_header(self.q, self.columns))
-            rows = np.column_stack([self.t, *self.q.reshape(len(self.t), -1).T, *self.columns.values()])
-            writer.writerows(map(repr, row) for row in rows.tolist())
+        about = {"linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)}, **self._arguments}
+        rows = np.column_stack([self.t, *self.q.reshape(len(self.t), -1).T, *self.columns.values()])
+        write(path, "linkage study", about, _header(self.q, self.columns), rows.tolist())
 
     @classmethod
-    def from_csv(cls, path):
+    def from_csv(cls, path: TextFile) -> Study:
         """Read what `to_csv` wrote: the study is repeated, its columns are those of the file.
 
         ValueError with file and line for what is not such a file.
         """
-        import json
-
-        with open(path, encoding="utf-8") as file:
-            first = file.readline()
-        try:
-            about = json.loads(first.removeprefix(FIRST_LINE))
-            again = study(_linkage(about.pop("linkage")), **about)
-        except (ValueError, KeyError, TypeError, AttributeError):
-            raise ValueError(f"{path}, line 1: not a file written by Study.to_csv") from None
-        header = _header(again.q, again.columns)
-        table = _read(path, header)
-        if len(table) != len(again.t):
-            raise ValueError(f"{path}: {len(table)} rows, where its first line makes {len(again.t)}")
-        columns = dict(zip(again.columns, table[:, len(header) - len(again.columns) :].T))
-        return cls(again.linkage, table[:, 0], again.q, again.motion, columns, again.lock, again._arguments)
+        with opened(path) as table:
+            again = table.about("linkage study", "a file written by Study.to_csv", _repeated)
+            values = table.numbers(_header(again.q, again.columns), finite=False)  # a straight path's radius is inf
+            if len(values) != len(again.t):
+                raise ValueError(f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}")
+        columns = dict(zip(again.columns, values[:, values.shape[1] - len(again.columns) :].T))
+        return replace(again, t=values[:, 0], columns=columns)
 
 
 def study(
-    linkage, speed=FULL, turns=1.0, drive="turn", branch=None, start=None, between=None, samples=361, load=None,
-    gravity=(0.0, 0.0), quantities=None,
-):  # fmt: skip
+    linkage: Linkage, speed: float | tuple[float, float] = FULL, turns: float = 1.0, drive: str = "turn",
+    branch: int | tuple[int, int] | None = None, start: ArrayLike | None = None,
+    between: tuple[float, float] | None = None, samples: int = 361, load: dict[str, ArrayLike] | None = None,
+    gravity: ArrayLike = (0.0, 0.0), quantities: Sequence[str] | None = None,
+) -> Study:  # fmt: skip
     """A linkage over one or more turns: Study.
 
-    speed: rad/s, a pair for two motors, < 0 turns clockwise; turns > 0; samples: per turn. drive: "turn" evenly, and
-    smoothly through the flat poses of a change point, refused with UnreachableError where the crank locks;
-    "until-lock"; or "swing" to and fro in its range, or in `between` (low, high) rad. branch, start (rad): None for the
-    linkage's usual ones. load: {point: (Fx, Fy)} N, gravity: (gx, gy) m/s^2, for the torque. quantities: names for the
-    table, None for the usual ones.
+    speed: rad/s, a pair for two motors, < 0 turns clockwise.
+    turns: > 0.
+    drive: "turn" evenly, and smoothly through the flat poses of a change point, refused with UnreachableError where the
+    crank locks; "until-lock"; or "swing" to and fro in its range, or in `between`.
+    branch, start (rad): None for the linkage's usual ones.
+    between: (low, high) rad.
+    samples: per turn, at most 10^6 in all.
+    load: {point: (Fx, Fy)} N, for the torque.
+    gravity: (gx, gy) m/s^2, for the torque.
+    quantities: names for the table, None for the usual ones.
     """
     if not np.isfinite(speed).all() or not np.all(np.abs(speed) > 0):
         raise ValueError(f"speed must be finite and not 0, not {speed}")
@@ -128,6 +132,8 @@ def study(
         raise ValueError(f"turns must be finite and > 0, not {turns}")
     if samples < 3 or round(turns * (samples - 1)) < 1:
         raise ValueError(f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g} turns")
+    if (count := turns * (samples - 1)) > MOST_SAMPLES:
+        raise ValueError(f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6 poses")
     branch = check_branch(linkage, branch)
     if isinstance(linkage, FiveBarLinkage):
         if between is not None:
@@ -159,28 +165,14 @@ def _column(motion, name, load, gravity):
     return np.unwrap(values) if name.endswith(".angle") else np.array(values)
 
 
-def _read(path, header):
-    """The rows under this header, (n, len(header)); unlike a trajectory's, they may hold inf (a straight path), nan."""
-    import csv
-
-    rows = []
-    with open(path, newline="", encoding="utf-8") as file:
-        for number, cells in enumerate(csv.reader(file), start=1):
-            if number == 2 and cells != header:
-                raise ValueError(f"{path}, line 2: the header is not that of the study in line 1")
-            if number > 2:
-                try:
-                    rows.append([float(cell) for cell in cells])
-                except ValueError as error:
-                    raise ValueError(f"{path}, line {number}: {error}") from None
-                if len(cells) != len(header):
-                    raise ValueError(f"{path}, line {number}: {len(cells)} numbers, where the header has {len(header)}")
-    return np.array(rows)
-
-
 def _header(q, columns):
     drives = ["q (rad)"] if q.ndim == 1 else ["q1 (rad)", "q2 (rad)"]
     return ["t (s)", *drives, *(f"{name} ({unit(name)})" for name in columns)]
+
+
+def _repeated(about):
+    """The study that the first line of its file speaks of."""
+    return study(_linkage(about.pop("linkage")), **about)
 
 
 def _linkage(about):

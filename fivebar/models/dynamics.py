@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import is_symbolic, pack, pack_matrix, unpack_for
+from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..errors import SingularityError
 from .dyads import SINGULAR, dot
-from .kinematics import Accelerations, Rates, refuse_parallel
+from .kinematics import Accelerations, Rates, place_of, refuse_parallel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -132,10 +132,13 @@ def _refuse_corner(pose, determinant, model):
         return
     singular = determinant <= SINGULAR**2
     if np.any(singular):
+        count, index = first_index(singular)
+        first = place_of(pose, np.shape(determinant), index)
         raise SingularityError(
             f"{model}: both distal bars are parallel and carry no {pose.robot.words.effort} "
-            f"(det A and B both singular) in {np.sum(singular)} of {np.size(singular)} poses",
+            f"(det A and B both singular) in {count} of {np.size(singular)} poses, the first {first}",
             float(np.min(determinant)),
+            index or None,
         )
 
 

@@ -287,6 +287,9 @@ def _refuse_open(unreachable, found, pose):
     gap = max(gaps)
     leg = gaps.index(gap)
     dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
+    name, given, unit = ("q", pose.q, words.unit) if pose._from_dgm else ("xi", pose.xi, "m")
+    x, y = np.broadcast_to(given, (*np.shape(found), 2))[index]
+    at = f"at {name} = ({x:.9g}, {y:.9g}) {unit}"
     if pose._from_dgm:
         distance_words = f"the {words.pivots} are"
         free_words = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
@@ -296,17 +299,17 @@ def _refuse_open(unreachable, found, pose):
     if isinstance(dyad, RRP):
         raise UnreachableError(
             f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
-            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m)",
+            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
             gap,
             index or None,
         )
     span, r1, r2 = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5, dyad.r1, dyad.r2
     if r1 == r2 and span < r1:
-        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart)", span, index or None)
+        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None)
     limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
         f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
-        f"allow is {limit:.9g} m (gap {gap:.3g} m)",
+        f"allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
         gap,
         index or None,
     )

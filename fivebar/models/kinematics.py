@@ -227,13 +227,14 @@ def _refuse(pose, margin, problem, name):
     count, index = first_index(singular)
     where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
     value = float(np.asarray(margin)[index])
-    q, xi = (np.broadcast_to(v, (*np.shape(margin), 2))[index] for v in (pose.q, pose.xi))
-    raise SingularityError(
-        f"{problem}{where}: {name} = {value:.3g} at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, "
-        f"xi = ({xi[0]:.9g}, {xi[1]:.9g}) m",
-        value,
-        index or None,
-    )
+    at = place_of(pose, np.shape(margin), index)
+    raise SingularityError(f"{problem}{where}: {name} = {value:.3g} {at}", value, index or None)
+
+
+def place_of(pose: Pose, shape: tuple, index: tuple) -> str:
+    """Where one pose of a batch of this shape is, in words."""
+    q, xi = (np.broadcast_to(v, (*shape, 2))[index] for v in (pose.q, pose.xi))
+    return f"at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, xi = ({xi[0]:.9g}, {xi[1]:.9g}) m"
 
 
 def _reached(pose):

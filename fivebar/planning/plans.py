@@ -15,20 +15,19 @@ from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.robots import robot_of
 from ..pictures.plot.plans import planned
-from ..tables import read_columns
+from ..tables import BinaryFile, TextFile, must_increase, opened, saved, write
 from .collocation import METHODS, Pieces, scheme
 from .problem import Limits, Problem
+from .trajectory import refuse_nan
 
 if TYPE_CHECKING:
-    from os import PathLike
-
     from matplotlib.figure import Figure
 
     from ..models.robots import Robot
 
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
-CSV = "# fivebar plan, SI units: "
 COLUMNS = ("t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "tau1", "tau2", "lambda1", "lambda2")
+BARS = ("q1_ddot", "phi1_ddot", "q2_ddot", "phi2_ddot")  # of a plan in the four bars
 
 
 class Mesh(NamedTuple):
@@ -94,8 +93,9 @@ class Plan:
         """Coordinates that were planned in, their rates and accelerations, torques: (*t.shape, 8), of bars 14."""
         times = np.asarray(t, dtype=float)
         motion = self.pieces.motion(*self.pieces.locate(times))
-        outside = (times < 0) | (times > self.duration)
+        outside = ~((times >= 0) & (times <= self.duration))
         if outside.any():
+            refuse_nan(times)
             rest = self.problem.coordinates.size
             motion[..., rest:] = np.where(outside[..., None], 0.0, motion[..., rest:])
         return motion
@@ -162,57 +162,62 @@ class Plan:
         tau = self.tau(np.linspace(0, self.duration, 2001))
         return float(np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.limits.torque)).any(axis=1)))
 
-    def to_csv(self, path):
+    def to_csv(self, path: TextFile) -> None:
         """Write the plan at its nodes; problem, knots and what is known of the solution go into a comment line. SI."""
-        import csv
-        import json
-
-        rule, problem = self.pieces.scheme, self.problem
+        pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
             "robot": asdict(self.robot), "stops": [[list(c.items()), t] for c, t in problem.stops],
             "working": problem.working, "weights": problem.weights, "limits": asdict(problem.limits),
-            "method": METHODS[not rule.shared], "degree": len(rule.c), "knots": self.pieces.knots.tolist(),
+            "method": METHODS[not rule.shared], "degree": len(rule.c), "knots": pieces.knots,
             "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,
+            "tried": self.tried, "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }  # fmt: skip
-        t = self.nodes
-        motion, forces = self.motion(t), self.bar_forces(t)
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            file.write(f"{CSV}{json.dumps(about)}\n")
-            writer = csv.writer(file)
-            writer.writerow(COLUMNS)
-            writer.writerows(map(repr, row) for row in np.column_stack([t, motion, forces]).tolist())
+        t, n, index = self.nodes, problem.coordinates.size, rule.points(len(pieces.xi))
+        motion = self.motion(t)
+        motion[index, 2 * n : 3 * n], motion[index, 3 * n :] = pieces.xi_ddot, pieces.tau  # to the last bit
+        xi, xi_dot, xi_ddot = self(t) if n == 4 else np.split(motion[:, :6], 3, axis=1)
+        table = [t, xi, xi_dot, xi_ddot, motion[:, -2:], self.bar_forces(t)] + [motion[:, 8:12]] * (n == 4)
+        write(path, "plan", about, COLUMNS + BARS * (n == 4), np.column_stack(table).tolist())
 
     @classmethod
-    def from_csv(cls, path):
-        """Read what `to_csv` wrote."""
-        import json
+    def from_csv(cls, path: TextFile) -> Plan:
+        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        with opened(path) as table:
+            problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
+            index = problem.scheme.points(len(knots) - 1)
+            in_bars = problem.coordinates.size == 4
+            values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
+            if len(values) != index[-1, -1] + 1:
+                raise ValueError(f"{table.name}: {len(values)} rows, but its first line speaks of {index[-1, -1] + 1}")
+        xi, xi_dot, xi_ddot, tau = (values[:, k : k + 2] for k in (1, 3, 5, 7))
+        if begins is None:  # files of the first version
+            pieces = Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index])
+        else:
+            planned_in = values[:, 9:] if in_bars else xi_ddot
+            pieces = Pieces(problem.scheme, knots, *np.hsplit(begins, 2), planned_in[index], tau[index])
+        return cls(problem, pieces, *known)
 
-        with open(path, encoding="utf-8") as file:
-            first = file.readline()
-        try:
-            about = json.loads(first.removeprefix(CSV))
-            limits = {k: tuple(v) if isinstance(v, list) else v for k, v in about["limits"].items()}
-            if limits["workspace"]:
-                limits["workspace"] = tuple(map(tuple, limits["workspace"]))
-            stops = tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"])
-            problem = Problem(
-                robot_of(about["robot"]), stops, tuple(about["working"]), about["weights"], Limits(**limits),
-                scheme(about["method"], about["degree"]),
-            )  # fmt: skip
-            knots, meshes = np.array(about["knots"]), tuple(Mesh(*mesh) for mesh in about["meshes"])
-            known = about["objective"], about["status"], meshes, about["solve_time"]
-        except (ValueError, KeyError, TypeError, AttributeError):
-            raise ValueError(f"{path}, line 1: not a file written by Plan.to_csv") from None
-        table = read_columns(path, COLUMNS)
-        index = problem.scheme.points(len(knots) - 1)
-        if len(table) != index[-1, -1] + 1:
-            raise ValueError(f"{path}: {len(table)} rows, but its first line speaks of {index[-1, -1] + 1}")
-        xi, xi_dot, xi_ddot, tau = (table[:, k : k + 2] for k in (1, 3, 5, 7))
-        return cls(problem, Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index]), *known)
-
-    def plot(self, path: str | PathLike | None = None) -> Figure:
+    def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure of path, torques and margins; written to `path` (PNG, SVG, PDF) if given."""
-        figure = planned(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(planned(self), path)
+
+
+def _known(about):
+    """Problem, knots, coordinates and rates (n, 4 or 8) at all knots but the last, and the rest of a Plan's file."""
+    limits = {k: tuple(v) if isinstance(v, list) else v for k, v in about["limits"].items()}
+    if limits["workspace"]:
+        limits["workspace"] = tuple(map(tuple, limits["workspace"]))
+    if about["method"] not in METHODS or about["degree"] not in range(2, 8):
+        raise ValueError(f"no method {about['method']} of degree {about['degree']}")
+    problem = Problem(
+        robot_of(about["robot"]), tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"]),
+        about["working"] and tuple(about["working"]), about["weights"], Limits(**limits),
+        scheme(about["method"], about["degree"]),
+    )  # fmt: skip
+    knots, meshes = np.array(about["knots"], dtype=float), tuple(Mesh(*mesh) for mesh in about["meshes"])
+    must_increase(knots, "knots")
+    begins = about.get("begins")
+    if begins is not None or problem.working is None:
+        begins = np.array(begins, dtype=float).reshape(len(knots) - 1, 2 * problem.coordinates.size)
+    known = about["objective"], about["status"], meshes, about["solve_time"], about.get("tried", 1)
+    return problem, knots, begins, known

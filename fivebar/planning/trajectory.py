@@ -1,12 +1,16 @@
 """Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point outside their time."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
 
-from ..tables import read_columns
+from ..tables import TextFile, opened
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,23 +18,31 @@ class Trajectory:
     """A motion of the end-effector over [start, start + duration] s.
 
     Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and acceleration (m/s^2), each
-    (2,) or (n, 2). Before and after, it rests at its first and last point.
+    (2,) or (n, 2). Before and after, it rests at its first and last point. ValueError for a time that is nan.
     """
 
     start: float
     duration: float
-    _motion: object  # times (n,) inside the interval -> (n, 6): position, velocity, acceleration
+    _motion: Callable[[np.ndarray], np.ndarray]  # times (n,) inside -> (n, 6)
 
-    def __call__(self, t):
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
         inside = np.clip(times, self.start, self.start + self.duration)
         motion = self._motion(inside)
         if (times != inside).any():
+            refuse_nan(times)
             motion[..., 2:] = np.where((times == inside)[..., None], motion[..., 2:], 0.0)
         return motion[..., :2], motion[..., 2:4], motion[..., 4:]
 
 
-def polynomial(conditions):
+def refuse_nan(t: np.ndarray) -> None:
+    """ValueError for times of which one is nan, with its index."""
+    if np.isnan(t).any():
+        index = ", ".join(map(str, np.argwhere(np.isnan(t))[0]))
+        raise ValueError(f"t must be a number of seconds, but t{f'[{index}]' if index else ''} is nan")
+
+
+def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Trajectory:
     """The polynomial of lowest degree through conditions [(t, {order: (x, y), ...}), ...], times in s, increasing.
 
     order: 0 position (m), 1 velocity (m/s), 2 acceleration (m/s^2); any set of them that determines a polynomial, the
@@ -74,14 +86,14 @@ def polynomial(conditions):
     return Trajectory(float(times[0]), float(times[-1] - times[0]), motion)
 
 
-def line(a, b, duration):
+def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
     """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, > 0."""
     duration = _positive(duration, "line: duration")
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     return polynomial([(0.0, {0: _point(a, "line: a"), **rest}), (duration, {0: _point(b, "line: b"), **rest})])
 
 
-def circle(center, radius, period):
+def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius m, period s > 0."""
     center = np.array(_point(center, "circle: center"))
     radius, period = _positive(radius, "circle: radius"), _positive(period, "circle: period")
@@ -95,21 +107,22 @@ def circle(center, radius, period):
     return Trajectory(0.0, period, motion)
 
 
-def from_csv(path, smoothing=0.0):
+def from_csv(path: TextFile, smoothing: float = 0.0) -> Trajectory:
     """A path from a CSV file with columns t (s), x, y (m), through a quintic spline (SciPy's make_splrep).
 
     smoothing: root-mean-square distance in m that the spline may keep from the samples; 0 passes through all of them.
-    At least 6 rows, times increasing. ValueError names the file and line of what is wrong.
+    path: or an open text file; at least 6 rows, times >= 0 and increasing. ValueError names the file and line of what
+    is wrong.
     """
-    from scipy.interpolate import make_splrep
+    from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
 
     if not (math.isfinite(smoothing) and smoothing >= 0):
         raise ValueError(f"from_csv: smoothing must be finite and >= 0 m, not {smoothing!r}")
-    table = read_columns(path, ("t", "x", "y"))
-    if len(table) < 6:
-        raise ValueError(f"{path}: a quintic spline needs at least 6 rows, not {len(table)}")
-    t = table[:, 0]
-    splines = [make_splrep(t, table[:, k], k=5, s=len(t) * smoothing**2 / 2) for k in (1, 2)]
+    with opened(path) as table:
+        t, x, y = table.numbers(("t", "x", "y")).T
+        if len(t) < 6:
+            raise ValueError(f"{table.name}: a quintic spline needs at least 6 rows, not {len(t)}")
+    splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in (x, y)]
     splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
     return Trajectory(t[0], t[-1] - t[0], lambda times: np.stack([spline(times) for spline in splines], axis=-1))
 

@@ -1,6 +1,9 @@
 """The cases that controllers are compared on: the lab's two tasks, and what a real machine adds to the first."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +14,10 @@ from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
 from ..models.robots import FiveBar
-from ..planning.trajectory import line
+from ..planning.plan import plan
+from ..planning.plans import Plan
+from ..planning.trajectory import Trajectory, line
+from .run import Run
 from .simulate import simulate
 
 HOME, TASK_1, TASK_2 = (0.09, 0.06796322), (0.0, 0.1), (0.05, 0.0)  # m: from home in 2 s and in 4 s
@@ -24,12 +30,12 @@ class Case:
     """A motion to be tracked: the robot that moves, the one its controller knows, reference, options of simulate."""
 
     title: str
-    reference: object
+    reference: Trajectory | Plan
     plant: FiveBar = FiveBar()
     model: FiveBar = FiveBar()
-    options: dict = field(default_factory=dict)
+    options: dict[str, object] = field(default_factory=dict)
 
-    def simulate(self, controller):
+    def simulate(self, controller: str | Callable) -> Run:
         """The Run of a controller, or of one of CONTROLLERS by its name."""
         if isinstance(controller, str):
             controller = CONTROLLERS[_known(controller, CONTROLLERS, "controller")](self)
@@ -64,8 +70,6 @@ def _encoder():
 
 def _crossing():
     """Task 2, planned with least effort; it passes the Type-2 singularity at t = 3 s."""
-    from ..planning.plan import plan
-
     reference = plan(FiveBar(), HOME, TASK_2, 4.0)
     return Case("task 2, planned across Type 2", reference, options={"torque_limit": 0.05})
 
@@ -90,12 +94,12 @@ CONTROLLERS = {
 }
 
 
-def case(name):
+def case(name: str) -> Case:
     """One of CASES by its name: Case."""
     return CASES[_known(name, CASES, "case")]()
 
 
-def run_case(name, controllers=tuple(CONTROLLERS)):
+def run_case(name: str, controllers: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, Run]:
     """Runs of a case by the controllers' names: what `compare` takes."""
     chosen = case(name)
     return {controller: chosen.simulate(controller) for controller in controllers}

@@ -1,9 +1,20 @@
 """Several runs side by side: the figures of each, as a table and as a picture."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from ..models.robots import Robot
+from ..tables import BinaryFile, saved
+from .run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLUMNS = (
     ("rms_error_m", "RMS error (µm)", 1e6), ("max_error_m", "largest (µm)", 1e6),
@@ -14,7 +25,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def compare(runs):
+def compare(runs: Mapping[str, Run]) -> Comparison:
     """Comparison of runs, a dict {name: Run}; each with a reference, all of one kind of robot (ValueError)."""
     runs = dict(runs)
     if not runs:
@@ -33,37 +44,34 @@ def compare(runs):
 class Comparison:
     """runs {name: Run}; figures {name: {figure: value}} in SI units; printed, it is a table."""
 
-    runs: dict
+    runs: dict[str, Run]
 
     @cached_property
-    def figures(self):
-        """Errors of the end-effector; peak torque; time with a torque at its limit (nan without one); of controllers
-        that keep a log: solve times, and steps in which they fell back to another law (nan else)."""
+    def figures(self) -> dict[str, dict]:
+        """Errors of the end-effector; peak torques [left, right]; time with a torque at its limit (nan without one); of
+        controllers that keep a log: solve times, and steps in which they fell back to another law (nan else)."""
         return {name: _figures(run) for name, run in self.runs.items()}
 
-    def __str__(self):
-        used = [c for c in COLUMNS if not all(np.isnan(row.get(c[0], np.nan)) for row in self.figures.values())]
+    def __str__(self) -> str:
+        used = [c for c in COLUMNS if not all(np.isnan(np.max(row.get(c[0], np.nan))) for row in self.figures.values())]
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
-            lines.append([name, *(_number(scale * row[key]) for key, _, scale in used)])
+            lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
         widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
         return "\n".join(
             "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(line, widths)))
             for line in lines
         )
 
-    def plot(self, path=None):
+    def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure of errors, torques and solve times; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.comparison import comparison
+        from ..pictures.plot.comparison import comparison  # Matplotlib, which no simulation and no page needs
 
-        figure = comparison(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(comparison(self), path)
 
 
-def peak_name(robot):
-    """What the figure of the largest torque or force is called."""
+def peak_name(robot: Robot) -> str:
+    """What the figure of the motors' largest torques or forces, a list, is called."""
     words = robot.words
     return f"peak_{words.effort}_{words.effort_unit.replace(' ', '')}"
 
@@ -73,7 +81,8 @@ def _figures(run):
     nan = float("nan")
     figures = {
         "rms_error_m": float(np.sqrt(np.mean(size**2))), "max_error_m": float(size.max()),
-        "final_error_m": float(size[-1]), peak_name(run.robot): float(np.abs(run.tau).max()), "saturated_s": nan,
+        "final_error_m": float(size[-1]), peak_name(run.robot): np.abs(run.tau).max(axis=0).tolist(),
+        "saturated_s": nan,
         "median_solve_s": nan, "p99_solve_s": nan, "fallbacks": nan,
     }  # fmt: skip
     if run.torque_limit is not None:

@@ -1,16 +1,24 @@
 """What a simulation leaves: a Run, with its errors and events, saved to CSV and read back."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..models.geometry import igm
-from ..models.robots import Biglide, FiveBar, robot_of
+from ..models.robots import Robot, robot_of
+from ..pictures.pages import page
 from ..pictures.skeleton import elbows, joints
+from ..pictures.view import scene
 from ..singularities.margins import Singularity
-from ..tables import read_columns
+from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Event(NamedTuple):
@@ -34,7 +42,7 @@ class Control(NamedTuple):
     applied: np.ndarray
 
 
-def columns(robot, has_reference):
+def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
     """Names of the columns of a run's CSV file."""
     left, right = robot.words.joints
     names = "t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"
@@ -51,7 +59,7 @@ class Run:
     log: what the controller has in its own `log`, as a Tracker, or None. Of a biglide, q is in m and tau in N.
     """
 
-    robot: FiveBar | Biglide
+    robot: Robot
     t: np.ndarray
     q: np.ndarray
     q_dot: np.ndarray
@@ -66,13 +74,13 @@ class Run:
     log: object | None = None
 
     @cached_property
-    def error(self):
+    def error(self) -> np.ndarray:
         """xi - xi_ref (n, 2), m."""
         self._needs_reference()
         return self.xi - self.xi_ref
 
     @cached_property
-    def q_error(self):
+    def q_error(self) -> np.ndarray:
         """q - q_ref (n, 2), rad (m), in the working modes in which the run begins; nan where xi_ref is out of reach."""
         self._needs_reference()
         return self.robot.differ(self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q)
@@ -88,7 +96,7 @@ class Run:
             raise ValueError("this run has no reference, so no error")
 
     @property
-    def saturated(self):
+    def saturated(self) -> np.ndarray:
         """Where each torque is at its limit: (n, 2) bool; nowhere without a limit."""
         limit = np.inf if self.torque_limit is None else self.torque_limit
         return np.abs(self.tau) >= limit * (1 - 1e-12)
@@ -98,68 +106,68 @@ class Run:
         """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot, end-effector, foot."""
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
-    def plot(self, path=None):
+    def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure of path, errors and torques; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.runs import tracking
+        from ..pictures.plot.runs import tracking  # Matplotlib, which no simulation and no page needs
 
-        figure = tracking(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(tracking(self), path)
 
-    def animate(self, path, show=None):
+    def animate(self, path: FilePath, show: str | Sequence[str] | None = None) -> None:
         """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
 
         show: names out of view.SHOWS; None: the path, and the reference where there is one.
         """
-        from ..pictures.view import scene
-
         scene(self.robot, self, show).save(path)
 
-    def page(self, path, show=None, title=None):
+    def page(self, path: FilePath, show: str | Sequence[str] | None = None, title: str | None = None) -> None:
         """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
-        from ..pictures.pages import page
-
         page(self, path, show, title)
 
-    def to_csv(self, path):
-        """Write the run on its step grid; robot, torque limit and events go into comment lines. SI units."""
-        import csv
-        import json
-
+    def to_csv(self, path: TextFile) -> None:
+        """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""
         about = {
             "robot": asdict(self.robot),
             "torque_limit": self.torque_limit,
             "events": [list(e) for e in self.events],
         }
+        if self.step_error is not None:
+            about["step_error"] = self.step_error
+        if self.control is not None:
+            about["control"] = self.control._asdict()
         table = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T, self.energy]
         if self.xi_ref is not None:
             table += [*self.xi_ref.T]
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            file.write(f"# fivebar run, SI units: {json.dumps(about)}\n")
-            writer = csv.writer(file)
-            writer.writerow(columns(self.robot, self.xi_ref is not None))
-            writer.writerows(map(repr, row) for row in np.column_stack(table).tolist())
+        write(path, "run", about, columns(self.robot, self.xi_ref is not None), np.column_stack(table).tolist())
 
     @classmethod
-    def from_csv(cls, path):
-        """Read what `to_csv` wrote; the control grid is not in it."""
-        import json
-
-        with open(path, encoding="utf-8") as file:
-            first, header = file.readline(), file.readline()
-        try:
-            about = json.loads(first.removeprefix("# fivebar run, SI units: "))
-            events = tuple(
-                Event(t, Singularity(kind), margin, tuple(before), tuple(after))
-                for t, kind, margin, before, after in about["events"]
-            )
-            robot = robot_of(about["robot"])
-        except (ValueError, KeyError, TypeError, AttributeError):
-            raise ValueError(f"{path}, line 1: not a file written by Run.to_csv") from None
-        table = read_columns(path, columns(robot, "x_ref" in header))
-        t, q, q_dot, xi, tau, energy, xi_ref = np.split(table, (1, 3, 5, 7, 9, 10), axis=1)
+    def from_csv(cls, path: TextFile) -> Run:
+        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        with opened(path) as table:
+            about = table.about("run", "a file written by Run.to_csv", _known)
+            has_reference = "x_ref" in table.header
+            values = table.numbers(columns(about["robot"], has_reference), finite=False)
+        t, q, q_dot, xi, tau, energy, xi_ref = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
         return cls(
-            robot, t[:, 0], q, q_dot, xi, tau, energy[:, 0], xi_ref if xi_ref.size else None, about["torque_limit"],
-            events=events,
+            t=t[:, 0], q=q, q_dot=q_dot, xi=xi, tau=tau, energy=energy[:, 0], xi_ref=xi_ref if has_reference else None,
+            **about,
         )  # fmt: skip
+
+
+def _known(about):
+    """The fields of a Run that are in the comment line of its file."""
+    limit, error, control = about["torque_limit"], about.get("step_error"), about.get("control")
+    return {
+        "robot": robot_of(about["robot"]),
+        "torque_limit": limit if limit is None else float(limit),
+        "step_error": error if error is None else float(error),
+        "events": tuple(
+            Event(float(t), Singularity(kind), str(margin), tuple(before), tuple(after))
+            for t, kind, margin, before, after in about["events"]
+        ),
+        "control": control if control is None else _control(**control),
+    }
+
+
+def _control(t, **pairs):
+    t = np.array(t, dtype=float).reshape(-1)
+    return Control(t, **{name: np.array(pair, dtype=float).reshape(len(t), 2) for name, pair in pairs.items()})

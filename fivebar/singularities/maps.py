@@ -1,19 +1,26 @@
 """Maps: a margin on a grid of the task space for each working mode, or of the joint space for each assembly mode."""
 
+from __future__ import annotations
+
 import json
 import os
+import zlib
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..models.geometry import joint_pose, task_pose
-from ..models.robots import Biglide, FiveBar, robot_of
+from ..models.robots import Biglide, Robot, robot_of
+from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
 from .loci import MODES, singularity_loci
 from .margins import Singularity, singularity_margins
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
 SHARE = 0.5  # of the machine's memory that a map may fill
+MOST_TURNS = 100  # squares of a turn in a window of joint space: in each a picture draws the loci again
 
 FIELDS = {
     "parallel": ("sin(φ2 − φ1), signed, 0 at Type 2", lambda m: m.parallel),
@@ -40,70 +47,77 @@ class Map:
     nan where the robot cannot close.
     """
 
-    robot: FiveBar | Biglide
+    robot: Robot
     field: str
     space: str
     x: np.ndarray
     y: np.ndarray
-    modes: tuple
+    modes: tuple[tuple[int, int], ...] | tuple[int, ...]
     values: np.ndarray
 
     @property
-    def columns(self):
+    def columns(self) -> tuple[str, ...]:
         """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
         own = ("x", "y") if self.space == "task" else self.robot.words.joints
         return *own, *(f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})" for mode in self.modes)
 
     @property
-    def description(self):
+    def description(self) -> str:
         """The field in words."""
         return FIELDS[self.field][0].format(passive=self.robot.words.passive)
 
     def _about(self):
-        return json.dumps({"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes})
+        return {"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes}
 
-    def page(self, path, title=None):
+    def page(self, path: FilePath, title: str | None = None) -> None:
         """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
         from ..pictures.pages import page
 
         page(self, path, title=title)
 
-    def to_csv(self, path):
+    def to_csv(self, path: TextFile) -> None:
         """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""
         x, y = np.meshgrid(self.x, self.y)
         table = np.column_stack([x.ravel(), y.ravel(), self.values.reshape(len(self.modes), -1).T])
         table = table[~np.isnan(table[:, 2:]).all(axis=1)]
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            file.write(f"# fivebar map, SI units: {self._about()}\n")
-            file.write(",".join(f'"{name}"' if "," in name else name for name in self.columns) + "\n")
-            file.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
+        write(path, "map", self._about(), self.columns, table.tolist(), end="\n")
 
-    def to_npz(self, path):
+    def to_npz(self, path: BinaryFile) -> None:
         """Write the whole map, compressed."""
-        with open(path, "wb") as file:
-            np.savez_compressed(file, x=self.x, y=self.y, values=self.values, about=self._about())
+        with written(path, binary=True) as file:
+            np.savez_compressed(file, x=self.x, y=self.y, values=self.values, about=json.dumps(self._about()))
 
     @classmethod
-    def from_npz(cls, path):
+    def from_npz(cls, path: FilePath) -> Map:
         """Read what `to_npz` wrote; ValueError for any other file."""
-        try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                about = json.loads(str(data["about"]))
+        with open(file_or_path(path, "read"), "rb") as file:
+            try:
+                with np.load(file, allow_pickle=False) as data:
+                    about, x, y, values = json.loads(str(data["about"])), data["x"], data["y"], data["values"]
                 modes = tuple(tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"])
-                robot = robot_of(about["robot"])
-                return cls(robot, about["field"], about["space"], data["x"], data["y"], modes, data["values"])
-        except (ValueError, KeyError, TypeError, AttributeError, EOFError, BadZipFile) as error:
-            raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
+                if about["field"] not in FIELDS or values.shape != (len(modes), *y.shape, *x.shape):
+                    raise ValueError(f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes")
+                return cls(robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values)
+            except (*STRANGE, EOFError, OSError, BadZipFile, zlib.error, RuntimeError) as error:
+                raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
-def singularity_map(robot, field="parallel", space="task", window=None, shape=(401, 401)):
+def singularity_map(
+    robot: Robot,
+    field: str = "parallel",
+    space: str = "task",
+    window: ArrayLike | None = None,
+    shape: tuple[int, int] = (401, 401),
+) -> Map:
     """A margin on a grid: over the task space in the four working modes, or the joint space in both assembly modes.
 
-    field: one of FIELDS; window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by
-    default what the robot reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much
-    along as across them, or a bar's length to either side of q = 0; shape: (nx, ny) nodes, the window's borders among
-    them. Gives a Map. ValueError for an unknown field, a window that misses the workspace, and a grid that memory
-    cannot hold.
+    field: one of FIELDS.
+    space: "task" or "joint".
+    window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by default what the robot
+    reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much along as across them, or a
+    bar's length to either side of q = 0; of angles at most 100 turns times turns.
+    shape: (nx, ny) nodes, the window's borders among them.
+    ValueError for an unknown field, a window that misses the workspace, and a grid that memory cannot hold.
     """
     if field not in FIELDS:
         raise ValueError(f"no margin {field!r}: the known ones are {', '.join(FIELDS)}")
@@ -113,7 +127,7 @@ def singularity_map(robot, field="parallel", space="task", window=None, shape=(4
     nx, ny = _checked_shape(shape, len(modes))
     if window is None:
         window = workspace_window(robot) if space == "task" else 2 * _joint_range(robot)
-    x_min, x_max, y_min, y_max = _checked_window(window)
+    x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
     x, y = np.linspace(x_min, x_max, nx), np.linspace(y_min, y_max, ny)
     close, pick = (task_pose if space == "task" else joint_pose), FIELDS[field][1]
     values = np.empty((len(modes), ny, nx))
@@ -128,7 +142,7 @@ def singularity_map(robot, field="parallel", space="task", window=None, shape=(4
     return Map(robot, field, space, x, y, modes, values)
 
 
-def turned_into(data, points):
+def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
     """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of the Map."""
     turn = 2 * np.pi
     low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
@@ -144,7 +158,7 @@ def _joint_range(robot):
     return -end, end
 
 
-def workspace_window(robot, border=0.04):
+def workspace_window(robot: Robot, border: float = 0.04) -> tuple[float, float, float, float]:
     """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that share around it.
 
     Of a biglide, what it reaches and its guides across, and as much along these, about 0.
@@ -191,13 +205,19 @@ def _memory():
         return 8 * 2**30
 
 
-def _checked_window(window):
+def _checked_window(window, turns):
     try:
         x_min, x_max, y_min, y_max = map(float, window)
     except (TypeError, ValueError):
         raise ValueError(f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}") from None
     if not (np.isfinite([x_min, x_max, y_min, y_max]).all() and x_min < x_max and y_min < y_max):
         raise ValueError(f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}")
+    wide, high = (x_max - x_min) / (2 * np.pi), (y_max - y_min) / (2 * np.pi)
+    if turns and wide * high > MOST_TURNS * (1 + 1e-6):
+        raise ValueError(
+            f"window is {wide:.6g} x {high:.6g} turns, and its picture would draw the loci {wide * high:.3g} times: at "
+            f"most {MOST_TURNS}"
+        )
     return x_min, x_max, y_min, y_max
 
 

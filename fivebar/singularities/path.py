@@ -48,8 +48,10 @@ def check_path(robot, path, working=(-1, -1)):
     path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
     working: (2,), +1 or -1. A margin is a smooth function of time of which 2049 samples are taken with its rate, more
     where it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the rate.
-    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one.
+    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not finite at
+    a time, which it names.
     """
+    path = _finite(path)
     start, stop = _times(path)
     working = check_modes(working, "working")
     if working.shape != (2,):
@@ -231,13 +233,28 @@ def _smallest(robot, path, modes, start, end):
     return best
 
 
-def _times(path):
+def _finite(path):
+    """The path, which raises a ValueError where it is asked at a time and does not answer with finite numbers."""
     if not callable(path) or not hasattr(path, "duration"):
         raise ValueError(f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {path!r}")
-    start, duration = float(getattr(path, "start", 0.0)), float(path.duration)
+
+    def motion(t):
+        answer = tuple(np.asarray(value) for value in path(t))
+        if len(answer) != 3 or any(value.shape != (len(t), 2) for value in answer):
+            raise ValueError("path: for times (n,) it must give xi, xi_dot and xi_ddot, each (n, 2)")
+        for name, value in zip(("xi", "xi_dot", "xi_ddot"), answer):
+            if not np.isfinite(value).all():
+                k = int(np.argmin(np.isfinite(value).all(axis=1)))
+                raise ValueError(f"path: at t = {t[k]:.12g} s its {name} is {value[k].tolist()}, not finite")
+        return answer
+
+    motion.start, motion.duration = getattr(path, "start", 0.0), path.duration
+    return motion
+
+
+def _times(path):
+    start, duration = float(path.start), float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
         raise ValueError(f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}")
-    answer = path(np.array([start, start + duration]))
-    if len(answer) != 3 or any(np.shape(v) != (2, 2) or not np.isfinite(v).all() for v in answer):
-        raise ValueError("path: for times (n,) it must give finite xi, xi_dot and xi_ddot, each (n, 2)")
+    path(np.array([start, start + duration]))
     return start, start + duration

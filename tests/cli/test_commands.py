@@ -71,7 +71,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
         (["map", "--nodes", "10000000"], 2, "memory"),
         (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
-        ([*LINE, "--kp", "1e7"], 1, "too fast for steps"),
+        ([*LINE, "--kp", "1e7"], 1, "m is too fast: "),
         ([*LINE, "--controller", "mpc", "--kp", "9"], 2, "mpc has none"),
         (["track", "--case", "storm"], 2, "no case 'storm'; the known ones are task-1, torque-limit"),
         ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
@@ -135,3 +135,8 @@ def test_controllers_and_cases(tmp_path, capsys):
     assert main(["track", "--case", "task-1", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["controllers"]
     assert figures["mpc"]["fallbacks"] == 0 and figures["ctc"]["median_solve_s"] is None
+    assert main([*LINE, "--json"]) == 0  # the same figures, with the same meaning
+    alone = json.loads(capsys.readouterr().out)
+    assert len(alone["peak_torque_Nm"]) == 2 and figures["ctc"]["peak_torque_Nm"] == pytest.approx(
+        alone["peak_torque_Nm"], rel=1e-12
+    )

@@ -160,9 +160,12 @@ def test_damaged_studies_name_the_line(tmp_path):
     study(TABLE_2, samples=5).to_csv(tmp_path / "x.csv")
     lines = (tmp_path / "x.csv").read_text().splitlines()
     for changed, message in (
-        ([*lines[:3], lines[3].replace(",", ",x", 1), *lines[4:]], "line 4: could not convert"),
-        ([*lines[:3], lines[3] + ",1", *lines[4:]], "line 4: 37 numbers, where the header has 36"),
-        ([lines[0], lines[1].replace("(s)", "(ms)"), *lines[2:]], "line 2: the header is not"),
+        ([*lines[:3], lines[3].replace(",", ",x", 1), *lines[4:]], r"line 4: q \(rad\) must be a number, not 'x1.57"),
+        ([*lines[:3], lines[3] + ",1", *lines[4:]], "line 4: 37 cells, where the header has 36"),
+        (
+            [lines[0], lines[1].replace("(s)", "(ms)"), *lines[2:]],
+            r"line 2: no column t \(s\); found t \(ms\), q ",
+        ),
         (lines[:-1], "4 rows, where its first line makes 5"),
     ):
         (tmp_path / "x.csv").write_text("\n".join(changed))

@@ -185,6 +185,18 @@ def test_resting_on_a_singularity():
     assert check.time == 0 and check.type is Singularity.PARALLEL and check.touching and check.criterion_holds
 
 
+class Torn:
+    """A path of which a part is nan for a while."""
+
+    def __init__(self, path, part):
+        self.path, self.part, self.duration = path, part, path.duration
+
+    def __call__(self, t):
+        answer = [np.array(value) for value in self.path(t)]
+        answer[self.part][(1.0 < t) & (t < 1.1), 1] = np.nan
+        return answer
+
+
 def test_bad_input():
     robot = fb.FiveBar()
     path = quintic((0.09, 0.06796322), (0.05, 0), 4.0)
@@ -194,8 +206,11 @@ def test_bad_input():
         check_path(robot, lambda t: t)
     with pytest.raises(ValueError, match="duration > 0"):
         check_path(robot, Polynomial(path.coefficients, 0.0))
-    with pytest.raises(ValueError, match="finite xi, xi_dot and xi_ddot"):
+    with pytest.raises(ValueError, match=r"path: at t = 0 s its xi is \[nan, nan\], not finite"):
         check_path(robot, Polynomial(path.coefficients * np.nan, 1.0))
+    for part, name in enumerate(("xi", "xi_dot", "xi_ddot")):  # only inside, where the ends are in order
+        with pytest.raises(ValueError, match=rf"path: at t = 1\.\d+ s its {name} is \[.*nan.*\], not finite"):
+            check_path(robot, Torn(path, part))
     with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
         check_path(robot, path, (0, 1))
     with pytest.raises(ValueError, match="working must have shape"):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...singularities.margins import singularity_margins
 from ...tables import must_increase
+from ..names import names_of
 from ..skeleton import measured_pose, run_body
 from .document import packed
 from .samples import gaps, kept, panel, subject
@@ -115,7 +116,7 @@ def _checked(runs, show):
     referenced = all(run.xi_ref is not None for run in runs.values())
     if show is None:
         return ("error", "tau", "q", "margins") if referenced else ("xi", "tau", "q", "margins")
-    show = (show,) if isinstance(show, str) else tuple(dict.fromkeys(show))
+    show = tuple(dict.fromkeys(names_of(show)))
     for name in show:
         if name not in QUANTITIES:
             raise ValueError(f"no quantity {name!r}; the known ones are {', '.join(QUANTITIES)}")

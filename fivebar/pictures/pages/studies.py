@@ -9,6 +9,7 @@ import numpy as np
 
 from ...linkages.quantities import unit, usual_panels
 from ...tables import must_increase
+from ..names import names_of
 from ..skeleton import study_body
 from .document import packed
 from .samples import gaps, kept, panel, subject
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 def study_content(study: Study, show: str | Iterable | None = None) -> dict:
     """What the page of a Study holds."""
     must_increase(study.t, "the study")
-    panels = usual_panels(study) if show is None else [show] if isinstance(show, str) else show
-    panels = [[names] if isinstance(names, str) else names for names in panels]
+    one = isinstance(show, str) or not isinstance(show, Iterable)
+    panels = [names_of(names) for names in (usual_panels(study) if show is None else [show] if one else show)]
     names = list(dict.fromkeys(name for own in panels for name in own))
     if not names:
         raise ValueError("show is empty: it needs names of the study's quantities")

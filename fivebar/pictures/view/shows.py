@@ -10,6 +10,7 @@ import numpy as np
 
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
+from ..names import names_of
 from ..style import GREEN, LEGS, PALE, PATH
 from .frames import stretches
 from .layers import Area, Arrows, Ghost, Layer, Line, Turning
@@ -26,9 +27,8 @@ DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.
 
 def shown(source: OfRobot | OfStudy, items: str | Iterable[str]) -> list[Layer]:
     """The layers of the named items; ValueError for a name that is not known, or not of this motion."""
-    items = [items] if isinstance(items, str) else list(items)
     layers = []
-    for item in items:
+    for item in names_of(items):
         if item not in ITEMS:
             raise ValueError(f"nothing named {item!r} can be shown; the known names are {', '.join(ITEMS)}")
         if item not in source.known:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ...tables import TextFile, opened, write, written
 from .chart import Chart
 
 if TYPE_CHECKING:
@@ -32,37 +32,30 @@ class Result:
             r for r in self.rows if r["problem"] == problem and r["status"] == status and method in (None, r["method"])
         ]
 
-    def to_csv(self, path: Path) -> None:
+    def to_csv(self, path: TextFile) -> None:
         """One line per attempt under a header line with what it was measured on; written whole or not at all."""
-        measures = list(dict.fromkeys(name for row in self.rows for name in row if name not in BASE))
-        part = path.with_name(path.name + ".part")
-        with open(part, "w", newline="", encoding="utf-8") as file:
-            file.write(f"# fivebar chart {self.chart.name}, SI units: {json.dumps(self.about)}\n")
-            writer = csv.DictWriter(file, (*BASE, *measures), restval="", lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(
-                {k: repr(float(v)) if isinstance(v, float) else v for k, v in row.items()} for row in self.rows
-            )
-        os.replace(part, path)
+        names = (*BASE, *dict.fromkeys(name for row in self.rows for name in row if name not in BASE))
+        rows = ([float(v) if isinstance(v, float) else v for v in map(row.get, names)] for row in self.rows)
+        write(path, f"chart {self.chart.name}", self.about, names, rows, end="\n")
 
 
-def from_csv(path: Path, chart: Chart) -> Result:
+def from_csv(path: TextFile, chart: Chart) -> Result:
     """The Result that `to_csv` wrote; ValueError names the line of what is not one."""
-    with open(path, newline="", encoding="utf-8") as file:
-        first, start = file.readline(), f"# fivebar chart {chart.name}, SI units: "
-        if not first.startswith(start):
-            raise ValueError(f"{path}, line 1: not a CSV file of the chart {chart.name}")
-        about = json.loads(first[len(start) :])
-        rows, known = [], {(problem, method.name) for problem in chart.problems for method in chart.methods}
-        for number, row in enumerate(csv.DictReader(file), start=3):
+    rows, known = [], {(problem, method.name) for problem in chart.problems for method in chart.methods}
+    with opened(path) as table:
+        about = table.about(f"chart {chart.name}", f"a CSV file of the chart {chart.name}")
+        table.places(("problem", "method"))
+        for cells in table.rows():
+            row = dict(zip(table.header, cells))
             try:
                 rows.append({k: v if k in TEXT else float(v) for k, v in row.items() if v != "" or k in TEXT})
-            except (TypeError, ValueError):
-                raise ValueError(f"{path}, line {number}: not numbers: {row}") from None
-            if (row["problem"], row["method"]) not in known:
-                raise ValueError(
-                    f"{path}, line {number}: the chart {chart.name} has no method {row['method']!r} on a problem "
-                    f"{row['problem']!r}: the file is of another version"
+            except ValueError:
+                raise table.error(f"not numbers: {row}") from None
+            problem, method = row.get("problem"), row.get("method")
+            if (problem, method) not in known:
+                raise table.error(
+                    f"the chart {chart.name} has no method {method!r} on a problem {problem!r}: the file is of another "
+                    "version"
                 )
     return Result(chart, about, rows)
 
@@ -73,7 +66,7 @@ class Partial:
     about: what must be equal for it to go on; a file of another machine, version or kind of run is begun anew.
     """
 
-    def __init__(self, path: Path, about: dict) -> None:
+    def __init__(self, path: Path, about: dict):
         self.path, self.rows, self.begun_anew = path, [], False
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         found = [_parsed(line) for line in lines]
@@ -82,9 +75,8 @@ class Partial:
         else:
             self.begun_anew = bool(found)
         self._known = {_key(row): row for row in self.rows}
-        part = path.with_name(path.name + ".part")
-        part.write_text("".join(json.dumps(each) + "\n" for each in (about, *self.rows)), encoding="utf-8")
-        os.replace(part, path)
+        with written(path) as file:
+            file.writelines(json.dumps(each) + "\n" for each in (about, *self.rows))
 
     def add(self, row: dict) -> None:
         self.rows.append(row)
