@@ -27,7 +27,7 @@ from .problem import (
     refuse_massless,
     refuse_stops,
 )
-from .program import MOST_ITERATIONS, solve
+from .program import solve
 from .search import ways_between
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ class _Search:
         raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
                                  f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
 
-    def solve(self, mesh, durations, guess, elastic=False, iterations=MOST_ITERATIONS):
+    def solve(self, mesh, durations, guess, elastic=False, iterations=None):
         left = self.began + self.max_time - time.perf_counter()
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)

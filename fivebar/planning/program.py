@@ -46,7 +46,7 @@ def solve(
     guess: Guess,
     max_time: float,
     elastic: bool = False,
-    iterations: int = MOST_ITERATIONS,
+    iterations: int | None = None,
 ) -> Solution:
     """Solve on a mesh. Gives a Solution, solved or not.
 
@@ -56,7 +56,7 @@ def solve(
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
     max_time: s.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
-    iterations: of IPOPT, at most.
+    iterations: of IPOPT at most, if not MOST_ITERATIONS.
     """
     program = Program(problem, mesh, durations, elastic)
     program.keep_motion()
@@ -73,7 +73,8 @@ def solve(
         },
         {
             "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-            "ipopt.max_iter": iterations, "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.max_iter": iterations or MOST_ITERATIONS,
+            "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
     )  # fmt: skip

@@ -101,6 +101,18 @@ class Run:
         limit = np.inf if self.torque_limit is None else self.torque_limit
         return np.abs(self.tau) >= limit * (1 - 1e-12)
 
+    @cached_property
+    def energy_error(self) -> np.ndarray:
+        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what the steps err."""
+        work = np.sum(np.diff(self.q, axis=0) * self.tau[:-1], axis=1)
+        return self.energy - self.energy[0] - np.concatenate([[0.0], np.cumsum(work)])
+
+    @cached_property
+    def loop_gap(self) -> np.ndarray:
+        """By how much the distal bars' ends, the elbows by q and xi, are apart from their lengths, (n, 2) m."""
+        away = self.xi[:, None] - elbows(self.robot, self.q)
+        return np.hypot(*np.moveaxis(away, -1, 0)) - self.robot.distal
+
     @property
     def points(self) -> np.ndarray:
         """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot, end-effector, foot."""

@@ -242,3 +242,13 @@ def test_four_parallel_bars_are_refused_and_passed_by_nearby():
     flat = bars_rates(robot, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0))
     with pytest.raises(ArithmeticError, match="where all three are 0 all bars are parallel"):
         fb.simulate(robot, duration=1.0, start=flat)
+
+
+def test_a_run_proves_itself():
+    free = fb.simulate(ROBOT, duration=10.0, start=fb.ikm(fb.igm(ROBOT, (0.01, 0.12), (1, -1)), (0.02, -0.30)))
+    held = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1)
+    slides = fb.simulate(fb.Biglide(), fb.PD(fb.Biglide(), 50, 20), fb.line((0.0, 0.2), (0.05, 0.3), 1.0))
+    for run in (free, held, slides):
+        assert run.loop_gap.shape == (len(run.t), 2) and np.abs(run.loop_gap).max() < 1e-15
+        turned = run.energy.max() + np.abs(np.diff(run.q, axis=0) * run.tau[:-1]).sum()
+        assert np.abs(run.energy_error).max() <= 1e-10 * turned
