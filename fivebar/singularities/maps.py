@@ -1,7 +1,10 @@
 """Maps: a margin on a grid of the task space for each working mode, or of the joint space for each assembly mode."""
 
+from __future__ import annotations
+
 import json
 import os
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from zipfile import BadZipFile
 
@@ -9,7 +12,8 @@ import numpy as np
 
 from ..models.geometry import joint_pose, task_pose
 from ..models.robots import Biglide, FiveBar, robot_of
-from .loci import MODES, singularity_loci
+from .loci import singularity_loci
+from .locus import MODES
 from .margins import Singularity, singularity_margins
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
@@ -49,20 +53,20 @@ class Map:
     values: np.ndarray
 
     @property
-    def columns(self):
+    def columns(self) -> tuple[str, ...]:
         """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
         own = ("x", "y") if self.space == "task" else self.robot.words.joints
         return *own, *(f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})" for mode in self.modes)
 
     @property
-    def description(self):
+    def description(self) -> str:
         """The field in words."""
         return FIELDS[self.field][0].format(passive=self.robot.words.passive)
 
     def _about(self):
         return json.dumps({"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes})
 
-    def page(self, path, title=None):
+    def page(self, path: str | os.PathLike, title: str | None = None) -> None:
         """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
         from ..pictures.pages import page
 
@@ -96,14 +100,22 @@ class Map:
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
-def singularity_map(robot, field="parallel", space="task", window=None, shape=(401, 401)):
+def singularity_map(
+    robot: FiveBar | Biglide,
+    field: str = "parallel",
+    space: str = "task",
+    window: tuple | None = None,
+    shape: tuple[int, int] = (401, 401),
+) -> Map:
     """A margin on a grid: over the task space in the four working modes, or the joint space in both assembly modes.
 
-    field: one of FIELDS; window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by
-    default what the robot reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much
-    along as across them, or a bar's length to either side of q = 0; shape: (nx, ny) nodes, the window's borders among
-    them. Gives a Map. ValueError for an unknown field, a window that misses the workspace, and a grid that memory
-    cannot hold.
+    field: one of FIELDS;
+    space: "task" or "joint";
+    window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by default what the robot
+    reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much along as across them, or
+    a bar's length to either side of q = 0;
+    shape: (nx, ny) nodes, the window's borders among them.
+    ValueError for an unknown field, a window that misses the workspace, and a grid that memory cannot hold.
     """
     if field not in FIELDS:
         raise ValueError(f"no margin {field!r}: the known ones are {', '.join(FIELDS)}")
@@ -128,7 +140,7 @@ def singularity_map(robot, field="parallel", space="task", window=None, shape=(4
     return Map(robot, field, space, x, y, modes, values)
 
 
-def turned_into(data, points):
+def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
     """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of the Map."""
     turn = 2 * np.pi
     low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
@@ -144,12 +156,12 @@ def _joint_range(robot):
     return -end, end
 
 
-def workspace_window(robot, border=0.04):
+def workspace_window(robot: FiveBar | Biglide, border: float = 0.04) -> tuple[float, float, float, float]:
     """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that share around it.
 
     Of a biglide, what it reaches and its guides across, and as much along these, about 0.
     """
-    if isinstance(robot, Biglide):
+    if not robot.turns:
         low, high = _strip(robot)
         low, high = min(low, -robot.d / 2), max(high, robot.d / 2)
         half = (0.5 + border) * (high - low)
@@ -206,7 +218,7 @@ def _missed(robot, space, window, shape):
     if space == "joint":
         unit, pivots = robot.words.unit, robot.words.pivots
         return f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the distal bars"
-    if isinstance(robot, Biglide):
+    if not robot.turns:
         low, high = _strip(robot)
         return f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to {high:.6g} m"
     extent = ", ".join(f"{w:.6g}" for w in workspace_window(robot, border=0.0))

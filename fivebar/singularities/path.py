@@ -9,6 +9,7 @@ from .._backend import EPS, check_modes
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
+from .locus import divided
 from .margins import Singularity
 
 SAMPLES = 2049
@@ -136,12 +137,10 @@ def _zeros(margin, t, touch, limit=False):
     """
     value, rate = margin(t)
     for _ in range(3):
-        step = np.diff(t)
         counts = np.where(_near(t, value, rate), 8, 1)
         if counts.sum() > 4 * SAMPLES * 8:
             break
-        part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        t = np.append(np.repeat(t[:-1], counts) + part * np.repeat(step / counts, counts), t[-1])
+        t = divided(t, counts)
         value, rate = margin(t)
     known = np.isfinite(value)
     t, value, rate = t[known], value[known], rate[known]

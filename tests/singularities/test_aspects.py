@@ -10,7 +10,7 @@ import fivebar as fb
 from fivebar.singularities import regions
 from fivebar.singularities.aspects import aspect, aspects
 from fivebar.singularities.disc import _polished, largest_disc
-from fivebar.singularities.loci import MODES
+from fivebar.singularities.locus import MODES
 from fivebar.singularities.maps import singularity_map
 from fivebar.singularities.rectangle import largest_rectangle
 from tests.helpers import DATA
