@@ -14,6 +14,7 @@ from ..models.robots import Biglide, FiveBar
 from .loci import singularity_loci
 from .locus import Locus, pairs
 from .margins import Singularity
+from .roots import rising_zeros
 
 
 def locus_distance(
@@ -126,26 +127,10 @@ def _nearest(segments, points):
     """Distances and types of points (n,): the feet of the normals on all candidate segments, by bracketing."""
     row, k = segments.candidates(points)
     x, low, high = points[row], segments.t0[k], segments.t1[k]
-    (f_low, d_low), (f_high, d_high) = segments.slope(k, low, x), segments.slope(k, high, x)
-    distance = np.minimum(d_low, d_high)
-    rounding = 2 * EPS * segments.size
-    active = np.flatnonzero((f_low < -rounding) & (f_high > rounding))
-    before = np.zeros(len(x), dtype=int)  # the end that moved last, -1 or +1
-    for _ in range(100):
-        if not len(active):
-            break
-        a, b, fa, fb = low[active], high[active], f_low[active], f_high[active]
-        t = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
-        f, d = segments.slope(k[active], t, x[active])
-        distance[active] = np.minimum(distance[active], d)
-        # Illinois: an end that stays a second time counts half, so that both ends close in.
-        left = f < 0
-        moved = np.where(left, -1, 1)
-        again = np.where(before[active] == moved, 0.5, 1.0)
-        low[active], f_low[active] = np.where(left, t, a), np.where(left, f, again * fa)
-        high[active], f_high[active] = np.where(left, b, t), np.where(left, again * fb, f)
-        before[active] = moved
-        active = active[(np.abs(f) > rounding) & (t > a) & (t < b)]
+    rounding = np.full(len(x), 2 * EPS * segments.size)
+    foot = rising_zeros(lambda i, t: segments.slope(k[i], t, x[i])[0], low, high, rounding)
+    ends = np.minimum(np.abs(segments.start[k] - x), np.abs(segments.end[k] - x))
+    distance = np.minimum(ends, segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1])
     order = np.lexsort((distance, row))
     first = order[np.searchsorted(row, np.arange(len(points)))]
     kinds = np.array([int(piece.type) for piece in segments.pieces])

@@ -13,7 +13,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import QhullError, Voronoi
 
+from .._backend import EPS
 from .locus import Locus, divided
+from .roots import rising_zeros
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
@@ -113,23 +115,10 @@ class Arc:
         ahead = self._slope(s, z) < 0
         low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
         high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
-        f_low, f_high = (self._slope(each, z) for each in (low, high))
-        open_ = (f_low < 0) & (f_high > 0)
-        before = np.full(len(s), -1)
-        small = 1e-12 * np.maximum(np.abs(f_low), np.abs(f_high))
-        for _ in range(60):
-            if not open_.any():
-                break
-            step = np.where(open_, f_low, -1.0) / np.where(open_, f_low - f_high, -2.0)
-            new = low + step * (high - low)
-            f = self._slope(new, z)
-            s = np.where(open_, new, s)
-            left = f < 0
-            # Illinois: the value at an end that stays a second time counts half, so that both ends close in.
-            halved = np.where(left == before, 0.5, 1.0)
-            f_high, f_low, before = np.where(left, halved * f_high, f), np.where(left, f, halved * f_low), left
-            low, high = np.where(left, new, low), np.where(left, high, new)
-            open_ &= (np.abs(f) > small) & (np.abs(high - low) > 1e-14 * (1 + np.abs(s)))
+        z = np.broadcast_to(z, s.shape)
+        rounding = 4 * EPS * np.abs(self.z).max() * np.abs(self.tangent(s))
+        foot = rising_zeros(lambda i, t: self._slope(t, z[i]), low, high, rounding)
+        s = np.where(np.isnan(foot), s, foot)
         return s, np.abs(self.at(s) - z)
 
     def _slope(self, s, z):
