@@ -164,8 +164,9 @@ def trace(curve: Callable, edges: np.ndarray, scale: float, angles: bool = False
         if counts.max() == 1:
             break
         t = divided(t, counts)
-    if angles:
-        z = z[0] + np.concatenate([[0], np.cumsum(chord)])
+    if angles:  # the sum of chords tells the turns, each point by itself is better known
+        excess = (z[0] + np.append(0, np.cumsum(chord)) - z) / (2 * np.pi)
+        z = z + 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
     return t, z
 
 

@@ -1,7 +1,7 @@
 """Zeros of many functions at once, each in its own bracket.
 
-SciPy's `elementwise.find_root` finds them as exactly, and as fast for ten thousand points. A call costs 1 ms, though,
-which is two to five times all else for the distance of one point, and a robot's aspects take 2.5 times as long with it.
+SciPy's `elementwise.find_root` finds them as exactly, but takes 1.2 times as long for 20 000 distances to the loci, 1.9
+times for one and 1.3 times for the aspects of a robot and their discs.
 """
 
 from __future__ import annotations
