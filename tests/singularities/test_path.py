@@ -31,6 +31,14 @@ class Polynomial:
         return tuple(polynomial.polyval(np.asarray(t), each).T for each in c)
 
 
+class Interrupted(Polynomial):
+    """It does not know where it is for a while."""
+
+    def __call__(self, t):
+        lost = (np.asarray(t) > 2) & (np.asarray(t) < 2.1)
+        return tuple(np.where(lost[:, None], np.nan, each) for each in super().__call__(t))
+
+
 def quintic(a, b, duration):
     a, b = np.array(a), np.array(b)
     return Polynomial(
@@ -84,6 +92,30 @@ def test_the_free_direction_is_the_kernel_of_a():
     np.testing.assert_allclose(check.pose.A @ direction, 0, atol=1e-14)
     acceleration = [float(v) for v in REFERENCE["lab_task_2"]["meets_type_2"][0]["a"]]
     assert check.criterion == pytest.approx(0.5 * np.dot(direction, acceleration), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    "start, goal, duration, options",
+    [
+        ((0.09, 0.068), (0.05, 0.0), 4.0, {}),
+        ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-2)),
+        ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-6)),
+        ((0.08, 0.09), (0.03, -0.02), 2.0, {}),
+        ((0.05, 0.0), (0.1, 0.05), 1.0, dict(method="hermite-simpson")),
+    ],
+)
+def test_a_plans_own_crossing_holds_as_exactly_as_it_is_planned(start, goal, duration, options):
+    planned = fb.plan(fb.FiveBar(), start, goal, duration, **options)
+    check = check_path(fb.FiveBar(), planned)
+    assert check.type is Singularity.PARALLEL and check.criterion_holds
+    largest = fb.FiveBar().m * np.linalg.norm(planned(np.linspace(0, duration, 2049))[2], axis=1).max()
+    missed = abs(check.criterion) / largest
+    assert missed <= max(planned.error, 1e-6)
+    assert not check_path(fb.FiveBar(), planned, tolerance=missed / 2).criterion_holds
+    # Off the criterion by more than its error, a path is not excused by it.
+    line = fb.line(start, goal, duration)
+    object.__setattr__(line, "error", planned.error)
+    assert not check_path(fb.FiveBar(), line).criterion_holds
 
 
 @pytest.mark.parametrize("side", (1, -1))
@@ -194,8 +226,13 @@ def test_bad_input():
         check_path(robot, lambda t: t)
     with pytest.raises(ValueError, match="duration > 0"):
         check_path(robot, Polynomial(path.coefficients, 0.0))
-    with pytest.raises(ValueError, match="finite xi, xi_dot and xi_ddot"):
+    with pytest.raises(ValueError, match=r"finite xi, xi_dot and xi_ddot, but does not at t = 0 s"):
         check_path(robot, Polynomial(path.coefficients * np.nan, 1.0))
+    with pytest.raises(ValueError, match=r"finite xi, xi_dot and xi_ddot, but does not at t = 2.0"):
+        check_path(robot, Interrupted(path.coefficients, 4.0))
+    for wrong in (-1e-3, np.nan, "exact"):
+        with pytest.raises(ValueError, match="tolerance must be finite and >= 0"):
+            check_path(robot, path, tolerance=wrong)
     with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
         check_path(robot, path, (0, 1))
     with pytest.raises(ValueError, match="working must have shape"):
