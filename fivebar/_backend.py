@@ -51,12 +51,6 @@ def atan2(y, x):
     return np.where(angle == -np.pi, np.pi, angle)
 
 
-def larger(x, y):
-    """The larger of two numbers, floats or CasADi symbols."""
-    symbol = next((v for v in (x, y) if is_symbolic(v)), None)
-    return max(x, y) if symbol is None else _module(symbol).fmax(x, y)
-
-
 def wrap(angle):
     """The angle (rad) modulo 2 pi, in (-pi, pi]; small ones to the last bit."""
     return angle - 2 * math.pi * _module(angle).ceil(angle / (2 * math.pi) - 0.5)
