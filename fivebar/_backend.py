@@ -37,6 +37,10 @@ def sqrt(x):
     return _module(x).sqrt(x)
 
 
+def copysign(x, y):
+    return _module(x).copysign(x, y)
+
+
 def atan2(y, x):
     """The angle of (x, y) in (-pi, pi]."""
     angle = _module(y).atan2(y, x)
@@ -47,26 +51,33 @@ def atan2(y, x):
     return np.where(angle == -np.pi, np.pi, angle)
 
 
-def larger(x, y):
-    """The larger of two numbers, floats or CasADi symbols."""
-    symbol = next((v for v in (x, y) if is_symbolic(v)), None)
-    return max(x, y) if symbol is None else _module(symbol).fmax(x, y)
-
-
 def wrap(angle):
     """The angle (rad) modulo 2 pi, in (-pi, pi]; small ones to the last bit."""
     return angle - 2 * math.pi * _module(angle).ceil(angle / (2 * math.pi) - 0.5)
 
 
 def sqrt_or_nan(square, floor):
-    """sqrt(square), 0 for rounding errors in [floor, 0), nan below; CasADi symbols get a bare sqrt."""
-    if isinstance(square, float):
-        return math.sqrt(max(square, 0.0)) if square >= floor else math.nan
+    """sqrt(square), 0 for rounding errors in [floor, 0), nan below; CasADi symbols get a bare sqrt.
+
+    floor: a number, or a function that gives it where it is needed.
+    """
     if is_symbolic(square):
         return sqrt(square)
-    if square.size == 0 or square.min() >= 0:
+    if isinstance(square, float) and square >= 0:
+        return math.sqrt(square)
+    if not isinstance(square, float) and (square.size == 0 or square.min() >= 0):
         return np.sqrt(square)
+    floor = floor() if callable(floor) else floor
+    if isinstance(square, float):
+        return 0.0 if square >= floor else math.nan
     return np.where(square >= floor, np.sqrt(np.maximum(square, 0.0)), np.nan)
+
+
+def where_zero(x, value, otherwise):
+    """value() where x is 0, else otherwise; CasADi symbols get otherwise."""
+    if isinstance(x, float):
+        return value() if x == 0 else otherwise
+    return otherwise if is_symbolic(x) or x.all() else np.where(x == 0, value(), otherwise)
 
 
 def reciprocal_or_nan(x, floor):

@@ -9,9 +9,7 @@ from pathlib import Path
 
 from ..errors import UsageError
 from ..planning.trajectory import from_csv
-from ..singularities.aspects import aspects
 from ..singularities.maps import FIELDS, singularity_map
-from ..singularities.path import check_path
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -38,6 +36,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _map(arguments):
+    from ..singularities.aspects import aspects
+    from ..singularities.path import check_path
+
     robot = chosen_robot(arguments)
     if arguments.data and arguments.data.suffix not in (".csv", ".npz"):
         raise UsageError(f"--data must end in .csv or .npz, not {arguments.data.name!r}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from .._backend import EPS, atan2, cos, larger, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
+from .._backend import EPS, atan2, copysign, cos, reciprocal_or_nan, sin, sqrt, sqrt_or_nan, where_zero
 
 # Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
 SINGULAR = 16 * EPS
@@ -26,12 +26,14 @@ class RRR:
     """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span; branch +1: the joint is on the left of P1 -> P2.
 
     nan where the bars cannot meet and where equal bars find both pivots in one point.
+    extent: of the coordinates that the span is a difference of, beyond its own length: to their rounding it is known.
     """
 
     span: tuple
     r1: float
     r2: float
     branch: object
+    extent: object = 0.0
 
     @cached_property
     def span_squared(self):
@@ -42,11 +44,24 @@ class RRR:
     def _moment(self):
         """Signed height of the joint over the span, times the span."""
         # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels there is measured
-        # against the bars' product, not the longer bar's square. Its floor is a height squared of -8 eps in units of
-        # the longer bar: one stretched leg in nine rounds to below zero, and is not nan.
+        # against the bars' product, not the longer bar's square.
         square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
-        return sqrt_or_nan(heron, -32 * EPS * larger(self.r1, self.r2) ** 2 * square) * (0.5 * self.branch)
+        return sqrt_or_nan(heron, self._floor) * (0.5 * self.branch)
+
+    def _floor(self):
+        """Of Heron's product where the bars are in line.
+
+        The rounding of the pivots and of their difference leaves a span s uncertain by up to 4 eps (s + extent), and at
+        either limit the product's slope by s is 8 r1 r2 s in size. One stretched leg in nine rounds to below zero.
+        """
+        span = sqrt(self.span_squared)
+        error = 4 * EPS * (span + self.extent)
+        return -8 * self.r1 * self.r2 * (span + error) * error
+
+    def _lead(self, square, r):
+        """Half the square: bar r along the span, times the span. Where the bars are in line it is all of the bar."""
+        return where_zero(self._moment, lambda: copysign(r * sqrt(self.span_squared), square), 0.5 * square)
 
     @property
     def clearances(self):
@@ -63,14 +78,14 @@ class RRR:
     def first(self):
         """Unit vector along r1, from P1 to the joint."""
         (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r1)
-        lead = 0.5 * (self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2))
+        lead = self._lead(self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2), self.r1)
         return (lead * x - moment * y) * scale, (lead * y + moment * x) * scale
 
     @cached_property
     def last(self):
         """Unit vector along r2, from the joint to P2."""
         (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r2)
-        lead = 0.5 * (self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2))
+        lead = self._lead(self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2), self.r2)
         return (lead * x + moment * y) * scale, (lead * y - moment * x) * scale
 
     @property
@@ -151,6 +166,10 @@ class Crank(NamedTuple):
     def pivot(self, direction):
         return self.x + self.length * direction[0], self.y + self.length * direction[1]
 
+    def extent(self, direction):
+        """Of the coordinates from which `pivot` is computed, m."""
+        return abs(self.x) + abs(self.y) + self.length
+
     def tangent(self, direction):
         """P'(q)."""
         return -self.length * direction[1], self.length * direction[0]
@@ -172,7 +191,7 @@ class Crank(NamedTuple):
 
     def close(self, xi, bar, working):
         """The dyad of the leg that reaches xi."""
-        return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working)
+        return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working, abs(self.x) + abs(self.y))
 
     def held(self, dyad):
         """This drive's direction in the dyad that closes its leg."""
@@ -218,6 +237,9 @@ class Slider(NamedTuple):
 
     def pivot(self, direction):
         return self.x, self.y + direction
+
+    def extent(self, direction):
+        return abs(self.x) + abs(self.y) + abs(direction)
 
     def tangent(self, direction):
         return 0.0, 1.0

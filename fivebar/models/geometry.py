@@ -203,7 +203,8 @@ def _close_on_elbows(robot, q, assembly):
     directions = left.direction(q[0]), right.direction(q[1])
     p1, p2 = left.pivot(directions[0]), right.pivot(directions[1])
     l12, l22 = robot.distal
-    dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly)
+    extent = left.extent(directions[0]) + right.extent(directions[1])
+    dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly, extent)
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
     first = DrivenLeg(left, q[0], directions[0], lambda: dyad.first)
     legs = first, DrivenLeg(right, q[1], directions[1], lambda: dyad.second)

@@ -1,14 +1,18 @@
 """Aspects: the singularity-free components of the workspace in each working mode, bounded by the exact loci."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
-from ..models.robots import Biglide, FiveBar
-from .loci import MODES, singularity_loci
+from ..models.robots import FiveBar
+from .loci import singularity_loci
+from .locus import MODES, pairs
 from .margins import Singularity
 from .regions import Arc, crossings, faces, inside, roomiest
 
@@ -28,7 +32,7 @@ class Aspect:
 
     robot: FiveBar
     number: int
-    working: tuple
+    working: tuple[int, int]
     assembly: int
     area: float
     point: np.ndarray
@@ -37,11 +41,11 @@ class Aspect:
     punctures: np.ndarray
 
     @cached_property
-    def polygons(self):
+    def polygons(self) -> tuple[np.ndarray, ...]:
         """The boundary's loops as points (n, 2), m, between which it turns by less than 1 degree."""
-        return tuple(_pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in self.boundary)
+        return tuple(pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in self.boundary)
 
-    def contains(self, xi):
+    def contains(self, xi: ArrayLike) -> bool | np.ndarray:
         """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not: bool (*batch,)."""
         xi = np.asarray(xi, dtype=float)
         if xi.ndim == 0 or xi.shape[-1] != 2:
@@ -52,19 +56,19 @@ class Aspect:
         return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
 
 
-def aspects(robot):
+def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
     Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
     whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997. ValueError for a
     biglide, whose aspects have no ends.
     """
-    if isinstance(robot, Biglide):
+    loci = singularity_loci(robot)
+    if not robot.turns:
         raise ValueError(
             "aspects: the guides of a biglide have no ends, so its aspects are strips without ends and have no area, "
             "between the lines of singularity_loci(robot).task; areas need strokes of the feet, which it does not have"
         )
-    loci = singularity_loci(robot)
     size = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
 
     def rank(face):
@@ -89,7 +93,7 @@ def aspects(robot):
     return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
 
 
-def aspect(robot, number):
+def aspect(robot: FiveBar, number: int) -> Aspect:
     """The aspect of that number; ValueError where there is none."""
     found = aspects(robot)
     if number not in range(1, len(found) + 1):
@@ -115,7 +119,7 @@ def _in_mode(robot, loci, working, size):
         det_a = float(_det_a(robot, np.array([point]), working)[0])
         if abs(det_a) > SINGULAR:  # it is nan in the faces that are holes of the workspace
             assembly = -1 if det_a > 0 else 1
-            yield working, assembly, area, _pairs(np.array(point)), clearance, boundary, _pairs(punctures)
+            yield working, assembly, area, pairs(np.array(point)), clearance, boundary, pairs(punctures)
 
 
 def _arcs(robot, pieces, tolerance):
@@ -155,7 +159,3 @@ def _same(circle, other):
 
 def _det_a(robot, z, working):
     return task_pose(robot, (z.real, z.imag), working).det_A
-
-
-def _pairs(z):
-    return np.stack([z.real, z.imag], axis=-1)

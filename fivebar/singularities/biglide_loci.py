@@ -4,6 +4,8 @@ Every singular pose is given by the directions u1, u2 of the bars, unit complex 
 robot: xi = -d/2 + l1 Re(u1) + i y, q2 - q1 = l1 Im(u1) - l2 Im(u2).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from .._backend import EPS
+from ..models.robots import Biglide
 from .locus import MODES, Locus, TypeThree, modes_of, pairs, type_of, values_of
 from .margins import Singularity
 
@@ -24,12 +27,12 @@ class Line:
     start: complex
     direction: complex
 
-    def __call__(self, t):
+    def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.start + t * self.direction, self.direction + 0.0 * t
 
 
 @dataclass(frozen=True, eq=False)
-class LineLoci:
+class BiglideLoci:
     """All singularity loci of a biglide.
 
     task: lines along y, by y; joint: lines q2 - q1 = constant, by q1; each a tuple of unbounded Locus. type3: without
@@ -37,7 +40,7 @@ class LineLoci:
     equal bars: the legs coincide).
     """
 
-    robot: object
+    robot: Biglide
 
     @cached_property
     def _families(self):
@@ -57,13 +60,13 @@ class LineLoci:
         return families
 
     @property
-    def everywhere(self):
+    def everywhere(self) -> tuple:
         size = sum(self.robot.distal) + self.robot.d
         l1, l2 = self.robot.distal
         return ((1, 1), (-1, -1)) if max(self.robot.d, abs(l1 - l2)) <= 8 * EPS * size else ()
 
     @cached_property
-    def task(self):
+    def task(self) -> tuple[Locus, ...]:
         found = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
             modes, line = _signs(u1, u2), Line(complex(-self.robot.d / 2 + self.robot.l1 * u1.real), 1j)
@@ -75,7 +78,7 @@ class LineLoci:
         )
 
     @cached_property
-    def joint(self):
+    def joint(self) -> tuple[Locus, ...]:
         pieces = []
         for kind, own, u1, u2 in self._families:
             s1, s2, s = modes = _signs(u1, u2)
@@ -93,7 +96,7 @@ class LineLoci:
         return Locus(type_, kind, working, assembly, points, parameters, False, line, unbounded=True)
 
     @property
-    def type3(self):
+    def type3(self) -> TypeThree:
         return TypeThree(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2), dtype=int))
 
 

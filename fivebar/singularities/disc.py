@@ -3,12 +3,15 @@
 It is searched on samples of the whole aspect, for the global optimum, then solved for on the exact curves.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from .regions import roomiest
+from .aspects import Aspect
+from .regions import Arc, roomiest
 
 CANDIDATES = 4  # of the search, that are solved for exactly
 
@@ -21,7 +24,7 @@ class Disc:
     radius: float
 
 
-def largest_disc(aspect, margin=0.0):
+def largest_disc(aspect: Aspect, margin: float = 0.0) -> Disc:
     """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
 
     Its center is the point farthest from the boundary: there the disc touches three arcs, or two on opposite sides.
@@ -40,28 +43,28 @@ def largest_disc(aspect, margin=0.0):
     return Disc(np.array([best.real, best.imag]), room - margin)
 
 
-def checked_margin(margin):
+def checked_margin(margin: float) -> float:
     if not (np.ndim(margin) == 0 and np.isfinite(margin) and margin >= 0):
         raise ValueError(f"margin must be finite and >= 0, not {margin!r}")
     return float(margin)
 
 
-def too_narrow(aspect, what, margin, room):
+def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:
     return (
         f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: "
         f"its roomiest point is {room:.6g} m from the next singularity"
     )
 
 
-def punctures(aspect):
+def punctures(aspect: Aspect) -> np.ndarray:
     return aspect.punctures @ (1, 1j)
 
 
-def arcs_of(aspect):
+def arcs_of(aspect: Aspect) -> list[Arc]:
     return [arc for loop in aspect.boundary for arc in loop]
 
 
-def room_at(aspect, z):
+def room_at(aspect: Aspect, z: complex) -> float:
     """Exact distance of a point to the boundary and the punctures."""
     # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more than half a step.
     samples = [(np.abs(arc.z - z).min(), np.abs(np.diff(arc.z)).max(), arc) for arc in arcs_of(aspect)]

@@ -1,17 +1,25 @@
 """How far a point of the plane is from the nearest singularity locus: on the exact curves, not on their polylines."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._backend import EPS, check_modes, is_symbolic, unpack
 from ..models.geometry import igm
+from ..models.robots import Biglide, FiveBar
 from .loci import singularity_loci
+from .locus import Locus, pairs
 from .margins import Singularity
+from .roots import rising_zeros
 
 
-def locus_distance(robot, xi, working=None):
+def locus_distance(
+    robot: FiveBar | Biglide, xi: ArrayLike, working: ArrayLike | None = None
+) -> tuple[float | np.ndarray, Singularity | np.ndarray]:
     """Distance in task space to the nearest singularity locus, m, and its type.
 
     xi: (*batch, 2) m, reachable or not. working: only loci that are active in this working mode, a pair of +1 and -1;
@@ -36,7 +44,7 @@ def locus_distance(robot, xi, working=None):
         empty = np.empty(0), np.empty(0, dtype=int)
         distance, kind = (np.concatenate(each) for each in zip(*found)) if found else empty
     for mode in everywhere:
-        inside = ~np.isnan(igm(robot, _pair(points), mode, unreachable="nan").q[:, 0])
+        inside = ~np.isnan(igm(robot, pairs(points), mode, unreachable="nan").q[:, 0])
         distance, kind = np.where(inside, 0.0, distance), np.where(inside, int(Singularity.PARALLEL), kind)
     if np.ndim(x) == 0:
         return float(distance[0]), Singularity(int(kind[0]))
@@ -47,7 +55,7 @@ def locus_distance(robot, xi, working=None):
 class _Segments:
     """Parameter intervals [t0, t1] of the loci's pieces, (n,), with the points at their ends and the piece's index."""
 
-    pieces: tuple
+    pieces: tuple[Locus, ...]
     start: np.ndarray
     end: np.ndarray
     t0: np.ndarray
@@ -55,18 +63,18 @@ class _Segments:
     piece: np.ndarray
 
     @cached_property
-    def size(self):
+    def size(self) -> float:
         return float(np.abs(self.end).max())
 
     @cached_property
-    def chord(self):
+    def chord(self) -> np.ndarray:
         return np.abs(self.end - self.start)
 
-    def candidates(self, points):
+    def candidates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(row, segment) of all segments on which the point nearest to points[row] may lie, rows in order."""
         # Roughly by the squares of the distances to all starts, then each by its own length: a segment that turns by
         # less than 1 degree is hardly longer than its chord.
-        product = _pair(points) @ _pair(self.start).T
+        product = pairs(points) @ pairs(self.start).T
         square = np.abs(self.start) ** 2 - 2 * product
         offset = np.abs(points) ** 2
         reach = np.sqrt(np.maximum(square.min(axis=1) + offset, 0)) + 1.02 * self.chord.max() + 1e-7 * self.size
@@ -76,7 +84,7 @@ class _Segments:
         keep = near - 0.51 * self.chord[k] <= best[row]
         return row[keep], k[keep]
 
-    def slope(self, k, t, x):
+    def slope(self, k: np.ndarray, t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
         slope, distance = np.empty(len(t)), np.empty(len(t))
         piece = self.piece[k]
@@ -119,31 +127,11 @@ def _nearest(segments, points):
     """Distances and types of points (n,): the feet of the normals on all candidate segments, by bracketing."""
     row, k = segments.candidates(points)
     x, low, high = points[row], segments.t0[k], segments.t1[k]
-    (f_low, d_low), (f_high, d_high) = segments.slope(k, low, x), segments.slope(k, high, x)
-    distance = np.minimum(d_low, d_high)
-    rounding = 2 * EPS * segments.size
-    active = np.flatnonzero((f_low < -rounding) & (f_high > rounding))
-    before = np.zeros(len(x), dtype=int)  # the end that moved last, -1 or +1
-    for _ in range(100):
-        if not len(active):
-            break
-        a, b, fa, fb = low[active], high[active], f_low[active], f_high[active]
-        t = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
-        f, d = segments.slope(k[active], t, x[active])
-        distance[active] = np.minimum(distance[active], d)
-        # Illinois: an end that stays a second time counts half, so that both ends close in.
-        left = f < 0
-        moved = np.where(left, -1, 1)
-        again = np.where(before[active] == moved, 0.5, 1.0)
-        low[active], f_low[active] = np.where(left, t, a), np.where(left, f, again * fa)
-        high[active], f_high[active] = np.where(left, b, t), np.where(left, again * fb, f)
-        before[active] = moved
-        active = active[(np.abs(f) > rounding) & (t > a) & (t < b)]
+    rounding = np.full(len(x), 2 * EPS * segments.size)
+    foot = rising_zeros(lambda i, t: segments.slope(k[i], t, x[i])[0], low, high, rounding)
+    ends = np.minimum(np.abs(segments.start[k] - x), np.abs(segments.end[k] - x))
+    distance = np.minimum(ends, segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1])
     order = np.lexsort((distance, row))
     first = order[np.searchsorted(row, np.arange(len(points)))]
     kinds = np.array([int(piece.type) for piece in segments.pieces])
     return distance[first], kinds[segments.piece[k[first]]]
-
-
-def _pair(z):
-    return np.stack([z.real, z.imag], axis=-1)

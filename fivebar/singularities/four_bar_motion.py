@@ -3,6 +3,8 @@
 The chain is base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler), complex numbers.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -19,14 +21,14 @@ class Turning:
     turns: tuple
     period: float = 2 * math.pi
 
-    def __call__(self, t):
+    def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
         turn = np.exp(1j * t)
         directions = [e * turn if turns else np.full(t.shape, complex(e)) for e, turns in zip(self.start, self.turns)]
         return directions, [np.full(t.shape, float(turns)) for turns in self.turns]
 
     @property
-    def aligned(self):
+    def aligned(self) -> list[float]:
         """Values of t at which a crank and the coupler are in line."""
         e1, e2, u = self.start
         crossings = []
@@ -65,7 +67,7 @@ class FourBar:
         rate = -2.0 * self.signs[triangle] * (1 if below == 0 else s / x) * (1 if above == 0 else c / y)
         return x + 1j * self.signs[triangle] * y, rate
 
-    def __call__(self, t):
+    def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
         root = math.sqrt(self.span)
         s, c = root * np.sin(t), root * np.cos(t)
@@ -88,7 +90,7 @@ class FourBar:
         return directions, rates
 
     @property
-    def aligned(self):
+    def aligned(self) -> list[float]:
         """Values of t at which a crank and the coupler are in line."""
         below, above = self.slack[1]
         own = ([0.0, math.pi] if below == 0 else []) + ([math.pi / 2, 1.5 * math.pi] if above == 0 else [])
@@ -131,7 +133,7 @@ def _triangle(a, b, c, tolerance):
     return [e, e.conjugate()]
 
 
-def closures(base, r1, c, r2):
+def closures(base: float, r1: float, c: float, r2: float) -> list[FourBar | Turning]:
     """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
 
     Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no motion is given, but

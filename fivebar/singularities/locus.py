@@ -1,14 +1,23 @@
-"""What a singularity locus is: a labelled piece of an exact curve. Points are complex numbers inside."""
+"""What a singularity locus is, a labelled piece of an exact curve, and how curves are traced and cut into pieces.
+
+Points are complex numbers inside.
+"""
+
+from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .margins import Singularity
 
 MODES = tuple(product((1, -1), repeat=2))
+TURN = math.radians(0.8)  # of the tangent from point to point; what is promised is 1 degree
+FINEST = 1e-8  # chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +41,18 @@ class Locus:
     points: np.ndarray = field(repr=False)
     parameters: np.ndarray = field(repr=False)
     closed: bool
-    _curve: object = field(repr=False)
+    _curve: Callable = field(repr=False)
     _angles: bool = field(default=False, repr=False)
     unbounded: bool = False
 
     @property
-    def interval(self):
+    def interval(self) -> tuple[float, float]:
         """(s0, s1): the parameters of the first and last point, or infinite."""
         if self.unbounded:
             return -math.inf, math.inf
         return float(self.parameters[0]), float(self.parameters[-1])
 
-    def at(self, s):
+    def at(self, s: ArrayLike) -> np.ndarray:
         """Exact points (*s.shape, 2) of parameters s in `interval`."""
         s = np.asarray(s, dtype=float)
         points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
@@ -52,11 +61,11 @@ class Locus:
             points = points + 2 * np.pi * np.round((near - points) / (2 * np.pi))
         return points
 
-    def drawn(self, low, high):
+    def drawn(self, low: float, high: float) -> np.ndarray:
         """Points (n, 2) to draw: all, or of an unbounded line those of two parameters."""
         return self.at(np.array([low, high])) if self.unbounded else self.points
 
-    def tangent(self, s):
+    def tangent(self, s: ArrayLike) -> np.ndarray:
         """Derivative (*s.shape, 2) of the points by the parameter."""
         s = np.asarray(s, dtype=float)
         return pairs(self._curve(np.atleast_1d(s))[1]).reshape(*s.shape, 2)
@@ -71,18 +80,97 @@ class TypeThree:
     working: np.ndarray
 
 
-def values_of(mode):
+def values_of(mode: int) -> tuple[int, ...]:
+    """The modes that a sign stands for: both where it is 0."""
     return (int(mode),) if mode else (1, -1)
 
 
-def modes_of(signs):
+def modes_of(signs: ArrayLike) -> tuple:
+    """The working modes that two signs stand for."""
     return tuple(product(*map(values_of, signs)))
 
 
-def type_of(signs, own):
+def type_of(signs: ArrayLike, own: Singularity) -> Singularity:
     """The type of a piece: Type 3 where another pair of bars is in line all along."""
     return own if all(signs) else Singularity.SERIAL | Singularity.PARALLEL
 
 
-def pairs(z):
+def pairs(z: np.ndarray) -> np.ndarray:
+    """Complex numbers (*batch,) as points (*batch, 2)."""
     return np.stack([z.real, z.imag], axis=-1)
+
+
+def pieces_of(
+    curve: Callable,
+    edges: np.ndarray,
+    labels: list,
+    scale: float,
+    corners: np.ndarray | None = None,
+    angles: bool = False,
+) -> list[Locus]:
+    """The Locus of each label between its edges.
+
+    curve: parameters (n,) -> points (n,) and their derivatives;
+    edges: parameters (n + 1,) where the labels change;
+    labels: n times the type, kind, working and assembly modes of a Locus;
+    scale: a length, m (or angle, rad), of which 1e-13 is rounding error;
+    corners: the points at the edges, where they are known better than by the curve;
+    angles: whether points are angles, which may have jumps of full turns.
+    """
+    t, z = trace(curve, edges, scale, angles)
+    where = np.searchsorted(t, edges)
+    if corners is not None and len(t) > 1:
+        z[where] = corners
+    points = pairs(z)
+    if len(t) == 1:
+        return [Locus(*labels[0], points, t, False, curve, angles)]
+    gap = points[-1] - points[0]
+    turns = np.round(gap / (2 * np.pi)) * (2 * np.pi) if angles else 0.0
+    closes = np.abs(gap - turns).max() <= 1e-12 * scale
+    if closes:
+        points[-1] = points[0] + turns
+    return [
+        Locus(*label, points[i : j + 1], t[i : j + 1], bool(closes and len(labels) == 1), curve, angles)
+        for label, i, j in zip(labels, where, where[1:])
+    ]
+
+
+def trace(curve: Callable, edges: np.ndarray, scale: float, angles: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less than 1 degree."""
+    period = edges[-1] - edges[0]
+    if period == 0:
+        return edges[:1], curve(edges[:1])[0]
+    t = divided(edges, np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int))
+    while True:
+        z, dz = curve(t)
+        speed, step = np.abs(dz), np.diff(t)
+        if speed.max() <= 1e-13 * scale:
+            return t[:1], z[:1]
+        chord, mean = np.diff(z), step * (dz[1:] + dz[:-1]) / 2
+        if angles:
+            excess = (chord - mean) / (2 * np.pi)
+            chord = chord - 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
+        # A cusp, always an edge, has a direction on either side but no derivative to tell it.
+        cusp = np.zeros(len(t), dtype=bool)
+        at = np.searchsorted(t, edges)
+        cusp[at] = speed[at] < 1e-5 * np.maximum(speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)])
+        turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
+        bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
+        counts = np.clip(np.ceil(turn / TURN), 1, 64).astype(int)
+        counts[:-1][bend & (counts[:-1] == 1)] = 2
+        # A loop between two points would turn by 0 but shows in the chord.
+        counts[(np.abs(chord - mean) > 0.05 * np.abs(mean)) & (counts == 1)] = 2
+        counts[(np.abs(chord) < FINEST * scale) | (step < 1e-13 * period)] = 1
+        if counts.max() == 1:
+            break
+        t = divided(t, counts)
+    if angles:  # the sum of chords tells the turns, each point by itself is better known
+        excess = (z[0] + np.append(0, np.cumsum(chord)) - z) / (2 * np.pi)
+        z = z + 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
+    return t, z
+
+
+def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """t with its intervals divided evenly into counts parts; the old values are kept to the last bit."""
+    part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1])

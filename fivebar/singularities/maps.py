@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.geometry import joint_pose, task_pose
-from ..models.robots import Biglide, Robot, robot_of
+from ..models.robots import Robot, robot_of
 from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
-from .loci import MODES, singularity_loci
+from .loci import singularity_loci
+from .locus import MODES
 from .margins import Singularity, singularity_margins
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
@@ -163,7 +164,7 @@ def workspace_window(robot: Robot, border: float = 0.04) -> tuple[float, float, 
 
     Of a biglide, what it reaches and its guides across, and as much along these, about 0.
     """
-    if isinstance(robot, Biglide):
+    if not robot.turns:
         low, high = _strip(robot)
         low, high = min(low, -robot.d / 2), max(high, robot.d / 2)
         half = (0.5 + border) * (high - low)
@@ -226,7 +227,7 @@ def _missed(robot, space, window, shape):
     if space == "joint":
         unit, pivots = robot.words.unit, robot.words.pivots
         return f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the distal bars"
-    if isinstance(robot, Biglide):
+    if not robot.turns:
         low, high = _strip(robot)
         return f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to {high:.6g} m"
     extent = ", ".join(f"{w:.6g}" for w in workspace_window(robot, border=0.0))

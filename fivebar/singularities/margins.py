@@ -1,7 +1,10 @@
 """Singularities of a pose: their types and their signed margins."""
 
+from __future__ import annotations
+
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -51,31 +54,31 @@ class Margins:
         return np.asarray(dot(*self.pose.u2))
 
     @cached_property
-    def length(self):
+    def length(self) -> float:
         return sum(drive.length for drive in self.pose.robot.drives) / 2
 
     @cached_property
-    def serial(self):
+    def serial(self) -> np.ndarray:
         return np.stack(self.pose.sines, axis=-1)
 
     @cached_property
-    def parallel(self):
+    def parallel(self) -> np.ndarray:
         return np.asarray(self.pose.det_A)
 
     @cached_property
-    def transmission_angle(self):
+    def transmission_angle(self) -> np.ndarray:
         return np.arctan2(np.abs(self.parallel), np.abs(self._cosine))
 
     @cached_property
-    def manipulability(self):
+    def manipulability(self) -> np.ndarray:
         return _ratio(self._b[0] * self._b[1], np.abs(self.parallel))
 
     @cached_property
-    def sigma_min(self):
+    def sigma_min(self) -> Matrices:
         return Matrices(self._sigma_min_a, self._sigma_min_b, self._sigma_min_j)
 
     @cached_property
-    def condition(self):
+    def condition(self) -> Matrices:
         return Matrices(self._condition_a, self._condition_b, self._condition_j)
 
     # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, sigma_min sigma_max = |det A|.
@@ -111,29 +114,29 @@ class Margins:
 class Matrices:
     """One number (*batch,) for each of the matrices A, B and J = A^-1 B, computed when read."""
 
-    _of_a: object
-    _of_b: object
-    _of_j: object
+    _of_a: Callable
+    _of_b: Callable
+    _of_j: Callable
 
     @cached_property
-    def A(self):
+    def A(self) -> np.ndarray:
         return self._of_a()
 
     @cached_property
-    def B(self):
+    def B(self) -> np.ndarray:
         return self._of_b()
 
     @cached_property
-    def J(self):
+    def J(self) -> np.ndarray:
         return self._of_j()
 
 
-def singularity_margins(pose):
+def singularity_margins(pose: Pose) -> Margins:
     """Signed distances of a pose (or of a batch of poses) from its singularities: Margins, each computed when read."""
     return Margins(_numeric(pose, "singularity_margins"))
 
 
-def singularity(pose, tol=1e-9):
+def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for a batch.
 
     tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector at the limit of its

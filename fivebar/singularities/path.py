@@ -1,20 +1,27 @@
 """Whether a trajectory of the end-effector can be followed: reach, singularities, and how it meets the first one."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq, minimize_scalar
 
 from .._backend import EPS, check_modes
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
+from ..models.robots import Biglide, FiveBar
+from .locus import divided
 from .margins import Singularity
 
 SAMPLES = 2049
 TOUCH = 1e-9  # a sine as small as this counts as 0, as in `singularity`
 TOUCH_REACH = 32 * EPS  # a square of a sine, whose rounding error is of this size
-HOLDS = 1e-6  # of the largest inertial force on the path: a criterion as small as this counts as 0
+EXACT = 1e-6  # of the largest inertial force: a path that does not tell its own error is given at least so exactly
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +32,9 @@ class PathCheck:
     leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose, s, or None;
     pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there without changing sign;
     criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere, and
-    criterion_holds whether it is 0, so that the torque stays finite; min_margin: the smallest |sin q_i2| (of a biglide
-    |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time.
+    criterion_holds whether it is 0, as exactly as the path is given, so that the torque stays finite; min_margin: the
+    smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and
+    min_margin_time.
     """
 
     reachable: bool
@@ -42,17 +50,25 @@ class PathCheck:
     min_margin_time: float
 
 
-def check_path(robot, path, working=(-1, -1)):
+def check_path(
+    robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None
+) -> PathCheck:
     """Check a trajectory in one working mode: PathCheck.
 
     path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
-    working: (2,), +1 or -1. A margin is a smooth function of time of which 2049 samples are taken with its rate, more
-    where it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the rate.
-    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not finite at
-    a time, which it names.
+    working: (2,), +1 or -1. tolerance: share of the largest inertial force on the path up to which the criterion counts
+    as 0; by default the path's own `error`, at least 1e-6. A plan has one: its bars carry the inertial force but for a
+    defect of this share, and at the crossing, where they can give nothing along t_s, t_s . m xi'' is all defect.
+    A margin is a smooth function of time of which 2049 samples are taken with its rate, more where it may reach 0
+    between them; then its zeros are found to rounding, double ones as zeros of the rate.
+    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not finite at a time,
+    which it names.
     """
+    tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
     path = _finite(path)
-    start, stop = _times(path)
+    start, stop, largest = _times(path)
+    if not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
+        raise ValueError(f"tolerance must be finite and >= 0, not {tolerance!r}")
     working = check_modes(working, "working")
     if working.shape != (2,):
         raise ValueError(f"working must have shape (2,), not {working.shape}")
@@ -80,8 +96,7 @@ def check_path(robot, path, working=(-1, -1)):
     criterion = holds = None
     if kind & Singularity.PARALLEL:
         criterion = float(robot.m * cross(pose.u2[0], path(np.array([first.time]))[2][0]))
-        largest = np.linalg.norm(path(t)[2], axis=1).max()
-        holds = bool(abs(criterion) <= HOLDS * robot.m * largest)
+        holds = bool(abs(criterion) <= tolerance * robot.m * largest)
     return PathCheck(
         leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time
     )
@@ -131,19 +146,17 @@ def _parallel(robot, path, modes):
     return margin
 
 
-def _zeros(margin, t, touch, limit=False):
+def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -> Iterator[_Zero]:
     """The zeros of a margin on the samples t and between them, in order, up to the first that it passes.
 
     limit: below 0 there is nothing, so that a start there, or on 0 and then downwards, is a passage.
     """
     value, rate = margin(t)
     for _ in range(3):
-        step = np.diff(t)
         counts = np.where(_near(t, value, rate), 8, 1)
         if counts.sum() > 4 * SAMPLES * 8:
             break
-        part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        t = np.append(np.repeat(t[:-1], counts) + part * np.repeat(step / counts, counts), t[-1])
+        t = divided(t, counts)
         value, rate = margin(t)
     known = np.isfinite(value)
     t, value, rate = t[known], value[known], rate[known]
@@ -200,7 +213,6 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
 
 def _root(f, a, b, at_a, at_b):
     """A zero of f in [a, b], at whose ends it is known with opposite signs."""
-    from scipy.optimize import brentq
 
     def margin(s):
         if s in (a, b):  # alone, a time is rounded otherwise than in the batch that saw the signs
@@ -213,7 +225,6 @@ def _root(f, a, b, at_a, at_b):
 
 def _smallest(robot, path, modes, start, end):
     """The smallest of both |sin q_i2| (|sin phi_i|) and |det A| on [start, end], and its time."""
-    from scipy.optimize import minimize_scalar
 
     def margins(t):
         xi = path(t)[0]
@@ -253,8 +264,9 @@ def _finite(path):
 
 
 def _times(path):
+    """When the path starts and stops, s, and its largest acceleration, m/s^2."""
     start, duration = float(path.start), float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
         raise ValueError(f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}")
-    path(np.array([start, start + duration]))
-    return start, start + duration
+    largest = np.linalg.norm(path(np.linspace(start, start + duration, SAMPLES))[2], axis=1).max()
+    return start, start + duration, largest

@@ -1,18 +1,21 @@
-"""The largest axis-aligned rectangle in an aspect, touching its exact boundary.
+"""The largest axis-aligned rectangle in an aspect, touching its exact outline.
 
-It is searched on a lattice over the whole aspect, for the global optimum, then solved for on the exact curves.
+It is searched on samples of the outline, for the global optimum, then solved for on the exact curves.
 """
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import minimize
 
-from .disc import CANDIDATES, arcs_of, checked_margin, punctures, room_at, too_narrow
-from .regions import inside
+from .aspects import Aspect
+from .disc import CANDIDATES, checked_margin, room_at, too_narrow
+from .outline import INWARDS, Outline
 
-LATTICE = 120, 400  # points in each direction on which rectangles are searched, at least and at most
-CORNERS = (0, 2), (0, 3), (1, 2), (1, 3)  # of the borders x_min, x_max, y_min, y_max
+LEVELS = 64  # of the lower and of the upper border in the search
 
 
 @dataclass(frozen=True)
@@ -25,121 +28,108 @@ class Rectangle:
     y_max: float
 
     @property
-    def area(self):
+    def area(self) -> float:
         return (self.x_max - self.x_min) * (self.y_max - self.y_min)
 
 
-def largest_rectangle(aspect, margin=0.0):
+def largest_rectangle(aspect: Aspect, margin: float = 0.0) -> Rectangle:
     """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its singularities: Rectangle.
 
-    Solved to 1e-6 of its size from the best starts on a lattice that has some points across the aspect where it is
-    roomiest; what the lattice cannot tell apart, the search cannot.
-    ValueError where no such rectangle keeps the margin.
+    Solved to 1e-6 of its size from the best ones around points all over the aspect, each the largest of those that pass
+    between 4000 samples of its boundary. ValueError where none keeps the margin.
     """
     margin = checked_margin(margin)
-    best = None
-    for start in _on_lattice(aspect, margin):
-        found = _fitted(aspect, start, margin)
-        if found is not None and (best is None or found.area > best.area):
-            best = found
-    if best is None:
+    outline = Outline(aspect, margin)
+    found = [each for start in _starts(outline) if (each := _fitted(outline, start)) is not None]
+    if not found:
         raise ValueError(too_narrow(aspect, "rectangle", margin, room_at(aspect, complex(*aspect.point))))
-    return best
+    return Rectangle(*map(float, max(found, key=_area)))
 
 
-def _on_lattice(aspect, margin):
-    """Starts (x_min, x_max, y_min, y_max): the largest rectangles of lattice points inside, unlike one another."""
-    from scipy.spatial import cKDTree
+def _area(v):
+    return (v[1] - v[0]) * (v[3] - v[2])
 
-    outline = np.concatenate(aspect.polygons)
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    # A narrow aspect needs a narrow lattice: some points across it.
-    counts = np.clip(4 * (high - low) / aspect.clearance, *LATTICE).astype(int)
-    x, y = (np.linspace(*each) for each in zip(low, high, counts))
-    points = np.stack(np.meshgrid(x, y), axis=-1)
-    free = aspect.contains(points)
-    for puncture in aspect.punctures:
-        # No rectangle of the lattice's points may close over an isolated point between them.
-        free &= (np.abs(points - puncture) > (x[1] - x[0], y[1] - y[0])).any(axis=-1)
-    if margin > 0:
-        free &= cKDTree(np.concatenate([outline, aspect.punctures])).query(points)[0] >= margin
-    found = []
-    for low in range(len(y)):
-        # Columns that are free from this row up to each row above it, and the longest run of them.
-        columns = np.logical_and.accumulate(free[low:], axis=0)
-        if not columns[0].any():
-            continue
-        count = np.cumsum(columns, axis=1)
-        run = count - np.maximum.accumulate(np.where(columns, 0, count), axis=1)
-        last = run.argmax(axis=1)
-        length = run.max(axis=1)
-        high = int(np.argmax((length - 1) * np.arange(len(length))))
-        area = (length[high] - 1) * high * (x[1] - x[0]) * (y[1] - y[0])
-        if area > 0:
-            found.append((area, x[last[high] - length[high] + 1], x[last[high]], y[low], y[low + high]))
-    found.sort(reverse=True)
+
+def _starts(outline):
+    """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one another."""
+    found = [_around(outline, seed) for seed in outline.seeds]
+    order = sorted(range(len(found)), key=lambda k: -_area(found[k]))
     starts = []
-    for area, *borders in found:
-        if area < 0.8 * found[0][0] or len(starts) == CANDIDATES:
+    for k in order:
+        if _area(found[k]) < 0.9 * _area(found[order[0]]) or len(starts) == CANDIDATES:
             break
-        if all(np.abs(np.subtract(borders, other)).max() > 0.1 * np.ptp(outline) for other in starts):
-            starts.append(borders)
-    return starts
+        if all(np.abs(found[k] - other).max() > 0.05 * (np.ptp(other[:2]) + np.ptp(other[2:])) for other in starts):
+            starts.append(_around(outline, outline.seeds[k], rounds=4))
+    starts = [each for each in starts if _area(each) > 0.98 * max(map(_area, starts))]
+    # There is room for a square wherever there is for a disc.
+    x, y = outline.aspect.point
+    half = np.sqrt(0.5) * (room_at(outline.aspect, complex(x, y)) - outline.margin)
+    return [*starts, np.array([x, x, y, y]) - half * INWARDS]
 
 
-def _fitted(aspect, start, margin):
-    """The largest rectangle near a start; None if its solution is not in the aspect.
+def _around(outline, seed, rounds=1):
+    """The largest rectangle around a point with no obstacle in it, by its highest and lowest y on so many levels."""
+    z = outline.obstacles - seed
+    k = np.searchsorted(z.imag, 0)
+    beside = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
+    ends = beside[beside < 0].max(initial=-np.inf), beside[beside >= 0].min(initial=np.inf)
+    halves, windows = [], []
+    for x, y in ((z.real[k:], z.imag[k:]), (z.real[:k][::-1], -z.imag[:k][::-1])):
+        left = np.maximum.accumulate(np.append(ends[0], np.where(x < 0, x, -np.inf)))
+        right = np.minimum.accumulate(np.append(ends[1], np.where(x >= 0, x, np.inf)))
+        passes = int(np.argmax(np.append(right - left, 0) <= outline.spacing))
+        halves.append((y, left, right))
+        windows.append((0.0, y[min(passes, len(y)) - 1] if len(y) else 0.0))
+    for _ in range(rounds):
+        levels = [np.linspace(*window, LEVELS) for window in windows]
+        (left, right), (left2, right2) = (
+            [each[np.searchsorted(y, level)] for each in ends] for (y, *ends), level in zip(halves, levels)
+        )
+        low, high = np.maximum(left[:, None], left2), np.minimum(right[:, None], right2)
+        area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
+        best = np.unravel_index(np.argmax(area), area.shape)
+        windows = [(level[max(i - 2, 0)], level[min(i + 2, LEVELS - 1)]) for level, i in zip(levels, best)]
+    top, bottom = (level[i] for level, i in zip(levels, best))
+    return np.array([low[best], high[best], -bottom, top]) + np.repeat([seed.real, seed.imag], 2)
 
-    What it may not pass is collected as it grows: extrema bound its sides, and each corner stays on its side of the
-    arcs that it would have crossed on its way from the start.
-    """
-    arcs = arcs_of(aspect)
-    flat, steep = (np.concatenate([points, punctures(aspect)]) for points in _extrema(arcs))
-    start = np.array(start)
-    v, pairs, bounds = start, [], _bounds(start, flat, steep, margin)
-    for _ in range(30):
+
+def _fitted(outline, start):
+    """The largest rectangle near a start; None if nothing there keeps the margin."""
+    v, reach = outline.shrunk(start, outline.spacing), 0.1
+    for _ in range(12 if v is not None else 0):
         scale = np.repeat([v[1] - v[0], v[3] - v[2]], 2)
-        previous, v = v, _grown(v, scale, pairs, bounds, margin)
-        tighter = np.array(_bounds(v, flat, steep, margin))
-        bounds = [(max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(bounds, tighter)]
-        corners = np.array([complex(*v[[i, j]]) for i, j in CORNERS])
-        crossed = [
-            (i, j, arc)
-            for (i, j), corner, within in zip(CORNERS, corners, inside(aspect.boundary, corners))
-            for arc in ([] if within else _in_the_way(arcs, complex(*start[[i, j]]), corner))
-            if (i, j, arc) not in pairs
-        ]
-        pairs += crossed
-        if crossed:
-            v = start  # from which all of them can be kept
-        elif np.abs((v - previous) / scale).max() < 1e-9:
+        kept = outline.broken(v - 4 * outline.spacing * INWARDS, 0.0)
+        for _ in range(30):
+            new = _grown(outline, v, scale, reach, sorted(kept))
+            more = outline.broken(new, 1e-11 * scale.min()) - kept
+            if not more:
+                break
+            kept |= more
+        # Without a margin the rim would be singular where it touches.
+        new = outline.shrunk(new, (1e-15 if outline.margin else 1e-11) * scale.max())
+        if new is not None and np.abs((new - v) / scale).max() < 1e-9:
             break
-    x_min, x_max, y_min, y_max = v + 1e-7 * scale * np.array([1, -1, 1, -1])
-    between = np.linspace(0, 1, 200)
-    x, y = x_min + between * (x_max - x_min), y_min + between * (y_max - y_min)
-    rim = [(x, y[:1]), (x, y[-1:]), (x[:1], y), (x[-1:], y)]
-    if not all(aspect.contains(np.stack(np.broadcast_arrays(*side), axis=-1)).all() for side in rim):
-        return None
-    return Rectangle(*map(float, v))
+        if new is not None and _area(new) > _area(v):
+            v = new
+        elif (reach := reach / 4) < 1e-4:
+            break
+    return v
 
 
-def _grown(v, scale, pairs, bounds, margin):
-    """The borders of the largest rectangle within bounds whose corners stay on their side of their arcs.
+def _grown(outline, v, scale, reach, kept):
+    """The borders of the largest rectangle that keeps the margin from some pieces and ends, on its side of them.
 
-    No border moves by more than a third at a time: what is in the way is seen before it is passed by far.
+    No border moves by more than `reach` times its side: what is in the way is seen before it is passed by far.
     """
-    from scipy.optimize import minimize
-
+    rules = [_off_piece(*outline.pieces[k]) if k >= 0 else _off_end(outline, outline.ends[-1 - k], v) for k in kept]
+    # Beyond its ends a piece limits nothing: what is kept off it already may be on the other side of its tangent.
+    rules = [rule for rule in rules if rule(v)[0] >= outline.margin]
     height = scale.min()
 
     @lru_cache(maxsize=4)
-    def heights(u):
-        borders, jacobian, found = v + scale * u, np.zeros((len(pairs), 4)), []
-        for row, (i, j, arc) in zip(jacobian, pairs):
-            distance, normal = _height(arc, complex(borders[i], borders[j]))
-            row[i], row[j] = normal.real, normal.imag
-            found.append(distance - margin)
-        return np.array(found) / height, jacobian * scale / height
+    def rooms(u):
+        found, gradients = zip(*(rule(v + scale * u) for rule in rules))
+        return (np.array(found) - outline.margin) / height, np.array(gradients) * scale / height
 
     def sides(u):
         return 1 + u[1] - u[0], 1 + u[3] - u[2]
@@ -148,73 +138,45 @@ def _grown(v, scale, pairs, bounds, margin):
         width, height = sides(u)
         return np.array([height, -height, width, -width])
 
-    corner = dict(type="ineq", fun=lambda u: heights(tuple(u))[0], jac=lambda u: heights(tuple(u))[1])
-    free = [
-        (np.clip((low - own) / by, -0.3, 0.3), np.clip((high - own) / by, -0.3, 0.3))
-        for (low, high), own, by in zip(bounds, v, scale)
-    ]
+    kept_off = dict(type="ineq", fun=lambda u: rooms(tuple(u))[0], jac=lambda u: rooms(tuple(u))[1])
     solution = minimize(
         lambda u: -np.prod(sides(u)),
         np.zeros(4),
         jac=shrinking,
-        bounds=free,
-        constraints=[corner] if pairs else [],
+        bounds=[(-reach, reach)] * 4,
+        constraints=[kept_off] if rules else [],
         method="SLSQP",
-        options=dict(ftol=1e-14, maxiter=60),
+        options=dict(ftol=1e-13, maxiter=30),
     )
     return v + scale * solution.x
 
 
-def _in_the_way(arcs, a, b):
-    """The arcs whose polylines cross the way from a to b, and the arc that is nearest to b."""
-    found = {min(arcs, key=lambda arc: arc.nearest(np.array([b]))[1][0])}
-    for arc in arcs if a != b else ():
-        z = (arc.z - a) / (b - a)  # the way is now from 0 to 1
-        p, q = z[:-1], z[1:]
-        k = np.flatnonzero((p.imag > 0) != (q.imag > 0))
-        x = p.real[k] - p.imag[k] * (q.real[k] - p.real[k]) / (q.imag[k] - p.imag[k])
-        if ((x > 0) & (x < 1)).any():
-            found.add(arc)
-    return sorted(found, key=arcs.index)
+def _off_piece(arc, corner):
+    """v -> signed distance of a corner from an arc, positive on its left, and its gradient; beyond, from a tangent."""
+
+    def rule(v):
+        z = complex(*v[list(corner)])
+        (s,), _ = arc.nearest(np.array([z]))
+        on, tangent = map(complex, arc.curve(s))
+        normal, gradient = 1j * tangent / abs(tangent), np.zeros(4)
+        gradient[list(corner)] = normal.real, normal.imag
+        return ((z - on) * normal.conjugate()).real, gradient
+
+    return rule
 
 
-def _height(arc, z):
-    """Signed distance of z from an arc, positive on its left, and its gradient; beyond its ends, from its tangent."""
-    (s,), _ = arc.nearest(np.array([z]))
-    on, tangent = map(complex, arc.curve(s))
-    normal = 1j * tangent / abs(tangent)
-    return ((z - on) * normal.conjugate()).real, normal
+def _off_end(outline, z, start):
+    """v -> distance of a point from the side of the rectangle that it is off at the start, or from its corner there."""
+    beyond = np.array([start[0] - z.real, z.real - start[1], start[2] - z.imag, z.imag - start[3]])
+    sides = [int(np.argmax(beyond[:2])), 2 + int(np.argmax(beyond[2:]))]
+    if outline.margin == 0 or min(beyond[sides]) <= 0:
+        sides = [max(sides, key=lambda k: beyond[k])]
 
+    def rule(v):
+        away = INWARDS[sides] * (v[sides] - np.array([z.real, z.real, z.imag, z.imag])[sides])
+        away = np.maximum(away, 0) if away.max() > 0 else np.where(away == away.max(), away, 0)
+        distance, gradient = np.hypot.reduce(away), np.zeros(4)
+        gradient[sides] = INWARDS[sides] * (away / distance if distance else 1 / len(sides))
+        return np.copysign(distance, away.sum()), gradient
 
-def _extrema(arcs):
-    """Points of the arcs with a horizontal tangent, and with a vertical one."""
-    found = []
-    for part in (np.imag, np.real):
-        points = []
-        for arc in arcs:
-            slope = part(arc.tangent(arc.s))
-            for k in np.flatnonzero(slope[:-1] * slope[1:] <= 0):
-                low, high = arc.s[k], arc.s[k + 1]
-                for _ in range(60):
-                    middle = (low + high) / 2
-                    below = part(arc.tangent(middle)) * slope[k] > 0
-                    low, high = (middle, high) if below else (low, middle)
-                points.append(complex(arc.at((low + high) / 2)))
-        found.append(np.array(points, dtype=complex))
-    return found
-
-
-def _bounds(v, flat, steep, margin):
-    """Bounds of the four borders by the extrema that lie over, under or beside the rectangle v."""
-    x_min, x_max, y_min, y_max = v
-    middle = complex(x_min + x_max, y_min + y_max) / 2
-    over = flat[(flat.real > x_min) & (flat.real < x_max)].imag
-    beside = steep[(steep.imag > y_min) & (steep.imag < y_max)].real
-    low, high = beside[beside < middle.real], beside[beside >= middle.real]
-    under, above = over[over < middle.imag], over[over >= middle.imag]
-    return [
-        (max(low, default=-np.inf) + margin, middle.real),
-        (middle.real, min(high, default=np.inf) - margin),
-        (max(under, default=-np.inf) + margin, middle.imag),
-        (middle.imag, min(above, default=np.inf) - margin),
-    ]
+    return rule

@@ -3,12 +3,19 @@
 Points are complex numbers, x + i y, m.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import QhullError, Voronoi
 
-from .loci import Locus
+from .._backend import EPS
+from .locus import Locus, divided
+from .roots import rising_zeros
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
@@ -24,7 +31,7 @@ class Arc:
     end: float
 
     @cached_property
-    def s(self):
+    def s(self) -> np.ndarray:
         """Parameters (n,) in running order between which the direction turns by less than 1 degree."""
         low, high = sorted((self.start, self.end))
         own = self.locus.parameters
@@ -32,27 +39,27 @@ class Arc:
         return s if self.start <= self.end else s[::-1]
 
     @cached_property
-    def z(self):
+    def z(self) -> np.ndarray:
         """Points (n,) of these parameters."""
         return self.at(self.s)
 
     @property
-    def reversed(self):
+    def reversed(self) -> Arc:
         return Arc(self.locus, self.end, self.start)
 
-    def curve(self, s):
+    def curve(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and their derivative by the parameter, turned into the running direction."""
         z, dz = self.locus._curve(np.atleast_1d(s))
         return z.reshape(np.shape(s)), (dz if self.start <= self.end else -dz).reshape(np.shape(s))
 
-    def at(self, s):
+    def at(self, s: float | np.ndarray) -> np.ndarray:
         return self.curve(s)[0]
 
-    def tangent(self, s):
+    def tangent(self, s: float | np.ndarray) -> np.ndarray:
         return self.curve(s)[1]
 
     @cached_property
-    def moment(self):
+    def moment(self) -> float:
         """Line integral of (x dy - y dx) / 2: the area swept from the origin."""
         s = self.s[np.unique(np.append(np.arange(0, len(self.s), PANEL), len(self.s) - 1))]
         half = np.diff(s)[:, None] / 2
@@ -61,13 +68,12 @@ class Arc:
         swept = (z.conj() * dz).imag.reshape(nodes.shape)
         return float((swept * WEIGHTS * np.abs(half)).sum() / 2)
 
-    def dense(self, spacing):
+    def dense(self, spacing: float) -> np.ndarray:
         """Points on the arc not much farther apart than `spacing`, its start but not its end among them."""
         counts = np.maximum(np.ceil(np.abs(np.diff(self.z)) / spacing), 1).astype(int)
-        part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        return self.at(np.repeat(self.s[:-1], counts) + part * np.repeat(np.diff(self.s) / counts, counts))
+        return self.at(divided(self.s, counts)[:-1])
 
-    def feet(self, z, within=np.inf):
+    def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
         """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
         distance = np.abs(self.z - z)
         left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
@@ -81,7 +87,7 @@ class Arc:
         distance = distance[first]
         return s[distance <= within], distance[distance <= within]
 
-    def nearest(self, z):
+    def nearest(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z (n,)."""
         found = [self._nearest(z[first : first + 1024]) for first in range(0, len(z), 1024)]
         return tuple(np.concatenate([np.empty(0), *each]) for each in zip(*found)) if found else (np.empty(0),) * 2
@@ -109,30 +115,17 @@ class Arc:
         ahead = self._slope(s, z) < 0
         low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
         high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
-        f_low, f_high = (self._slope(each, z) for each in (low, high))
-        open_ = (f_low < 0) & (f_high > 0)
-        before = np.full(len(s), -1)
-        small = 1e-12 * np.maximum(np.abs(f_low), np.abs(f_high))
-        for _ in range(60):
-            if not open_.any():
-                break
-            step = np.where(open_, f_low, -1.0) / np.where(open_, f_low - f_high, -2.0)
-            new = low + step * (high - low)
-            f = self._slope(new, z)
-            s = np.where(open_, new, s)
-            left = f < 0
-            # Illinois: the value at an end that stays a second time counts half, so that both ends close in.
-            halved = np.where(left == before, 0.5, 1.0)
-            f_high, f_low, before = np.where(left, halved * f_high, f), np.where(left, f, halved * f_low), left
-            low, high = np.where(left, new, low), np.where(left, high, new)
-            open_ &= (np.abs(f) > small) & (np.abs(high - low) > 1e-14 * (1 + np.abs(s)))
+        z = np.broadcast_to(z, s.shape)
+        rounding = 4 * EPS * np.abs(self.z).max() * np.abs(self.tangent(s))
+        foot = rising_zeros(lambda i, t: self._slope(t, z[i]), low, high, rounding)
+        s = np.where(np.isnan(foot), s, foot)
         return s, np.abs(self.at(s) - z)
 
     def _slope(self, s, z):
         on, tangent = self.curve(s)
         return ((on - z) * tangent.conj()).real
 
-    def leaves(self, radius):
+    def leaves(self, radius: float) -> complex:
         """The first point of the arc at this distance from its start."""
         outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
         low, high = self.s[max(outside - 1, 0)], self.s[outside]
@@ -143,7 +136,7 @@ class Arc:
         return complex(self.at(high))
 
 
-def faces(arcs, size, tolerance):
+def faces(arcs: list[Arc], size: float, tolerance: float) -> list[tuple[float, tuple]]:
     """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the face on their left.
 
     size: of the whole, m; tolerance: ends closer than this are one vertex. The first loop is the outer one. A hole
@@ -155,7 +148,8 @@ def faces(arcs, size, tolerance):
             near = [k for k, vertex in enumerate(vertices) if abs(vertex - z) <= tolerance]
             corners.append(near[0] if near else len(vertices))
             vertices += [] if near else [z]
-    parts = _parts(len(vertices), corners)
+    edges = coo_array((np.ones(len(arcs)), (corners[::2], corners[1::2])), shape=(len(vertices), len(vertices)))
+    parts = connected_components(edges, directed=False)[1]
     sides = [side for arc in arcs for side in (arc, arc.reversed)]  # side k starts at corners[k], its twin is k ^ 1
     outer, holes = [], []
     for cycle in _cycles(sides, corners, size):
@@ -175,15 +169,6 @@ def faces(arcs, size, tolerance):
             inner[owner] += area
     found = [(area + hole, tuple(loops)) for (area, _, loops), hole in zip(outer, inner)]
     return [(area, loops) for area, loops in found if area > SLIVER * size**2]
-
-
-def _parts(count, corners):
-    """For each vertex the number of the connected part of the graph it is in."""
-    part = list(range(count))
-    for a, b in zip(corners[::2], corners[1::2]):
-        old, new = part[a], part[b]
-        part = [new if p == old else p for p in part]
-    return part
 
 
 def _cycles(sides, corners, size):
@@ -208,7 +193,7 @@ def _cycles(sides, corners, size):
     return cycles
 
 
-def crossings(loops, z):
+def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd number of times."""
     found = np.zeros(len(z), dtype=bool)
     for loop in loops:
@@ -224,7 +209,7 @@ def crossings(loops, z):
     return found
 
 
-def inside(loops, z):
+def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops, exactly."""
     arcs = [arc for loop in loops for arc in loop]
     found = crossings(loops, z)
@@ -253,13 +238,11 @@ def _left_of_nearest(arcs, z):
     return left
 
 
-def roomiest(loops, obstacles, area, count=1):
+def roomiest(loops: tuple, obstacles: np.ndarray, area: float, count: int = 1) -> list[tuple[complex, float]]:
     """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
 
     At most `count`, the best first, each a Voronoi vertex of samples of the boundary: good to their spacing.
     """
-    from scipy.spatial import QhullError, Voronoi
-
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
     spacing = max(min(length / 500, area / length), length / 4000)

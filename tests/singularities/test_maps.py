@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.loci import MODES
+from fivebar.singularities.locus import MODES
 from fivebar.singularities.maps import FIELDS, Map, singularity_map, workspace_window
 from fivebar.singularities.margins import singularity_margins
 

@@ -86,6 +86,30 @@ def test_the_free_direction_is_the_kernel_of_a():
     assert check.criterion == pytest.approx(0.5 * np.dot(direction, acceleration), rel=1e-10)
 
 
+@pytest.mark.parametrize(
+    "start, goal, duration, options",
+    [
+        ((0.09, 0.068), (0.05, 0.0), 4.0, {}),
+        ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-2)),
+        ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-6)),
+        ((0.08, 0.09), (0.03, -0.02), 2.0, {}),
+        ((0.05, 0.0), (0.1, 0.05), 1.0, dict(method="hermite-simpson")),
+    ],
+)
+def test_a_plans_own_crossing_holds_as_exactly_as_it_is_planned(start, goal, duration, options):
+    planned = fb.plan(fb.FiveBar(), start, goal, duration, **options)
+    check = check_path(fb.FiveBar(), planned)
+    assert check.type is Singularity.PARALLEL and check.criterion_holds
+    largest = fb.FiveBar().m * np.linalg.norm(planned(np.linspace(0, duration, 2049))[2], axis=1).max()
+    missed = abs(check.criterion) / largest
+    assert missed <= max(planned.error, 1e-6)
+    assert not check_path(fb.FiveBar(), planned, tolerance=missed / 2).criterion_holds
+    # Off the criterion by more than its error, a path is not excused by it.
+    line = fb.line(start, goal, duration)
+    object.__setattr__(line, "error", planned.error)
+    assert not check_path(fb.FiveBar(), line).criterion_holds
+
+
 @pytest.mark.parametrize("side", (1, -1))
 @pytest.mark.parametrize("piece", (4, 5, 8))
 def test_touching_type_2(piece, side):
@@ -211,6 +235,9 @@ def test_bad_input():
     for part, name in enumerate(("xi", "xi_dot", "xi_ddot")):  # only inside, where the ends are in order
         with pytest.raises(ValueError, match=rf"path: at t = 1\.\d+ s its {name} is \[.*nan.*\], not finite"):
             check_path(robot, Torn(path, part))
+    for wrong in (-1e-3, np.nan, "exact"):
+        with pytest.raises(ValueError, match="tolerance must be finite and >= 0"):
+            check_path(robot, path, tolerance=wrong)
     with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
         check_path(robot, path, (0, 1))
     with pytest.raises(ValueError, match="working must have shape"):

@@ -13,7 +13,8 @@ from scipy.spatial import cKDTree
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import task_pose
 from ....models.robots import FiveBar
-from ....singularities.loci import MODES, singularity_loci
+from ....singularities.loci import singularity_loci
+from ....singularities.locus import MODES
 from ....singularities.maps import singularity_map, workspace_window
 from ....singularities.margins import Singularity
 from ..chart import OURS, Attempt, Chart, Method, Panel

@@ -1,0 +1,228 @@
+"""Singularity loci of a five-bar in closed form: curves of the end-effector and of the active joints.
+
+Bars in line make the five-bar a four-bar, base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler):
+Type 2 is the four-bar with coupler l12 + l22 (stretched) or |l12 - l22| (folded), Type 1 of a leg the one in which this
+leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors are complex numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._backend import EPS
+from ..models.robots import FiveBar
+from .four_bar_motion import FourBar, Turning, closures
+from .locus import MODES, Locus, TypeThree, modes_of, pairs, pieces_of, type_of, values_of
+from .margins import Singularity
+
+SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A robot moving with bars in line; bars: for u11, u12, u21, u22 which of (e1, e2, u) it is, and its sign."""
+
+    robot: FiveBar
+    motion: FourBar | Turning
+    bars: tuple
+
+    def _bars(self, t):
+        """Unit vectors u11, u12, u21, u22 and their rates."""
+        directions, rates = self.motion(t)
+        return [sign * directions[k] for k, sign in self.bars], [rates[k] for k, _ in self.bars]
+
+    def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Position x + i y of the end-effector and its derivative."""
+        robot = self.robot
+        (u11, u12, _, _), (rate1, rate2, _, _) = self._bars(t)
+        proximal, distal = robot.l11 * u11, robot.l12 * u12
+        return -robot.d / 2 + proximal + distal, 1j * (proximal * rate1 + distal * rate2)
+
+    def joint(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Active angles q1 + i q2 in (-pi, pi] and their derivatives."""
+        (u11, _, u21, _), (rate1, _, rate2, _) = self._bars(t)
+        return np.angle(u11) + 1j * np.angle(u21), rate1 + 1j * rate2
+
+    def sines(self, t: np.ndarray) -> np.ndarray:
+        """sin q12, sin q22 and det A."""
+        (u11, u12, u21, u22), _ = self._bars(t)
+        return np.array([(u11.conj() * u12).imag, (u21.conj() * u22).imag, (u12.conj() * u22).imag])
+
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """Values of t between which the modes do not change; first and last are the same pose."""
+        period = self.motion.period
+        cuts = []
+        for t in sorted(self.motion.aligned):
+            if not cuts or t - cuts[-1] > SHORTEST * period:
+                cuts.append(t)
+        if len(cuts) > 1 and cuts[0] + period - cuts[-1] <= SHORTEST * period:
+            cuts.pop()
+        return np.array([*cuts, cuts[0] + period] if cuts else [0.0, period])
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """The end-effector at the edges, from the leg in line there: within its reach to the last digits."""
+        robot, (bars, _) = self.robot, self._bars(self.edges)
+        xi = self.task(self.edges)[0]
+        for base, l1, l2, u1, u2 in (
+            (-robot.d / 2, robot.l11, robot.l12, *bars[:2]),
+            (robot.d / 2, robot.l21, robot.l22, *bars[2:]),
+        ):
+            cosine = u1.conj() * u2
+            xi = np.where(np.abs(cosine.imag) <= SHORTEST, base + (l1 + np.sign(cosine.real) * l2) * u1, xi)
+        return xi
+
+    @cached_property
+    def modes(self) -> np.ndarray:
+        """Signs (pieces, 3) of the working modes and the assembly mode on the pieces, 0 where in line all along."""
+        sines = self.sines((self.edges[:-1] + self.edges[1:]) / 2)
+        return -np.where(np.abs(sines) <= 64 * EPS, 0, np.sign(sines)).astype(int).T
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """Circle that the end-effector follows with a leg in line: `task` as that of a Chain."""
+
+    center: float
+    radius: float
+
+    def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        radius = self.radius * np.exp(1j * t)
+        return self.center + radius, 1j * radius
+
+
+@dataclass(frozen=True, eq=False)
+class FiveBarLoci:
+    """All singularity loci of a robot, each space traced when first read.
+
+    task, joint: tuples of Locus; type3: the points where a locus changes its modes; everywhere: working modes that are
+    Type 2 in every pose (coaxial motors and equal legs: the legs coincide).
+    """
+
+    robot: FiveBar
+
+    @cached_property
+    def _chains(self):
+        """(kind, Chain) of the two sides of Type 2, self-motions included."""
+        robot, chains = self.robot, []
+        for kind, reach, side in (
+            ("stretched", robot.l12 + robot.l22, -1),
+            ("folded", robot.l12 - robot.l22, 1),
+        ):
+            equal = abs(reach) <= 8 * EPS * (robot.l12 + robot.l22)
+            sign = -1 if reach < 0 else 1
+            bars = (0, 1), (2, sign), (1, 1), (2, side * sign)
+            motions = closures(robot.d, robot.l11, 0.0 if equal else abs(reach), robot.l21)
+            chains += [("self-motion" if equal else kind, Chain(robot, motion, bars)) for motion in motions]
+        return chains
+
+    @property
+    def _scale(self):
+        return self.robot.l11 + self.robot.l12 + self.robot.l21 + self.robot.l22 + self.robot.d
+
+    @cached_property
+    def everywhere(self) -> tuple:
+        differences = self.robot.d, self.robot.l11 - self.robot.l21, self.robot.l12 - self.robot.l22
+        return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self._scale else ()
+
+    @cached_property
+    def task(self) -> tuple[Locus, ...]:
+        pieces = [piece for leg in (0, 1) for side in (1, -1) for piece in _circle_arcs(self.robot, leg, side)]
+        for kind, chain in self._chains:
+            if kind == "self-motion" and self.everywhere:
+                continue  # it fills the plane
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
+            pieces += pieces_of(chain.task, chain.edges, label, self._scale, chain.corners)
+        return tuple(pieces)
+
+    @cached_property
+    def joint(self) -> tuple[Locus, ...]:
+        pieces = []
+        for leg in (0, 1):
+            for side in (1, -1):
+                kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+                for chain in _serial_chains(self.robot, leg, side):
+                    label = []
+                    for m in chain.modes:
+                        working = [0, m[1]] if leg == 0 else [m[0], 0]
+                        label.append((type_of(m[2:], Singularity.SERIAL), kind, modes_of(working), values_of(m[2])))
+                    pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+        for kind, chain in self._chains:
+            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1)) for m in chain.modes]
+            if kind == "self-motion" and not self.everywhere:
+                working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
+                label = [(Singularity.PARALLEL, kind, working, (1, -1))]
+                pieces += pieces_of(chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True)
+            else:
+                pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+        return tuple(pieces)
+
+    @cached_property
+    def type3(self) -> TypeThree:
+        xi, q, working = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty((0, 2), dtype=int)]
+        for kind, chain in self._chains:
+            if chain.motion.aligned and not (kind == "self-motion" and self.everywhere):
+                t = chain.edges[:-1]
+                sines = chain.sines(t)[:2].T
+                xi.append(pairs(chain.corners[:-1]))
+                q.append(pairs(chain.joint(t)[0]))
+                working.append(-np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines)).astype(int))
+        return TypeThree(*map(np.concatenate, (xi, q, working)))
+
+
+def _serial_chains(robot, leg, side):
+    """Chains in which a leg is in line, stretched (side 1) or folded (-1), and the other leg closes."""
+    proximal, distal, other1, other2 = (
+        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+    )
+    reach = proximal + side * distal
+    sign = -1 if reach < 0 else 1
+    if leg == 0:
+        motions, bars = closures(robot.d, abs(reach), other2, other1), ((0, sign), (0, side * sign), (1, 1), (2, -1))
+    else:
+        motions, bars = closures(robot.d, other1, other2, abs(reach)), ((0, 1), (2, 1), (1, sign), (1, side * sign))
+    return [Chain(robot, motion, bars) for motion in motions]
+
+
+def _circle_arcs(robot, leg, side):
+    """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches."""
+    l1, l2, other1, other2 = (
+        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+    )
+    radius, d, towards = abs(l1 + side * l2), robot.d, 1 if leg == 0 else -1
+    scale = l1 + l2 + other1 + other2 + d
+    tolerance = 8 * EPS * scale
+    low, high = max(abs(other1 - other2), abs(d - radius)), min(other1 + other2, d + radius)
+    if high < low - tolerance:
+        return []
+    kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+    circle = Circle(-towards * d / 2, towards * radius)
+    label = Singularity.SERIAL, kind, MODES, ()
+    if radius <= tolerance:
+        return pieces_of(circle.task, np.zeros(2), [label], scale)
+    if d <= tolerance:
+        return pieces_of(circle.task, np.array([0, 2 * np.pi]), [label], scale)
+    # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
+    first, last = (
+        2
+        * math.atan2(
+            math.sqrt(max((r - d + radius) * (r + d - radius), 0.0)),
+            math.sqrt(max((d + radius - r) * (d + radius + r), 0.0)),
+        )
+        for r in (low, min(high, d + radius))
+    )
+    whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
+    if whole_in and whole_out:
+        spans = [(0, 2 * np.pi)]
+    elif whole_in:
+        spans = [(-last, last)]
+    elif whole_out:
+        spans = [(first, 2 * np.pi - first)]
+    else:
+        spans = [(first, last), (-last, -first)]
+    return [piece for span in spans for piece in pieces_of(circle.task, np.array(span, dtype=float), [label], scale)]
