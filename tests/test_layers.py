@@ -11,7 +11,7 @@ import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
 FLOORS = [
-    {"_backend", "errors", "tables"},
+    {"_backend", "errors", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures"},

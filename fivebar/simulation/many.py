@@ -9,13 +9,13 @@ from functools import lru_cache
 
 import casadi
 import numpy as np
-from tqdm import tqdm
 
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates
 from ..models.robots import Robot, parameters_of
+from ..progress import progress
 from .events import meets
 from .plant import check_start, refuse_losses
 from .run import Control, Run
@@ -64,7 +64,7 @@ def simulate_many(
     t = np.arange(grid.steps + 1) * grid.step
     shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
     runs = []
-    for first in tqdm(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", disable=len(states) <= TOGETHER):
+    for first in progress(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", delay=1):
         part = slice(first, first + TOGETHER)
         count = len(states[part])
         inputs = states[part], np.tile(targets, (count, 1)), modes[part], parameters[part], gains[part]
