@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
 
@@ -28,7 +28,7 @@ GAINS = 4  # kp and kd of both joints
 
 
 def simulate_many(
-    robot: Robot | Sequence[Robot], controller: PD | ComputedTorque | Sequence, reference,
+    robot: Robot | Sequence[Robot], controller: PD | ComputedTorque | Sequence, reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None, *, duration: float | None = None, control_period: float = 0.01,
     step: float = 0.001, torque_limit: float | None = None, delay: int = 0, encoder_resolution: float | None = None,
     chart: str = "auto", method: str = "rk4", jit: bool | str = False,
@@ -68,7 +68,9 @@ def simulate_many(
         part = slice(first, first + TOGETHER)
         count = len(states[part])
         inputs = states[part], np.tile(targets, (count, 1)), modes[part], parameters[part], gains[part]
-        outputs = _call(count, jit, *options)(*(each.squeeze() if count == 1 else each for each in inputs))
+        outputs = _call(count, jit, *options)(  # type: ignore[arg-type]  # hashable, all of them
+            *(each.squeeze() if count == 1 else each for each in inputs)
+        )
         rows, last, torques = (
             part.reshape(count, -1, columns) for part, columns in zip(outputs, (COLUMNS, COLUMNS, 8))
         )
