@@ -68,9 +68,7 @@ def simulate_many(
         part = slice(first, first + TOGETHER)
         count = len(states[part])
         inputs = states[part], np.tile(targets, (count, 1)), modes[part], parameters[part], gains[part]
-        outputs = _call(count, jit, *options)(  # type: ignore[arg-type]  # hashable, all of them
-            *(each.squeeze() if count == 1 else each for each in inputs)
-        )
+        outputs = _call(count, jit, *options)(*(each.squeeze() if count == 1 else each for each in inputs))
         rows, last, torques = (
             part.reshape(count, -1, columns) for part, columns in zip(outputs, (COLUMNS, COLUMNS, 8))
         )
