@@ -4,7 +4,8 @@
 and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh where they are needed.
 """
 
-from importlib import import_module
+import typing as _typing
+from importlib import import_module as _import_module
 
 from .errors import SingularityError, UnreachableError
 from .models.dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
@@ -49,14 +50,39 @@ _LATER = {
 _PARTS = ("amoro", "grading", "linkages", "pages", "plot", "study", "view")
 
 
-def __getattr__(name):
-    if name in _PARTS:
-        return import_module(f".{name}", __name__)
-    if name not in _LATER:
-        raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f".{_LATER[name]}", __name__), name)
-    return value
+if _typing.TYPE_CHECKING:  # the same, to a type checker
+    from . import amoro, grading, linkages, study
+    from .control.laws import PD, ComputedTorque, FeedForward
+    from .control.tracker import Tracker
+    from .models.compiled import compile
+    from .pictures import pages, plot, view
+    from .pictures.pages import page
+    from .planning.crossing import crossing_polynomial
+    from .planning.plan import plan
+    from .planning.plans import Plan
+    from .planning.problem import PlanError
+    from .planning.trajectory import Trajectory, circle, from_csv, line, polynomial
+    from .simulation.comparison import compare
+    from .simulation.many import simulate_many
+    from .simulation.run import Run
+    from .simulation.simulate import simulate
+    from .singularities.aspects import aspect, aspects
+    from .singularities.disc import largest_disc
+    from .singularities.distance import locus_distance
+    from .singularities.loci import singularity_loci
+    from .singularities.maps import singularity_map
+    from .singularities.path import check_path
+    from .singularities.rectangle import largest_rectangle
+else:
+
+    def __getattr__(name: str) -> object:
+        if name in _PARTS:
+            return _import_module(f".{name}", __name__)
+        if name not in _LATER:
+            raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
+        value = globals()[name] = getattr(_import_module(f".{_LATER[name]}", __name__), name)
+        return value
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted([*globals(), *_LATER, *_PARTS])

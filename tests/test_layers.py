@@ -1,17 +1,24 @@
-"""Data flows one way: a room imports only from rooms below it, in functions too, and nothing heavy at import."""
+"""The house's rules, late imports included; what only a type checker reads is not.
+
+1. A room is a folder of the package; it imports only from rooms on floors below its own, with four exceptions by name.
+2. What starts with an underscore is not used outside its room.
+3. No file imports itself by way of others.
+4. `import fivebar` loads NumPy and nothing heavier.
+"""
 
 import ast
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
 import fivebar
 
-PACKAGE = Path(fivebar.__file__).parent
 FLOORS = [
-    {"_backend", "errors", "tables"},
+    {"_backend", "errors", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures"},
@@ -21,6 +28,7 @@ FLOORS = [
     {"cli"},
 ]
 HEIGHT = {room: height for height, floor in enumerate(FLOORS) for room in floor}
+DOORS = {"", "__main__", "plot", "view", "pages"}  # give names on, hold nothing
 # A study and a map show themselves: where that is asked for, and only then, they look up.
 UPWARD = {
     ("linkages.study", "pictures.pages"),
@@ -28,30 +36,86 @@ UPWARD = {
     ("linkages.study", "pictures.view"),
     ("singularities.maps", "pictures.pages"),
 }
-DOORS = {"__init__", "__main__", "plot", "view", "pages"}  # give names on, hold nothing
+
+PACKAGE = Path(fivebar.__file__).parent
 
 
-def imports(path):
-    """Modules of the package that a file imports anywhere, as paths from the package: ("models", "dyads")."""
-    here = path.relative_to(PACKAGE).parts[:-1]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def dotted(path):
+    """A file's name in the package: "models.dyads", "models" for its __init__, "" for the package's own."""
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix(".")
+
+
+def nodes(path):
+    """All of a file's syntax but what only a type checker reads."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            node.body = []
+    return list(ast.walk(tree))
+
+
+FILES = {dotted(path): nodes(path) for path in PACKAGE.rglob("*.py")}
+FOLDERS = {dotted(path) for path in PACKAGE.rglob("__init__.py")}
+
+
+def room(file):
+    return file.split(".")[0]
+
+
+def imports(file):
+    """(file, name) of what a file imports from others of the package."""
+    here = file.split(".") if file else []
+    for node in FILES[file]:
+        assert not isinstance(node, ast.Import) or all(room(alias.name) != "fivebar" for alias in node.names), file
         if isinstance(node, ast.ImportFrom) and node.level:
-            base = here[: len(here) - node.level + 1]
-            inner = tuple(node.module.split(".")) if node.module else ()
+            up = node.level - (file in FOLDERS)
+            base = [*here[: len(here) - up], *(node.module or "").split(".")]
             for alias in node.names:
-                yield base + inner + (() if inner else (alias.name,))
+                whole = ".".join(filter(None, [*base, alias.name]))
+                yield (whole if whole in FILES else whole.rpartition(".")[0]), alias.name
 
 
-def test_no_room_imports_from_above():
-    upward = set()
-    for path in PACKAGE.rglob("*.py"):
-        room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        if room in DOORS:
-            continue
-        for target in imports(path):
-            if HEIGHT[target[0]] > HEIGHT[room]:
-                upward.add((".".join(path.relative_to(PACKAGE).with_suffix("").parts), ".".join(target)))
-    assert upward == UPWARD
+def defined(file):
+    """Names that a file gives to a function, a class, a variable or an attribute."""
+    for node in FILES[file]:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.id if isinstance(node, ast.Name) else node.attr
+
+
+def test_no_room_imports_from_a_floor_that_is_not_below():
+    sideways = {
+        (file, target)
+        for file in FILES
+        for target, _ in imports(file)
+        if room(file) not in DOORS and room(file) != room(target) and HEIGHT[room(target)] >= max(HEIGHT[room(file)], 1)
+    }
+    assert sideways == UPWARD
+
+
+def test_no_room_uses_what_is_private_to_another():
+    """By import, and by the attributes that only other rooms define."""
+    owners = {}
+    for file in FILES:
+        for name in defined(file):
+            owners.setdefault(name, set()).add(room(file))
+    foreign = []
+    for file in FILES:
+        used = [name for target, name in imports(file) if room(target) != room(file) and name not in FILES]
+        attributes = {node.attr for node in FILES[file] if isinstance(node, ast.Attribute)} & set(owners)
+        used += [name for name in attributes if room(file) not in owners[name]]
+        foreign += [f"{file}: {name}" for name in used if name.startswith("_") and not name.endswith("__")]
+    assert foreign == []
+
+
+def test_no_file_imports_itself_by_way_of_others():
+    names = sorted(FILES)
+    arrows = {file: {target for target, _ in imports(file) if (file, target) not in UPWARD} for file in names}
+    matrix = np.array([[target in arrows[file] for target in names] for file in names])
+    count, circle = connected_components(matrix, connection="strong")
+    circles = [[name for name, k in zip(names, circle) if k == number] for number in range(count)]
+    assert [names for names in circles if len(names) > 1] == []
 
 
 def test_every_public_name_is_found():

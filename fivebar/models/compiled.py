@@ -1,10 +1,20 @@
 """Compiled models: a casadi.Function that holds the instructions of its requested outputs and no others."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
 from .geometry import dgm, igm
 from .kinematics import dkm, dkm2, ikm, ikm2
+
+if TYPE_CHECKING:
+    import casadi
+
+    from .robots import Robot
 
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
 POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
@@ -14,7 +24,14 @@ ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 
 
-def compile(robot, inputs, outputs, assembly=-1, working=(-1, -1), jit=False):
+def compile(
+    robot: Robot,
+    inputs: Iterable[str],
+    outputs: Iterable[str],
+    assembly: int = -1,
+    working: tuple[int, int] = (-1, -1),
+    jit: bool | str = False,
+) -> casadi.Function:
     """A casadi.Function of `outputs` from `inputs`, named as the attributes of Pose, Rates and Accelerations.
 
     inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also one of q_ddot,
@@ -27,12 +44,13 @@ def compile(robot, inputs, outputs, assembly=-1, working=(-1, -1), jit=False):
     inputs, outputs = list(inputs), list(outputs)
     chosen = _choose(inputs, outputs)
     symbols = {name: casadi.SX.sym(name, 2) for name in inputs}
-    known = {}
+    known: dict = {}
     if chosen[0] == "q":
         pose = dgm(robot, symbols["q"], assembly)
     else:
         pose = igm(robot, symbols["xi"], working)
-    rates = acc = None
+    rates: Any = None
+    acc: Any = None
     if len(inputs) > 1:
         rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](pose, symbols[chosen[1]])
     if len(inputs) > 2:

@@ -227,7 +227,10 @@ class Slider(NamedTuple):
     x: float
     y: float
 
-    length = 1.0  # |P'(q)|, which a crank's length is too
+    @property
+    def length(self) -> float:
+        """|P'(q)|, which a crank's length is too."""
+        return 1.0
 
     def direction(self, q):
         return q

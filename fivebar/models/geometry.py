@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .dyads import RRP, RRR, SINGULAR, cross
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from .robots import Robot
+    from .robots import Drive, Robot
 
 BLOCK = 8192  # poses
 
@@ -47,8 +47,8 @@ class DrivenLeg:
 class ReachedLeg:
     """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in its dyad."""
 
-    drive: object
-    dyad: object
+    drive: Drive
+    dyad: Any
 
     @cached_property
     def q(self) -> np.ndarray:
@@ -91,7 +91,7 @@ class Pose:
         return self._build()
 
     @property
-    def legs(self):
+    def legs(self) -> tuple:
         return self._built[0]
 
     @property
@@ -113,7 +113,7 @@ class Pose:
         return tuple(leg.sine for leg in self.legs)
 
     @cached_property
-    def det_A(self):
+    def det_A(self) -> Any:
         """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative accuracy."""
         return self._dyads[0].sine if self._from_dgm else cross(*self.u2)
 

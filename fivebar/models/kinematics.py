@@ -74,6 +74,11 @@ class Rates:
         sines = tuple(leg.cosine * drive.relative(turn, q_dot) for drive, leg, turn, q_dot in legs)
         return *sines, dot(*pose.u2) * (turns[1] - turns[0])
 
+    @property
+    def components(self) -> tuple[tuple, tuple]:
+        """(q1', q2'), (x', y')."""
+        return self._q_dot, self._xi_dot
+
     @cached_property
     def q_dot(self) -> np.ndarray:
         return pack(*self._q_dot)

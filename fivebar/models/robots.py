@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .dyads import Crank, Slider
 def must_close(what: str, lengths: dict[str, float]) -> None:
     """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
     if not any(map(is_symbolic, lengths.values())):
-        must_span(what, max(lengths, key=lengths.get), lengths)
+        must_span(what, max(lengths, key=lengths.__getitem__), lengths)
 
 
 def must_span(what: str, longest: str, lengths: dict[str, float]) -> None:
@@ -60,7 +60,8 @@ class Drive(Protocol):
     Where a text says rad of joint coordinates, m is meant of a drive that slides, and N of its torque in N m.
     """
 
-    length: float  # |P'(q)|
+    @property
+    def length(self) -> float: ...  # |P'(q)|
 
     def direction(self, q): ...
     def coordinate(self, direction): ...
@@ -78,18 +79,20 @@ class Drive(Protocol):
 class Robot(Protocol):
     """What every function here asks of a robot: two drives, and two distal bars that meet in the end-effector."""
 
-    m: float  # grouped mass of the end-effector, kg
-    turns: bool  # whether joint coordinates are angles
-    words: Words
-
+    @property
+    def m(self) -> float: ...  # grouped mass of the end-effector, kg
+    @property
+    def turns(self) -> bool: ...  # whether joint coordinates are angles
+    @property
+    def words(self) -> Words: ...
     @property
     def drives(self) -> tuple[Drive, Drive]: ...
     @property
     def distal(self) -> tuple[float, float]: ...
     @property
     def inertias(self) -> tuple[float, float]: ...
-    def differ(self, difference): ...
-    def continuous(self, q): ...
+    def differ(self, difference: Any) -> Any: ...
+    def continuous(self, q: np.ndarray) -> np.ndarray: ...
 
 
 def _check_values(robot):
@@ -135,25 +138,25 @@ class FiveBar:
         must_close("robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")})
 
     @property
-    def drives(self):
+    def drives(self) -> tuple[Crank, Crank]:
         """The left and right drive."""
         return Crank(-self.d / 2, 0.0, self.l11), Crank(self.d / 2, 0.0, self.l21)
 
     @property
-    def distal(self):
+    def distal(self) -> tuple[float, float]:
         """Lengths of the two bars that meet in the end-effector, m."""
         return self.l12, self.l22
 
     @property
-    def inertias(self):
+    def inertias(self) -> tuple[float, float]:
         """Grouped inertias of the two drives."""
         return self.zz1, self.zz2
 
-    def differ(self, difference):
+    def differ(self, difference: Any) -> Any:
         """The difference of two joint coordinates: of angles the one within half a turn."""
         return wrap(difference)
 
-    def continuous(self, q):
+    def continuous(self, q: np.ndarray) -> np.ndarray:
         """Joint coordinates (n, 2) along a motion, without the jumps of angles."""
         return np.unwrap(q, axis=0)
 
@@ -184,25 +187,25 @@ class Biglide:
             must_span("robot", "d", lengths)
 
     @property
-    def drives(self):
+    def drives(self) -> tuple[Slider, Slider]:
         """The left and right drive."""
         return Slider(-self.d / 2, 0.0), Slider(self.d / 2, 0.0)
 
     @property
-    def distal(self):
+    def distal(self) -> tuple[float, float]:
         """Lengths of the two bars that meet in the end-effector, m."""
         return self.l1, self.l2
 
     @property
-    def inertias(self):
+    def inertias(self) -> tuple[float, float]:
         """Masses of the two feet, the inertias of the drives."""
         return self.mf1, self.mf2
 
-    def differ(self, difference):
+    def differ(self, difference: Any) -> Any:
         """The difference of two joint coordinates: lengths do not wrap."""
         return difference
 
-    def continuous(self, q):
+    def continuous(self, q: np.ndarray) -> np.ndarray:
         """Joint coordinates (n, 2) along a motion: lengths do not jump."""
         return q
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
 
 import casadi
 import numpy as np
-from tqdm import tqdm
 
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates
 from ..models.robots import Robot, parameters_of
+from ..progress import progress
 from .events import meets
 from .plant import check_start, refuse_losses
 from .run import Control, Run
@@ -28,7 +28,7 @@ GAINS = 4  # kp and kd of both joints
 
 
 def simulate_many(
-    robot: Robot | Sequence[Robot], controller: PD | ComputedTorque | Sequence, reference,
+    robot: Robot | Sequence[Robot], controller: PD | ComputedTorque | Sequence, reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None, *, duration: float | None = None, control_period: float = 0.01,
     step: float = 0.001, torque_limit: float | None = None, delay: int = 0, encoder_resolution: float | None = None,
     chart: str = "auto", method: str = "rk4", jit: bool | str = False,
@@ -64,7 +64,7 @@ def simulate_many(
     t = np.arange(grid.steps + 1) * grid.step
     shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
     runs = []
-    for first in tqdm(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", disable=len(states) <= TOGETHER):
+    for first in progress(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", delay=1):
         part = slice(first, first + TOGETHER)
         count = len(states[part])
         inputs = states[part], np.tile(targets, (count, 1)), modes[part], parameters[part], gains[part]

@@ -152,7 +152,8 @@ def observation(rates):
     pose = rates.pose
     q = (leg.q for leg in pose.legs)
     margins = *pose.sines, pose.det_A, *rates.margin_rates
-    return pack(*q, *rates._q_dot, *pose.point, *rates._xi_dot, *margins, energy(rates))
+    q_dot, xi_dot = rates.components
+    return pack(*q, *q_dot, *pose.point, *xi_dot, *margins, energy(rates))
 
 
 def _symbols(chart, kind=casadi.SX):

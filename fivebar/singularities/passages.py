@@ -153,7 +153,8 @@ def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: in
         if folds or not passage.fold:
             for here, there in (passage.between, passage.between[::-1]):
                 neighbours.setdefault(here, []).append((there, passage))
-    found, waiting = [], deque([((first,), ())])
+    found: list[Route] = []
+    waiting: deque[tuple[tuple, tuple]] = deque([((first,), ())])
     while waiting and len(found) < most:  # by breadth, so that the shortest come first
         way, taken = waiting.popleft()
         if way[-1] == last:

@@ -11,23 +11,12 @@ import numpy as np
 import pytest
 
 import fivebar
-from fivebar.grading.worker.places import bwrap_trouble
 from fivebar.grading.worker.student import Student
 from fivebar.grading.worker.submission import Submission
 
 from ..helpers.attacks import ATTACKS, SELF_HARM
 
 HONEST = "def double(x):\n    return 2 * x\n"
-
-
-@pytest.fixture(params=["process", "bwrap"])
-def isolate(request):
-    if request.param == "bwrap" and bwrap_trouble():
-        pytest.fail(
-            f"bubblewrap cannot isolate a worker here: {bwrap_trouble()} (it needs the package bubblewrap, and user "
-            "namespaces or root with CAP_SYS_ADMIN: in a container, run that one with more rights)"
-        )
-    return request.param
 
 
 @pytest.fixture

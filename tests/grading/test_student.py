@@ -37,7 +37,6 @@ def student(source, **options):
     return Student(Submission("a.py", source), **options)
 
 
-@pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_values_of_all_kinds_come_as_they_are(isolate):
     with student(VALUES, isolate=isolate) as worker:
         replies = worker.ask("value", [(i,) for i in range(len(CAME))])
@@ -202,7 +201,6 @@ def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
     assert replies[0].kind == "value" and replies[-1].kind == "timeout" and "all its calls" in replies[-1].text
 
 
-@pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_time_on_the_processor_is_limited_too(isolate):
     with student("def f():\n    while True: pass", isolate=isolate, cpu=1, limit=60) as worker:
         reply = worker.ask("f", [()])[0]
@@ -234,7 +232,6 @@ def test_a_thousand_calls_print_a_line_each():
         assert [r.value for r in worker.ask("f", [(i,) for i in range(1000)])] == list(range(1000))
 
 
-@pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_what_it_finds_around_it(isolate):
     source = """
 import os, sys

@@ -1,24 +1,20 @@
 """What the tests in a real browser share: Chromium without a network, and an account of what a page asked for."""
 
-import shutil
 import time
 from contextlib import contextmanager
 
-import pytest
+from . import needs
 
 
 @contextmanager
 def chromium(*options):
-    """A headless Chromium; without one the test fails."""
+    """A headless Chromium."""
     from playwright.sync_api import sync_playwright
 
-    names = ("chromium", "chromium-browser", "google-chrome")
-    program = next(filter(None, map(shutil.which, names)), None)
-    if program is None:
-        pytest.fail(f"no browser: none of {', '.join(names)} is installed")
+    needs.need("chromium")
     with sync_playwright() as playwright:
         # root, as in a container, has no sandbox
-        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", *options])
+        browser = playwright.chromium.launch(executable_path=needs.browser(), args=["--no-sandbox", *options])
         yield browser
         browser.close()
 

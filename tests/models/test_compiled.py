@@ -134,12 +134,12 @@ def test_without_a_compiler_it_says_so(cache, monkeypatch):
 
 
 def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", shutil.which("false"))
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "file" / "cache"))
     with pytest.raises(OSError, match="compiled models cannot be kept in .*set FIVEBAR_CACHE"):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("CC", shutil.which("false"))
     with pytest.raises(RuntimeError, match="false failed"):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
     assert list((tmp_path / "cache").iterdir()) == []

@@ -82,6 +82,14 @@ def test_free_motion_passes_all_its_singularities(free_start):
     assert np.abs(np.diff(run.q, axis=0)).max() < 0.1  # continuous
 
 
+@pytest.mark.parametrize("options, bound", [({}, 1e-12), ({"step": 0.01}, 1e-12), ({"method": "dop8"}, 1e-10)])
+def test_times_of_crossings(free_start, options, bound):
+    """Against zeros of polynomials of degree 9 through ten cross products of the bars as drawn, 1e-4 s apart."""
+    times = [0.11642284070442, 0.60381734505384, 0.67684312033517]
+    run = fb.simulate(ROBOT, duration=0.8, start=free_start, **options)
+    assert [event.t for event in run.events] == pytest.approx(times, abs=bound)
+
+
 @pytest.mark.parametrize("chart, name", [("joint", "det A"), ("task", "sin q22")])
 def test_a_chart_held_fast_refuses_to_jump(free_start, chart, name):
     for step in np.linspace(4e-4, 4e-3, 25):
@@ -103,6 +111,37 @@ def test_torque_limit_delay_and_encoder():
     assert counts == pytest.approx(np.round(counts), abs=1e-9)
     assert run.control.q_dot[1:] == pytest.approx(np.diff(run.control.q, axis=0) / 0.01, abs=1e-12)
     assert np.linalg.norm(run.error, axis=1).max() < 1e-3
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_delay_and_encoder_together(delay):
+    """The controller gets what was rounded at its own sample; only its torque comes late."""
+    controller, resolution = fb.ComputedTorque(ROBOT, 100, 20), 2 * np.pi / 4096
+    run = fb.simulate(ROBOT, controller, TASK_1, delay=delay, encoder_resolution=resolution)
+    control = run.control
+    assert (control.q == np.round(run.q[:-1:10] / resolution) * resolution).all()
+    assert control.q_dot[1:] == pytest.approx(np.diff(control.q, axis=0) / 0.01, abs=1e-12)
+    told = [controller(*row, TASK_1) for row in zip(control.t, control.q, control.q_dot)]
+    assert (control.commanded == told).all() and not control.applied[:delay].any()
+    assert (control.applied[delay:] == control.commanded[: len(told) - delay]).all()
+    assert (run.tau[:-1] == np.repeat(control.applied, 10, axis=0)).all()
+
+
+@pytest.mark.parametrize("working", [(-1, -1), (-1, 1), (1, -1), (1, 1)])
+def test_joint_errors_are_in_the_working_modes_of_the_start(working):
+    reference = fb.line((0.0, 0.1), (0.02, 0.12), 1.0)
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20, working=working), reference)
+    q_ref = fb.igm(ROBOT, run.xi_ref, working).q
+    assert np.abs(run.q_error).max() < 1e-2
+    assert run.q_error == pytest.approx(np.angle(np.exp(1j * (run.q - q_ref))), abs=1e-13) and run.q_error.any()
+
+
+def test_step_error_bounds_the_error_and_is_of_its_size(free_start):
+    exact = fb.simulate(ROBOT, duration=0.5, start=free_start)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        run = fb.simulate(ROBOT, duration=0.5, start=free_start, tolerance=tolerance)
+        off = np.abs(run.q - exact.q).max()
+        assert off <= run.step_error <= min(tolerance, 60 * off), (off, run.step_error)
 
 
 def test_model_mismatch_costs_accuracy():

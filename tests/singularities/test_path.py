@@ -78,6 +78,20 @@ def test_compliant_crossing():
     assert check.time == pytest.approx(2.0, abs=1e-12) and abs(check.criterion) < 1e-12
 
 
+@pytest.mark.parametrize("share, holds", [(0.9, True), (-0.9, True), (1.1, False), (-1.1, False)])
+def test_the_criterion_holds_to_a_millionth_of_the_largest_force(share, holds):
+    """The same crossing with that much acceleration along the free direction."""
+    c = REFERENCE["compliant_crossing"]
+    coefficients = np.array([[float(v) for v in c[name]] for name in ("coef_x", "coef_y")]).T
+    path = Polynomial(coefficients, float(c["T"]))
+    largest = np.linalg.norm(path(np.linspace(0, path.duration, 20001))[2], axis=1).max()
+    free = share * 1e-6 * largest * np.array([float(v) for v in c["uncontrollable_dir"]])
+    coefficients[:3] += np.outer((2.0, -2.0, 0.5), free)  # (t - 2)^2 / 2
+    check = check_path(fb.FiveBar(), path)
+    assert check.time == pytest.approx(2.0, abs=1e-12) and check.criterion_holds is holds
+    assert check.criterion == pytest.approx(0.5 * share * 1e-6 * largest, rel=1e-3)
+
+
 def test_the_free_direction_is_the_kernel_of_a():
     check = check_path(fb.FiveBar(), quintic((0.09, 0.06796322), (0.05, 0), 4.0))
     direction = [float(v) for v in REFERENCE["compliant_crossing"]["uncontrollable_dir"]]

@@ -4,6 +4,7 @@ import json
 import platform
 import re
 import sys
+from types import SimpleNamespace
 
 import mpmath
 import numpy as np
@@ -20,6 +21,7 @@ from fivebar.study.speed_accuracy.picture import figure
 from fivebar.study.speed_accuracy.runner import Worker, measure, row_of, run
 from fivebar.study.speed_accuracy.store import BASE, Partial, Result, from_csv
 from tests.helpers import toy_chart
+from tests.helpers.needs import need
 
 # References.
 
@@ -243,7 +245,7 @@ def test_a_picture_is_redrawn_from_its_csv(toy_result, toy, tmp_path):
     assert making.draw(making.redraw(tmp_path / "toy.csv", "toy"), tmp_path) == drawn
 
 
-def test_geometry_knows_right_from_wrong():
+def test_geometry_knows_right_from_wrong(compiler):
     """The routes agree with the dyad but in the branch that arctg loses."""
     chart = geometry.chart()
     rows = {m.name: measure(chart, "batch", m.name, 0, 0.0) for m in chart.methods if m.knobs_of("batch", True)}
@@ -269,8 +271,13 @@ def test_gain_of_noise(p, q, delay):
     assert exact_noise_gain(5.0, 1.0, delay) == np.inf
 
 
+@pytest.fixture
+def peers():
+    need("other simulators")
+
+
 @pytest.mark.parametrize("problem", list(motions.DRIVEN))
-def test_peers_are_the_same_robot(problem):
+def test_peers_are_the_same_robot(problem, peers):
     """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
     chart = simulators.chart()
     for name, knob, bound in (
@@ -288,13 +295,13 @@ def test_peers_are_the_same_robot(problem):
     [("Drake as it comes, ball constraint", (200, 400)), ("Exudyn as it comes, generalized alpha", (200, 400)),
      ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
 )  # fmt: skip
-def test_peers_have_their_orders(name, knobs):
+def test_peers_have_their_orders(name, knobs, peers):
     chart = simulators.chart()
     order = measured_order(chart, "forced", name, chart.panels[0][0], knobs)
     assert order == pytest.approx(chart.method(name).order, abs=0.1)
 
 
-def test_the_traps_cost_digits():
+def test_the_traps_cost_digits(peers):
     """At the same settings: torque held over a step, a light body in the loop, and the nearest branch."""
     chart = simulators.chart()
     tuned, held, light = (
@@ -449,7 +456,8 @@ def test_command(toy, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(toy_chart, "METHODS", toy_chart.METHODS[:4])
     assert main(["chart", "toy", "--quick", "--out", str(tmp_path)]) == 0
     names = ["toy.csv", "toy.png", "toy.svg", "index.html"]
-    assert capsys.readouterr().out.split() == [str(tmp_path / name) for name in names]
+    said = capsys.readouterr()
+    assert said.out.split() == [str(tmp_path / name) for name in names] and not said.err
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "A &lt;toy&gt; &amp; its failures" in page and "<toy>" not in page and "&lt;ours&gt; &amp; mine" in page
@@ -485,8 +493,16 @@ def test_a_csv_of_another_version_is_refused_before_anything_is_measured(toy, tm
     assert "geometry.csv" in capsys.readouterr().err
 
 
-def test_times_are_medians_of_repeats():
-    calls = []
-    samples = runner.times_of(lambda: calls.append(1), 1e-6, 0.01)
-    assert 3 <= len(samples) <= runner.MOST_SAMPLES and len(calls) > 10 * len(samples) and (samples > 0).all()
-    assert runner.times_of(lambda: calls.append(1), 9.0, 1.0).tolist() == [9.0]
+@pytest.mark.parametrize("call, together, count", [(2.0**-20, 105, 99), (0.00048828125, 1, 20), (0.5, 1, 3)])
+def test_times_are_those_of_repeats_within_a_budget(call, together, count, monkeypatch):
+    """A clock that only calls move: short calls are timed `together`, `count` samples of at most 0.01 s, at least 3."""
+    now = [0.0]
+    monkeypatch.setattr(runner, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+
+    def work():
+        now[0] += call
+
+    samples = runner.times_of(work, 1e-6, 0.01)
+    assert samples.tolist() == [call] * count and now[0] == call * (1 + together * count)
+    before = now[0]
+    assert runner.times_of(work, 9.0, 1.0).tolist() == [9.0] and now[0] == before

@@ -12,10 +12,9 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from tqdm import tqdm
-
 from ...errors import UsageError
 from ...models.robots import Robot
+from ...progress import progress
 from ..grade import file_hash
 from ..labs import PACKAGE, Lab
 from ..report.outputs import file_name, write_whole
@@ -92,7 +91,7 @@ def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
     if kept := len(reports):
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
     pool, workers, troubles, full = ThreadPoolExecutor(jobs), _Workers(), 0, 0
-    with tqdm(total=len(left), unit="student", disable=None, dynamic_ncols=True) as bar:
+    with progress(total=len(left), unit="student") as bar:
         futures = {pool.submit(_one, cohort, entry, workers): entry for entry in left}
         try:
             for future in as_completed(futures):

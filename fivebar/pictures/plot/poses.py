@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
-from tqdm import tqdm
 
+from ...progress import progress
 from ..style import PATH
 from ..view.layers import Area, Arrows, Ghost, Line, Turning
 from ..view.machine import EVENT, MOTOR, PIN, PLATE, RAIL, STEEL
@@ -76,7 +76,7 @@ def gif(scene: Scene, path: str | Path) -> None:
     heading = figure.text(0.5, 0.99, "", ha="center", va="top", fontsize=9)
     writer, moving = PillowWriter(fps=PER_SECOND), []
     with writer.saving(figure, path, dpi=80):
-        for time in tqdm(times, unit=" pictures", delay=2, leave=False):
+        for time in progress(times, unit=" pictures", delay=2, leave=False):
             for artist in moving:
                 artist.remove()
             moving = _draw(axes, scene, time)

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 from PIL import Image
-from tqdm import tqdm
 
+from ...progress import progress
 from . import findings, picture, runner
 from .chart import MODULES, PEERS, load, module_of
 from .page import write_page
@@ -40,7 +40,7 @@ def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, R
     others = [name for name in MODULES if name not in modules and (folder / f"{name}.csv").exists()]
     results = {name: redraw(folder / f"{name}.csv", name) for name in others}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
-    with tqdm(total=total, unit=" attempts", smoothing=0.02) as bar:
+    with progress(total=total, unit=" attempts", smoothing=0.02) as bar:
         for name in modules:
             bar.set_description(name)
             results[name], partial = runner.run(name, folder, quick, bar.update)

@@ -54,13 +54,8 @@ def off_locus(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndarra
 @lru_cache(maxsize=1)
 def _exact():
     """{mode: points (n, 2) m of its Type-2 loci}, closed form, in the middle between those that are drawn."""
-
-    def middles(piece):
-        z, _ = piece._curve((piece.parameters[1:] + piece.parameters[:-1]) / 2)
-        return np.stack([z.real, z.imag], axis=-1)
-
-    mine = type_2()
-    return {mode: np.concatenate([middles(p) for p in mine if mode in p.working]) for mode in MODES}
+    middles = [(piece.at((piece.parameters[1:] + piece.parameters[:-1]) / 2), piece.working) for piece in type_2()]
+    return {mode: np.concatenate([points for points, working in middles if mode in working]) for mode in MODES}
 
 
 def type_2() -> list:

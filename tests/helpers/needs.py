@@ -1,0 +1,45 @@
+"""What some tests need beside Python: without it they are skipped, and the summary says so; in CI they fail."""
+
+import os
+import shutil
+
+import pytest
+
+from fivebar.grading.worker.places import bwrap_trouble
+from fivebar.models.machine_code import c_compiler
+from fivebar.study.speed_accuracy.machine import PEERS, missing
+
+BROWSERS = "chromium", "chromium-browser", "google-chrome"
+
+
+def browser():
+    """A Chromium's path, None if there is none."""
+    return next(filter(None, map(shutil.which, BROWSERS)), None)
+
+
+# What a test may need -> (() -> whether it is here, what brings it).
+NEEDED = {
+    "chromium": (browser, "apt-get install chromium"),
+    "bubblewrap": (
+        lambda: not bwrap_trouble(),
+        "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",
+    ),
+    "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
+    "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
+}
+MARK = "this test needs {}: "
+
+
+def need(thing):
+    """Skip the test that asks, and fail it in CI (the variable CI), where a thing of NEEDED is not here."""
+    here, remedy = NEEDED[thing]
+    if not here():
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(MARK.format(thing) + remedy)
+
+
+def lacking(reports):
+    """A line for each thing that tests lacked: what it is, how many, what brings it."""
+    texts = [report.longreprtext for report in reports]
+    for thing, (_, remedy) in NEEDED.items():
+        if count := sum(MARK.format(thing) in text for text in texts):
+            yield f"{thing}: {count} test{'s' * (count > 1)} did not run; {remedy}"

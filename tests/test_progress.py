@@ -1,0 +1,36 @@
+"""Progress bars are for terminals."""
+
+import io
+import sys
+from pathlib import Path
+
+import pytest
+
+import fivebar
+from fivebar.progress import progress
+
+
+class Stream(io.StringIO):
+    terminal = False
+
+    def isatty(self):
+        return self.terminal
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_bar_only_on_a_terminal(terminal, monkeypatch):
+    stream = Stream()
+    stream.terminal = terminal
+    monkeypatch.setattr(sys, "stderr", stream)
+    assert list(progress(range(300), unit=" steps", mininterval=0)) == list(range(300))
+    with progress(total=2) as bar:
+        bar.set_description("name")
+        bar.set_postfix_str("all well")
+        bar.update(2)
+    assert ("300/300" in stream.getvalue() and "all well" in stream.getvalue()) if terminal else not stream.getvalue()
+
+
+def test_every_bar_is_made_here():
+    package = Path(fivebar.__file__).parent
+    users = [path.name for path in package.rglob("*.py") if "tqdm" in path.read_text(encoding="utf-8")]
+    assert users == ["progress.py"]
