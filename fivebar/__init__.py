@@ -71,6 +71,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .singularities.distance import locus_distance
     from .singularities.loci import singularity_loci
     from .singularities.maps import singularity_map
+    from .singularities.passages import routes
     from .singularities.path import check_path
     from .singularities.rectangle import largest_rectangle
 else:
