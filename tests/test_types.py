@@ -10,14 +10,6 @@ import fivebar as fb
 
 from .helpers import ROOT
 
-# What may still lack a hint; none may be added.
-UNHINTED = {
-    "Plan.to_csv", "Plan.from_csv", "Run.error", "Run.q_error", "Run.saturated", "Run.points", "Run.guides", "Run.plot",
-    "Run.animate", "Run.page", "Run.to_csv", "Run.from_csv", "Trajectory.__call__", "aspect", "aspects", "check_path",
-    "circle", "compare", "from_csv", "largest_disc", "largest_rectangle", "line", "locus_distance", "page",
-    "polynomial", "singularity", "singularity_loci", "singularity_map", "singularity_margins",
-}  # fmt: skip
-
 
 def public_functions():
     """(name, function) of all that `fb.` gives: functions, and its classes' public methods and how they are made."""
@@ -48,7 +40,7 @@ def test_every_public_function_has_hints():
         hints += [] if name.endswith("__init__") else [signature.return_annotation]
         if inspect.Parameter.empty in hints:
             missing.add(name)
-    assert missing <= UNHINTED
+    assert missing == set()
 
 
 def test_a_type_checker_sees_every_public_name_where_it_is():
