@@ -15,7 +15,7 @@ import numpy as np
 
 from .._backend import EPS
 from ..models.robots import FiveBar
-from .four_bar_motion import FourBar, Turning, closures
+from .four_bar_motion import FourBarMotion, Turning, closures
 from .locus import MODES, Locus, TypeThree, modes_of, pairs, pieces_of, type_of, values_of
 from .margins import Singularity
 
@@ -23,11 +23,11 @@ SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one 
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class CouplerCurve:
     """A robot moving with bars in line; bars: for u11, u12, u21, u22 which of (e1, e2, u) it is, and its sign."""
 
     robot: FiveBar
-    motion: FourBar | Turning
+    motion: FourBarMotion | Turning
     bars: tuple
 
     def _bars(self, t):
@@ -86,7 +86,7 @@ class Chain:
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """Circle that the end-effector follows with a leg in line: `task` as that of a Chain."""
+    """Circle that the end-effector follows with a leg in line: `task` as that of a CouplerCurve."""
 
     center: float
     radius: float
@@ -108,7 +108,7 @@ class FiveBarLoci:
 
     @cached_property
     def _chains(self):
-        """(kind, Chain) of the two sides of Type 2, self-motions included."""
+        """(kind, CouplerCurve) of the two sides of Type 2, self-motions included."""
         robot, chains = self.robot, []
         for kind, reach, side in (
             ("stretched", robot.l12 + robot.l22, -1),
@@ -118,7 +118,7 @@ class FiveBarLoci:
             sign = -1 if reach < 0 else 1
             bars = (0, 1), (2, sign), (1, 1), (2, side * sign)
             motions = closures(robot.d, robot.l11, 0.0 if equal else abs(reach), robot.l21)
-            chains += [("self-motion" if equal else kind, Chain(robot, motion, bars)) for motion in motions]
+            chains += [("self-motion" if equal else kind, CouplerCurve(robot, motion, bars)) for motion in motions]
         return chains
 
     @property
@@ -186,7 +186,7 @@ def _serial_chains(robot, leg, side):
         motions, bars = closures(robot.d, abs(reach), other2, other1), ((0, sign), (0, side * sign), (1, 1), (2, -1))
     else:
         motions, bars = closures(robot.d, other1, other2, abs(reach)), ((0, 1), (2, 1), (1, sign), (1, side * sign))
-    return [Chain(robot, motion, bars) for motion in motions]
+    return [CouplerCurve(robot, motion, bars) for motion in motions]
 
 
 def _circle_arcs(robot, leg, side):

@@ -40,7 +40,7 @@ class Turning:
 
 
 @dataclass(frozen=True, eq=False)
-class FourBar:
+class FourBarMotion:
     """One closed component of the motions of a four-bar; t in [0, period] passes all dead points smoothly.
 
     The diagonal from the base of crank 1 to the end of crank 2 splits it into two triangles. Its square
@@ -133,7 +133,7 @@ def _triangle(a, b, c, tolerance):
     return [e, e.conjugate()]
 
 
-def closures(base: float, r1: float, c: float, r2: float) -> list[FourBar | Turning]:
+def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion | Turning]:
     """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
 
     Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no motion is given, but
@@ -180,7 +180,7 @@ def _components(base, r1, c, r2, mirrored, tolerance):
     signs = ([(1, 1), (1, -1)] if below[0] == 0 else [(1, 1), (-1, 1)]) if whole else [(1, 1)]
     span, slack = (high - low) * (high + low), tuple(zip(below, above))
     period = math.pi if whole else 2 * math.pi
-    return [FourBar(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
+    return [FourBarMotion(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
 
 
 def _unit(z):

@@ -19,7 +19,7 @@ PLATE, MOTOR, PIN, STEEL, RAIL = "#b9c1c9", "#4a5058", "#2a2e33", "#e8ebee", "#9
 EVENT = "#e51c23"
 
 
-class Event(NamedTuple):
+class Notice(NamedTuple):
     """What is marked on the time line: s from the first sample, what it is, and where, m."""
 
     t: float
@@ -33,7 +33,7 @@ class Machine:
 
     frames: Frames
     body: Skeleton
-    events: tuple[Event, ...] = ()
+    events: tuple[Notice, ...] = ()
     layers: tuple = ()
 
     @cached_property

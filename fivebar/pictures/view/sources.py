@@ -14,7 +14,7 @@ from ...models.geometry import Pose, igm
 from ...models.kinematics import dkm, ikm, ikm2
 from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
 from .frames import choose, grid
-from .machine import Event
+from .machine import Notice
 from .studies import OfStudy
 
 if TYPE_CHECKING:
@@ -122,11 +122,11 @@ class OfRun(OfRobot):
         self.q, self.xi, self.tau, self.xi_ref = self.run.q, self.run.xi, self.run.tau, self.run.xi_ref
 
     @property
-    def events(self) -> Iterator[Event]:
+    def events(self) -> Iterator[Notice]:
         for event in self.run.events:
             t = event.t - self.frames.start
             place = tuple(float(np.interp(t, self.frames.t, column)) for column in self.xi.T)
-            yield Event(t, f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s", place)
+            yield Notice(t, f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s", place)
 
     @cached_property
     def elbows(self) -> np.ndarray:
@@ -183,7 +183,7 @@ class OfReference(OfRobot):
         return np.ones(len(self.xi), dtype=bool)
 
     @property
-    def events(self) -> Iterator[Event]:
+    def events(self) -> Iterator[Notice]:
         sines = np.stack([*self.pose.sines, self.pose.det_A], axis=1)
         for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
             share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
@@ -191,7 +191,7 @@ class OfReference(OfRobot):
             place = self.xi[k] + share * (self.xi[k + 1] - self.xi[k])
             kind = 2 if margin == 2 else 1
             text = f"Type {kind} singularity ({self.robot.words.sines[margin]} = 0) at {self.frames.start + t:.4g} s"
-            yield Event(float(t), text, tuple(place.tolist()))
+            yield Notice(float(t), text, tuple(place.tolist()))
 
     @property
     def velocity(self) -> np.ndarray:
