@@ -25,6 +25,10 @@ class Bars:
     def rates(self, robot, c, c_dot, modes):
         return bars_rates(robot, c, c_dot)
 
+    def turned(self, robot, c, c_dot, modes):
+        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has three directions."""
+        return bars_rates(robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if robot.turns else c, c_dot)
+
     def accelerations(self, accelerations):
         (q1, q2), (turn1, turn2) = accelerations._q_ddot, accelerations.phi_ddot
         return q1, turn1, q2, turn2
@@ -32,8 +36,8 @@ class Bars:
     def coordinates(self, rates):
         return *bars_of(rates), (0, 0)
 
-    def closed(self, robot, c, c_dot):
-        return closed(robot, c, c_dot)[:2]
+    def closed(self, robot, c, c_dot, modes):
+        return closed(robot, c, c_dot)
 
 
 class Minimal:
@@ -41,8 +45,11 @@ class Minimal:
 
     size = 2
 
-    def closed(self, robot, c, c_dot):
-        return c, c_dot
+    def turned(self, robot, c, c_dot, modes):
+        return self.rates(robot, c, c_dot, modes)
+
+    def closed(self, robot, c, c_dot, modes):
+        return c, c_dot, self.rates(robot, c, c_dot, modes)
 
 
 @dataclass(frozen=True)

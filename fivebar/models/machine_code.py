@@ -39,18 +39,19 @@ def _load(function):
     return casadi.external(function.name(), str(library(generator.dump(), casadi.__version__)))
 
 
-def library(source, made_by=""):
+def library(source, made_by="", flags=(), compiler=None):
     """The shared library of a C text, compiled with FLAGS or from the cache; raises as `machine_code` with jit=True.
 
-    made_by: what, beside the text, machine and compiler, makes it another one.
+    made_by: what, beside the text, machine and compiler, makes it another one. flags: more of them; compiler: another
+    than the system's for C.
     """
-    compiler = c_compiler()
+    compiler = compiler or c_compiler()
     if not compiler:
         raise RuntimeError('no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without')
-    recipe = "\n".join([source, compiler, *FLAGS, platform.machine(), made_by])
+    recipe = "\n".join([source, compiler, *FLAGS, *flags, platform.machine(), made_by])
     folder = cache_folder() / hashlib.sha256(recipe.encode()).hexdigest()[:32]
     if not _intact(folder):
-        _build(source, compiler, folder)
+        _build(source, [compiler, *FLAGS, *flags], folder)
     return folder / "model.so"
 
 
@@ -79,7 +80,7 @@ def _intact(folder):
     return hashlib.sha256(library).hexdigest() == expected
 
 
-def _build(source, compiler, folder):
+def _build(source, command, folder):
     """Compile beside `folder` and move it there in one step, so that two processes at once do not meet."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -89,10 +90,10 @@ def _build(source, compiler, folder):
         raise OSError(problem) from None
     try:
         (work / "model.c").write_text(source)
-        command = [compiler, *FLAGS, str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True)
+        files = [str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
+        done = subprocess.run([*command, *files], capture_output=True, text=True)
         if done.returncode:
-            raise RuntimeError(f"{compiler} failed: {' '.join(done.stderr.split())[:500]}")
+            raise RuntimeError(f"{command[0]} failed: {' '.join(done.stderr.split())[:500]}")
         (work / "sha256").write_text(hashlib.sha256((work / "model.so").read_bytes()).hexdigest())
         if folder.exists() and not _intact(folder):
             shutil.rmtree(folder)

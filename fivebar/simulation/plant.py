@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -121,7 +122,12 @@ def margins_after(plant, states, tau, k, length):
 
 def _buffered(kind, jit):
     """One for each plant: what it gives lies in arrays of its own."""
-    return Buffered(compiled(free_step(kind), jit))
+    return Buffered(_compiled_step(kind, jit))
+
+
+@lru_cache(maxsize=8)
+def _compiled_step(kind, jit):
+    return compiled(free_step(kind), jit)
 
 
 class FixedPlant:

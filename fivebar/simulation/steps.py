@@ -27,11 +27,12 @@ METHODS = ("rk4", "dop8")
 
 @lru_cache(maxsize=64)
 def model_functions(robot, chart):
-    """(state, tau, modes) -> (slope, observation), and (state, modes) -> observation."""
+    """(state, tau, modes) -> slope, and (state, modes) -> observation."""
     state, tau, modes = _symbols(chart)
-    rates = chart.rates(robot, *_halves(state, chart), (modes[0], modes[1]))
-    slope, seen = casadi.cse([_slope(chart, rates, state, tau), observation(rates)])
-    return casadi.Function("model", [state, tau, modes], [slope, seen]), casadi.Function("look", [state, modes], [seen])
+    parts = robot, *_halves(state, chart), (modes[0], modes[1])
+    slope, seen = _slope(chart, chart.turned(*parts), state, tau), observation(chart.rates(*parts))
+    model = casadi.Function("model", [state, tau, modes], casadi.cse([slope]))
+    return model, casadi.Function("look", [state, modes], casadi.cse([seen]))
 
 
 @lru_cache(maxsize=64)
@@ -57,10 +58,11 @@ def runge_kutta_step(robot, chart, method, step, state, tau, modes):
     first = chart.rates(robot, *_halves(state, chart), modes)
 
     def slope(stage, _):
-        rates = first if stage is state else chart.rates(robot, *_halves(stage, chart), modes)
+        rates = first if stage is state else chart.turned(robot, *_halves(stage, chart), modes)
         return _slope(chart, rates, stage, tau)
 
-    return _closed(robot, chart, runge_kutta(method, step, state, slope)), observation(first)
+    after, _ = _closed(robot, chart, runge_kutta(method, step, state, slope), modes)
+    return after, observation(first)
 
 
 def propagate(robot, chart, modes, method, step, count, torque):
@@ -69,16 +71,17 @@ def propagate(robot, chart, modes, method, step, count, torque):
     torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in models.charts. For the shortest time to a
     given accuracy: nothing else is computed.
     """
-    model, _ = model_functions(robot, chart)
     state, t = casadi.SX.sym("state", 2 * chart.size), casadi.SX.sym("t")
+    begin, first = _closed(robot, chart, state, modes)  # here, as the first stage needs the same directions
 
     def slope(stage, fraction):
-        return model(stage, casadi.vertcat(*torque(t + fraction * step)), list(modes))[0]
+        rates = first if stage is begin else chart.turned(robot, *_halves(stage, chart), modes)
+        return _slope(chart, rates, stage, casadi.vertcat(*torque(t + fraction * step)))
 
-    after = _closed(robot, chart, runge_kutta(method, step, state, slope))
-    one = casadi.Function("step", [state, t], casadi.cse([after]))
+    one = casadi.Function("step", [state, t], casadi.cse([runge_kutta(method, step, begin, slope)]))
+    close = casadi.Function("close", [state], [begin])
     start = casadi.MX.sym("state", 2 * chart.size)
-    return casadi.Function("propagate", [start], [one.fold(count)(start, step * casadi.DM(range(count)).T)])
+    return casadi.Function("propagate", [start], [close(one.fold(count)(start, step * casadi.DM(range(count)).T))])
 
 
 @lru_cache(maxsize=4)
@@ -95,11 +98,13 @@ def free_step(kind):
 
     whole = casadi.SX.sym("state", 8)
     model = casadi.Function(
-        "model", [whole, tau, parameters], [_slope(chart, chart.rates(robot, *_halves(whole, chart), None), whole, tau)]
+        "model",
+        [whole, tau, parameters],
+        [_slope(chart, chart.turned(robot, *_halves(whole, chart), None), whole, tau)],
     )
     slopes = []
     after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters), slopes)
-    end = _closed(robot, chart, after)
+    end, _ = _closed(robot, chart, after, None)
     scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
     fifth, third = (sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3))
     fifth, third = casadi.sumsqr(fifth), casadi.sumsqr(third)
@@ -170,6 +175,7 @@ def _slope(chart, rates, state, tau):
     return casadi.vertcat(state[chart.size :], *chart.accelerations(forward_dynamics(rates, tau)))
 
 
-def _closed(robot, chart, state):
-    c, c_dot = chart.closed(robot, *_halves(state, chart))
-    return casadi.vertcat(*c, *c_dot)
+def _closed(robot, chart, state, modes):
+    """The state with its loop closed, and its Rates."""
+    c, c_dot, rates = chart.closed(robot, *_halves(state, chart), modes)
+    return casadi.vertcat(*c, *c_dot), rates

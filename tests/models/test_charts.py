@@ -36,6 +36,22 @@ def test_charts_agree(robot, reachable, chart):
         assert (rates.pose.working == modes).all() and rates.pose.assembly == known.pose.assembly
 
 
+@pytest.mark.parametrize("chart", ALL, ids=lambda chart: chart.name)
+def test_accelerations_do_not_depend_on_where_the_robot_stands(robot, reachable, chart):
+    xi, working = reachable
+    for position, modes in zip(xi[:200].tolist(), working[:200].tolist()):
+        known = fb.ikm(fb.igm(robot, position, tuple(modes)), (0.2, -0.1))
+        c = chart.coordinates(known)
+        expected, found = (
+            np.array(chart.accelerations(fb.forward_dynamics(rates, (0.01, 0.02))))
+            for rates in (chart.rates(robot, *c), chart.turned(robot, *c))
+        )
+        sines = [*known.pose.sines, known.pose.det_A]
+        np.testing.assert_allclose(
+            found, expected, atol=1e-12 * (1 + np.abs(expected).max()) / np.abs(sines).min() ** 2
+        )
+
+
 @pytest.mark.parametrize("speed", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("angle", [0.0, 1e-4, -1e-4, 1e-3, -1e-3])
 @pytest.mark.parametrize("start", [(0.0, 0.12), (0.02, 0.11), (-0.03, 0.13), (0.0, 0.165)])

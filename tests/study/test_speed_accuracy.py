@@ -175,9 +175,9 @@ def measured_order(chart, problem, name, panel, knobs):
 @pytest.mark.parametrize(
     "name, knobs",
     [
-        ("fivebar: order 8, joint chart, VM", slice(None)), ("fivebar: order 8, task chart, compiled", slice(1, 6)),
-        ("fivebar.simulate: order 8, auto chart", slice(None)),
-        ("fivebar: RK4, joint chart, compiled", slice(4, 10, 2)),
+        ("fivebar: order 8, four bars, VM", slice(None)), ("fivebar: order 8, task chart, compiled", slice(1, 6)),
+        ("fivebar.simulate: steps of order 8", slice(None)),
+        ("fivebar: RK4, four bars, compiled", slice(4, 10, 2)),
         ("explicit Euler, Python", slice(6)), ("semi-implicit Euler, Python", slice(6)), ("RK4, Python", slice(6)),
         ("CasADi collocation, Radau of degree 3", slice(None)), ("redundant DAE, RK4, Python", slice(6)),
         ("redundant DAE, Baumgarte 10/s", slice(4, 8)), ("redundant DAE, Baumgarte 1/step", slice(3, 7)),
@@ -281,10 +281,12 @@ def test_peers_are_the_same_robot(problem, peers):
     """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
     chart = simulators.chart()
     for name, knob, bound in (
-        ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback", 400, 1e-3),
-        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, without the Python calls", 400, 1e-3),
+        ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback, Python", 400, 1e-3),
+        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, RK4, loop and torque in C", 400, 1e-3),
+        ("heyoka, Taylor series, loop in C++", 1e-12, 1e-11), ("Pinocchio, order 8, loop in C++", 64, 1e-9),
         ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, loop in C++", 1e5, 3e-3),
-        ("Exudyn as it comes, generalized alpha", 1000, 2e-3), ("Exudyn tuned, stiff springs, loop in C++", 1e6, 2e-3),
+        ("Exudyn as it comes, generalized alpha, loop in C++", 1000, 2e-3),
+        ("Exudyn tuned, stiff springs, loop in C++", 1e6, 2e-3),
     ):  # fmt: skip
         row = measure(chart, problem, name, knob, 0.0)
         assert row["error"] < bound and row["gap"] < 3e-6, name
@@ -292,7 +294,8 @@ def test_peers_are_the_same_robot(problem, peers):
 
 @pytest.mark.parametrize(
     "name, knobs",
-    [("Drake as it comes, ball constraint", (200, 400)), ("Exudyn as it comes, generalized alpha", (200, 400)),
+    [("Drake as it comes, ball constraint, loop in C++", (200, 400)),
+     ("Exudyn as it comes, generalized alpha, loop in C++", (200, 400)),
      ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
 )  # fmt: skip
 def test_peers_have_their_orders(name, knobs, peers):
@@ -306,7 +309,7 @@ def test_the_traps_cost_digits(peers):
     chart = simulators.chart()
     tuned, held, light = (
         measure(chart, "forced", f"MuJoCo tuned, {how}", 400, 0.0)["error"]
-        for how in ("RK4, torque by callback", "but the torque held over a step", "but tied by a body of 1 mg")
+        for how in ("RK4, torque by callback, Python", "but the torque held over a step", "but tied by a body of 1 mg")
     )
     assert 1e5 * tuned == pytest.approx(held, rel=0.3) and light > 1e5 * tuned
     shares = [measure(chart, "positions", "pylinkage step", turn, 0.0)["wrong"] for turn in (5.0, 60.0)]

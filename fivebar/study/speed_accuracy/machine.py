@@ -11,15 +11,17 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ...models.machine_code import c_compiler
+from .rivals.native import cxx_compiler, lacks_headers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 LIBRARIES = (
-    "fivebar", "numpy", "scipy", "casadi", "matplotlib", "mujoco", "pin", "drake", "exudyn", "pylinkage", "numba",
+    "fivebar", "numpy", "scipy", "casadi", "matplotlib", "heyoka", "mujoco", "pin", "drake", "exudyn", "pylinkage",
+    "numba",
 )  # fmt: skip
 
-PEERS = "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
+PEERS = "heyoka", "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
 
 
 def _installed(module):
@@ -29,6 +31,8 @@ def _installed(module):
 # What a method may need -> () -> None, or what is missing.
 NEEDED = {
     "C compiler": lambda: None if c_compiler() else "no C compiler (cc, gcc, clang)",
+    "C++ compiler": lambda: None if cxx_compiler() else "no C++ compiler (c++, g++, clang++) on Linux",
+    "Pinocchio's headers": lacks_headers,
     **{name: partial(_installed, name) for name in PEERS},
 }
 

@@ -1,4 +1,4 @@
-"""Joint coordinates do not cross Type 2: nan, a bounce, or "success" with garbage. The free motion does, by charts."""
+"""Joint coordinates do not cross Type 2: nan, a bounce, or "success" with garbage. The free motion does, in the four bars."""
 
 import numpy as np
 import pytest

@@ -12,6 +12,7 @@ import numpy as np
 
 from ....simulation.steps import tableau
 from ..charts.motions import DURATION, ROBOT
+from .native import mujoco_loop, pinocchio_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,12 +67,13 @@ def read(q: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def mujoco_run(
-    motion: DrivenMotion, count: int, stiffness: float | None = None, held: bool = False, light: bool = False
-) -> tuple[Callable, Callable]:
-    """call () -> final joints, and call () that only steps. stiffness: None for MuJoCo's own settings and Euler's
-    method with the torque set before each step; else RK4, torques at every stage.
+    motion: DrivenMotion, count: int, stiffness: float | None = None, held: bool = False, light: bool = False,
+    in_c: bool = False,
+) -> tuple[Callable, None]:  # fmt: skip
+    """call () -> final joints. stiffness: None for MuJoCo's own settings and Euler's method with the torque set before
+    each step; else RK4, torques at every stage.
 
-    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg.
+    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg; in_c: loop and torque in C.
     """
     import mujoco
 
@@ -102,6 +104,10 @@ def mujoco_run(
         data.qpos[:4] = q
         data.qvel[:] = (*q_dot, *motion.begin().xi_dot)[: model.nv]
 
+    if in_c:
+        reset()
+        return mujoco_loop(model, data, motion, (data.qpos, data.qvel), count, by_step), None
+
     def set_torque(_, data):
         data.ctrl[:] = motion.torque(data.time)
 
@@ -117,15 +123,16 @@ def mujoco_run(
             mujoco.set_mjcb_control(None)
         return data.qpos[:4].copy()
 
-    def step_only():
-        reset()
-        mujoco.mj_step(model, data, nstep=count)
-
-    return run, step_only
+    return run, None
 
 
-def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callable, Callable]:
-    """The same by Pinocchio's constraintDynamics: method "semi-implicit Euler", "rk4" or "dop8", loops in Python."""
+def pinocchio_native(motion: DrivenMotion, count: int, method: str) -> tuple[Callable, None]:
+    """The same by Pinocchio's constraintDynamics: "rk4" or "dop8", the loop in C++."""
+    return pinocchio_loop(motion, count, method, joints(motion.begin()), legs_of(ROBOT)), None
+
+
+def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callable, None]:
+    """The same in Python: "semi-implicit Euler" or "dop8"."""
     import pinocchio as pin
 
     model, tips = pin.Model(), []
@@ -151,10 +158,9 @@ def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callab
         return pin.constraintDynamics(model, data, q, v, torque, constraints, datas, settings).copy()
 
     start = joints(motion.begin())
-    stages = {"semi-implicit Euler": 1, "rk4": 4, "dop8": 12}[method]
 
     def run():
-        if stages > 1:
+        if method != "semi-implicit Euler":
             return runge_kutta(method, acceleration, count, h, *start)
         q, v = start
         for k in range(count):
@@ -162,13 +168,7 @@ def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callab
             q = q + h * v
         return q
 
-    def step_only():
-        q, v = start
-        dynamics = pin.constraintDynamics
-        for _ in range(count * stages):
-            dynamics(model, data, q, v, torque, constraints, datas, settings)
-
-    return run, step_only
+    return run, None
 
 
 def _at(pin, x):
