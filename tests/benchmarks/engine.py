@@ -11,6 +11,10 @@ from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, compiled
 from fivebar.models.machine_code import library
 from fivebar.simulation.steps import propagate
+from fivebar.study.speed_accuracy.charts import simulators
+from fivebar.study.speed_accuracy.machine import missing
+from fivebar.study.speed_accuracy.rivals.heyoka import heyoka_run
+from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import pinocchio_native
 from tests.benchmarks.speed import seconds
 
 RIGHT_SIDE = """
@@ -93,6 +97,28 @@ def forced_motion(repeats, tolerance=1e-9):
     return count, *(seconds(lambda run=run: run(start), repeats) for run in (call, fast))
 
 
+def through_type_2(repeats, levels=(1e-5, 1e-6, 1e-7, 1e-8, 1e-9)):
+    """{method: shortest times in s to errors of the end, rad, at these levels} of the free motion of 2 s."""
+    counts, finer = (range(12, 72, 2), range(12, 72, 4)) if repeats > 1 else (range(12, 90, 14),) * 2
+    ways = {
+        "four bars, compiled": (simulators.ours(True), counts),
+        "four bars, VM": (simulators.ours(False), finer),
+        "constrained equations, compiled": (simulators.redundant_compiled(True), counts),
+    }
+    if not missing(("heyoka",)):
+        prepare = simulators.simulator(heyoka_run, read=simulators.read_bars)
+        ways["heyoka"] = prepare, 10.0 ** -np.arange(3, 13, 0.5)
+    if repeats > 1 and not missing(("pinocchio", "Pinocchio's headers", "C++ compiler")):  # compiled half a minute
+        ways["Pinocchio, C++ loop"] = simulators.simulator(simulators.pinocchio_by("dop8", pinocchio_native)), finer
+    attempts = {name: [prepare("through", knob) for knob in knobs] for name, (prepare, knobs) in ways.items()}
+    found = {}
+    for name, several in attempts.items():
+        errors = np.array([attempt.judge(attempt.call())["error"] for attempt in several])
+        times = np.array([seconds(attempt.call, repeats) for attempt in several])
+        found[name] = [times[errors <= level].min() for level in levels]
+    return found
+
+
 def closed_loop(repeats):
     """Seconds for 10 s of computed torque at 1 kHz, one RK4 step to a sample, in CasADi's virtual machine."""
     robot, path = fb.FiveBar(), fb.line((0.09, 0.06796322), (0, 0.1), 10.0)
@@ -112,6 +138,9 @@ def main(quick=False):
     print(f"forced motion of 2 s to 1e-9 rad, {count} steps of order 8:")
     print(f"  virtual machine, us                           {1e6 * vm:8.1f}   (bound 250)")
     print(f"  compiled, us                                  {1e6 * fast:8.1f}   (bound 40)")
+    print("free motion of 2 s through Type 2, us to 1e-5, 1e-6, 1e-7, 1e-8, 1e-9 rad:")
+    for name, times in through_type_2(1 if quick else 60).items():
+        print(f"  {name:<44}", *(f"{1e6 * time:8.1f}" for time in times))
     print(f"closed loop of 10 s at 1 kHz, VM, ms            {1e3 * closed_loop(repeats):8.1f}   (bound 30)")
 
 

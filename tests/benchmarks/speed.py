@@ -12,7 +12,9 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.models.machine_code import library
+from fivebar.models.robots import parameters_of
 from fivebar.study.speed_accuracy.charts.dgm_routes import C_LOOP
+from fivebar.study.speed_accuracy.charts.motions import MOTIONS
 
 
 def seconds(call, repeats):
@@ -56,17 +58,45 @@ def task_1(repeats):
     return seconds(lambda: fb.simulate(robot, controller, reference), repeats)
 
 
-def auto_against_joint(repeats):
-    """Cost of a step of chart="auto" over one of chart="joint", and over it on the free motion that keeps switching."""
+def bars_against_joint(repeats):
+    """Cost of an RK4 step of the four bars over one of chart="joint", and of a free motion through singularities."""
     robot = fb.FiveBar()
     calm = fb.dkm(fb.dgm(robot, (0.0, 0.0)), (0.05, 0.05))
     wild = fb.ikm(fb.igm(robot, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
 
     def run(start, chart):
-        return lambda: fb.simulate(robot, duration=2.0, start=start, step=1e-4, chart=chart)
+        return lambda: fb.simulate(robot, duration=2.0, start=start, step=1e-4, method="rk4", chart=chart)
 
     joint = seconds(run(calm, "joint"), repeats)
     return seconds(run(calm, "auto"), repeats) / joint, seconds(run(wild, "auto"), repeats) / joint
+
+
+def free_motion(repeats):
+    """(s, error in m) of the free motion of 2 s through Type 2 by `simulate` with its defaults."""
+    motion = MOTIONS["through"]
+    start, robot = motion.begin(), fb.FiveBar()
+    run = fb.simulate(robot, duration=2.0, start=start)
+    spent = seconds(lambda: fb.simulate(robot, duration=2.0, start=start), 10 * repeats)
+    return spent, float(np.linalg.norm(run.xi[-1] - motion.end))
+
+
+def many_robots(count):
+    """Time of `simulate` over that of `simulate_many`, for task 1 with random lengths and masses, in equal steps.
+
+    A loop over `simulate` is timed on some of the robots; compiling is not: it is done once for all numbers of runs.
+    """
+    rng = np.random.default_rng(0)
+    nominal = np.array(parameters_of(fb.FiveBar()))
+    robots = [fb.FiveBar(*(nominal * rng.uniform(0.97, 1.03, len(nominal))).tolist()) for _ in range(count)]
+    controller, reference = fb.ComputedTorque(fb.FiveBar(), 100, 20), fb.line((0.09, 0.066), (0, 0.1), 2.0)
+    options = dict(step=0.01, method="dop8")
+    fb.simulate_many(robots[:128], controller, reference, jit=True, **options)
+    fb.simulate_many(robots[: count % 128 or 128], controller, reference, jit=True, **options)
+    together = seconds(lambda: fb.simulate_many(robots, controller, reference, jit=True, **options), 1)
+    some = robots[: max(count // 50, 1)]
+    fb.simulate(robots[0], controller, reference)
+    one_by_one = seconds(lambda: [fb.simulate(robot, controller, reference) for robot in some], 1) / len(some)
+    return one_by_one * count / together, together
 
 
 def press(n, repeats):
@@ -82,14 +112,19 @@ def main(quick=False):
     """Print every ratio with its bound."""
     n, repeats = (10**4, 1) if quick else (10**6, 9)
     ratio, difference = dgm_against_c(n, repeats)
-    calm, wild = auto_against_joint(repeats)
+    calm, wild = bars_against_joint(repeats)
+    free, error = free_motion(repeats)
+    robots = 256 if quick else 10**4
+    ratio_many, together = many_robots(robots)
     for what, value, bound in (
         (f"dgm of {n} poses, NumPy : C -O3 (they differ by {difference:.1e} m)", ratio, 2.5),
         ("import fivebar : import numpy", import_ratio(repeats), 1.3),
         ("task 1 of 2 s simulated, ms", 1e3 * task_1(repeats), 50),
         (f"press torque at {n // 10} crank angles, ms", 1e3 * press(n // 10, repeats), 60),
-        ('step in chart "auto" : "joint", regular motion', calm, 1.5),
-        ('step in chart "auto" : "joint", free motion through singularities', wild, 1.5),
+        ('step of RK4 in the four bars : chart="joint", regular motion', calm, 2),
+        ("the same through singularities", wild, 2),
+        (f"free motion of 2 s through Type 2 by simulate, ms (error {error:.1e} m)", 1e3 * free, 1.5),
+        (f"{robots} robots one by one : by simulate_many, in {together:.1f} s (at least)", ratio_many, 50),
     ):
         print(f"{what:<75} {value:8.2f}   (bound {bound:g})")
 

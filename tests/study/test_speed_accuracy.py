@@ -210,7 +210,9 @@ def test_contours_have_their_order():
 
 
 @pytest.mark.parametrize("name", list(declared.MODULES))
-def test_a_bit_of_each_chart(name, compiler, tmp_path):
+def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
+    if name in declared.PEERS:  # the usual cache: the loop around Pinocchio takes half a minute to compile
+        monkeypatch.undo()
     chart = declared.load(declared.module_of(name))
     assert chart.name == name
     rows, jobs = [], {}
@@ -282,11 +284,11 @@ def test_peers_are_the_same_robot(problem, peers):
     chart = simulators.chart()
     for name, knob, bound in (
         ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback, Python", 400, 1e-3),
-        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, RK4, loop and torque in C", 400, 1e-3),
-        ("heyoka, Taylor series, loop in C++", 1e-12, 1e-11), ("Pinocchio, order 8, loop in C++", 64, 1e-9),
-        ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, loop in C++", 1e5, 3e-3),
-        ("Exudyn as it comes, generalized alpha, loop in C++", 1000, 2e-3),
-        ("Exudyn tuned, stiff springs, loop in C++", 1e6, 2e-3),
+        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, RK4, C loop and torque", 400, 1e-3),
+        ("heyoka, Taylor series, C++ loop", 1e-12, 1e-11), ("Pinocchio, order 8, C++ loop", 64, 1e-9),
+        ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, C++ loop", 1e5, 3e-3),
+        ("Exudyn as it comes, C++ loop", 1000, 2e-3),
+        ("Exudyn tuned, stiff springs, C++ loop", 1e6, 2e-3),
     ):  # fmt: skip
         row = measure(chart, problem, name, knob, 0.0)
         assert row["error"] < bound and row["gap"] < 3e-6, name
@@ -294,8 +296,8 @@ def test_peers_are_the_same_robot(problem, peers):
 
 @pytest.mark.parametrize(
     "name, knobs",
-    [("Drake as it comes, ball constraint, loop in C++", (200, 400)),
-     ("Exudyn as it comes, generalized alpha, loop in C++", (200, 400)),
+    [("Drake as it comes, C++ loop", (200, 400)),
+     ("Exudyn as it comes, C++ loop", (200, 400)),
      ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
 )  # fmt: skip
 def test_peers_have_their_orders(name, knobs, peers):
@@ -324,7 +326,8 @@ def test_a_diverging_peer_fails():
 
 
 def test_all_peers_are_installed_where_they_have_wheels():
-    wanted = machine.PEERS if (sys.platform, platform.machine()) == ("linux", "x86_64") else ()
+    linux = (sys.platform, platform.machine()) == ("linux", "x86_64")
+    wanted = (*machine.PEERS, "C++ compiler", "Pinocchio's headers") if linux else ()
     assert [machine.missing((name,)) for name in wanted] == [None] * len(wanted)
 
 

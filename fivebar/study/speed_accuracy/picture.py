@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .store import Result
 
 PALE = "#777777"
-COLOURS = (*OKABE_ITO[:-1], "#8C6239")  # a brown for black, which is near our ink
+COLOURS = (*OKABE_ITO[:-1], "#8C6239", "#332288")  # brown and indigo for black, which is near our ink
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
 WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15

@@ -1,4 +1,4 @@
-"""Joint coordinates do not cross Type 2: nan, a bounce, or "success" with garbage. The free motion does, in the four bars."""
+"""Joint coordinates do not cross Type 2: nan, a bounce, or "success" with garbage. In the four bars the motion does."""
 
 import numpy as np
 import pytest
