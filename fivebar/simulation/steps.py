@@ -79,9 +79,11 @@ def propagate(robot, chart, modes, method, step, count, torque):
         return _slope(chart, rates, stage, casadi.vertcat(*torque(t + fraction * step)))
 
     one = casadi.Function("step", [state, t], casadi.cse([runge_kutta(method, step, begin, slope)]))
-    close = casadi.Function("close", [state], [begin])
     start = casadi.MX.sym("state", 2 * chart.size)
-    return casadi.Function("propagate", [start], [close(one.fold(count)(start, step * casadi.DM(range(count)).T))])
+    end = one.fold(count)(start, step * casadi.DM(range(count)).T)
+    if chart.size > len(robot.drives):
+        end = casadi.Function("close", [state], [begin])(end)
+    return casadi.Function("propagate", [start], [end])
 
 
 @lru_cache(maxsize=4)
