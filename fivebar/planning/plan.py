@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
-GUESSING = 80  # iterations of IPOPT from one of several first guesses
+GUESSING = 60  # iterations of IPOPT from one of several first guesses
+LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 
 
 def plan(
@@ -98,10 +99,9 @@ def plan(
         if limits.serial is not None:
             raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
         ways = ways_between(robot, start, goal, duration, via)
-        problems = (
-            (Problem(robot, stops, None, weights, limits, rule), lambda p, paths=paths: first_guess(p, paths))
-            for stops, paths in ways
-        )
+        problems = [
+            (Problem(robot, stops, None, weights, limits, rule), paths, length) for stops, paths, length in ways
+        ]
         return _best(problems, intervals, tolerance, max_time, began)
     modes = (-1, -1) if working is None else tuple(int(w) for w in working)
     start, goal = (point_of(point, modes, name) for point, name in ((start, "start"), (goal, "goal")))
@@ -124,13 +124,13 @@ def _mesh(intervals, durations):
 
 
 def _best(problems, intervals, tolerance, max_time, began):
-    """The plan refined from the best of what some first guesses lead to."""
+    """The plan refined from the best of what first guesses lead to, of (problem, paths, length), the shortest first."""
     found, tried, last = [], 0, None
-    for problem, guess_of in problems:
+    for problem, paths, length in problems:
         refuse_massless(problem)
-        if found and time.perf_counter() - began > max_time / 3:
+        if found and (length > LONGEST * found[0][-1] or time.perf_counter() - began > max_time / 3):
             break
-        guess, durations = guess_of(problem)
+        guess, durations = first_guess(problem, paths)
         search = _Search(problem, tolerance, max_time, began)
         search.first, tried = (durations, guess), tried + 1
         mesh = _mesh(intervals, durations)
@@ -140,11 +140,11 @@ def _best(problems, intervals, tolerance, max_time, began):
             last = error
             break
         if solution.solved:
-            found.append((plan.objective, tried, search, mesh, solution, plan))
+            found.append((plan.objective, tried, search, mesh, solution, plan, length))
         last = last or search.failure(plan, f"IPOPT did not converge ({solution.status})", solution.status)
-    for *_, search, mesh, solution, plan in sorted(found, key=lambda each: each[:2]):
+    for *_, search, mesh, solution, plan, _ in sorted(found, key=lambda each: each[:2]):
         try:
-            best = search.run(mesh, solution.durations, guess_again(plan, solution))
+            best = search.run(mesh, solution.durations, None, (solution, plan))
         except PlanError as error:
             last = error
             continue
@@ -159,11 +159,14 @@ class _Search:
         self.problem, self.tolerance, self.max_time, self.began = problem, tolerance, max_time, began
         self.meshes, self.best = [], None  # the last converged plan
 
-    def run(self, mesh, durations, guess):
-        self.first = durations, guess
+    def run(self, mesh, durations, guess, known=None):
+        """The plan, from a first guess, or from a (Solution, Plan) that is known on this mesh."""
+        if known is None:
+            self.first = durations, guess
         order = len(self.problem.scheme.c)  # of the defect between nodes
         for _ in range(REFINEMENTS):
-            found, plan = self.solve(mesh, durations, guess)
+            found, plan = known or self.solve(mesh, durations, guess)
+            known = None
             if not found.solved:
                 found, plan = self.recover(mesh, found, plan)
             excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes

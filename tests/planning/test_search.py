@@ -36,6 +36,14 @@ def test_from_anywhere_to_anywhere(one, other):
     assert {int(event.type) for event in run.events} <= {1, 2} and run.events[-1].after[:2] == tuple(goal.working)
 
 
+def test_feed_forward_ends_with_the_plan():
+    """The torque that brakes at the goal is not held beyond it."""
+    plan = fb.plan(ROBOT, inside(1), inside(2), 2.0)
+    run = fb.simulate(ROBOT, fb.FeedForward(ROBOT, 10.0, 0.5), plan, duration=2.5)
+    assert np.abs(plan.tau(2.0)).max() > 1e-3
+    assert run.xi[-1] == pytest.approx(inside(2).xi, abs=1e-6)
+
+
 def test_limits_hold_between_nodes_too():
     limits = dict(torque_limit=0.03, joint_speed_limit=4.0, workspace=((-0.2, 0.2), (-0.2, 0.2)))
     plan = fb.plan(ROBOT, inside(1), inside(3), 2.0, **limits)
@@ -95,7 +103,7 @@ def test_what_cannot_be_asked():
 
 def test_where_no_motion_joins_two_poses_that_is_said():
     """A Grashof chain in two circuits: bars that cannot all turn leave two parts of the pose manifold apart."""
-    apart = fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.3)
+    apart = fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.29)
     found = [fb.igm(apart, each.point, each.working) for each in fb.aspects(apart)]
     for goal in found[1:]:
         if not fb.routes(apart, found[0], goal):
