@@ -134,6 +134,8 @@ def _routes(robot, start, goal):
 
 def _waypoints(robot, route, begin, end):
     points, everything = [begin], known_aspects(robot)
+    if not route.passages:
+        return [begin, _nearest(end, begin)]
     for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
         points.append(_nearest(_at(robot, passage, everything[before - 1]), points[-1]))
         inner = everything[after - 1]
