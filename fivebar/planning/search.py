@@ -213,9 +213,10 @@ def _lengths(robot, a):
 
 
 def _even(robot, path):
-    """POINTS points of a path in even steps."""
+    """POINTS points of a path in even steps, on the closed loop again."""
     along = _lengths(robot, path)
-    return np.stack([np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1)
+    even = np.stack([np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1)
+    return _closed(robot, even, 3)
 
 
 def _pulled(robot, paths):

@@ -67,6 +67,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"], 1, "unreachable: left leg"),
         (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
+        (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
         (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
         (["map", "--nodes", "10000000"], 2, "memory"),
