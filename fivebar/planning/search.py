@@ -63,7 +63,7 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
 def _distinct(robot, paths):
     """The paths pulled taut, those that are one with a shorter one left out; as they are where that tears them."""
     even = np.stack([_even(robot, path) for path in paths])
-    taut = _pulled(robot, even)
+    taut = _closed(robot, _pulled(robot, even), NEWTON)
     with np.errstate(invalid="ignore"):
         torn = ~(np.abs(np.diff(taut, axis=1)).max(axis=(1, 2)) < JUMP)
     taut[torn] = even[torn]
@@ -216,7 +216,7 @@ def _even(robot, path):
     """POINTS points of a path in even steps, on the closed loop again."""
     along = _lengths(robot, path)
     even = np.stack([np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1)
-    return _closed(robot, even, 3)
+    return _closed(robot, even, NEWTON)
 
 
 def _pulled(robot, paths):

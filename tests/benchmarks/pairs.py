@@ -16,7 +16,7 @@ ROBOTS = {
     "twelve aspects": (fb.FiveBar(0.126, 0.127, 0.163, 0.072, 0.173), 132),
     "two circuits": (fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.29), 56),
 }
-DURATION, SAMPLE, CLOSE, GAP = 2.0, 0.002, 1e-6, 1e-5  # s, s, m, of the bars
+DURATION, SAMPLE, CLOSE, GAP = 2.0, 0.002, 1e-6, 1e-4  # s, s, m, of the bars
 STIFFNESS = 400.0  # 1/s^2, of the feedback
 
 

@@ -93,8 +93,10 @@ def test_map_of_task_2(tmp_path, capsys):
     (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
     out, data = tmp_path / "map.svg", tmp_path / "map.csv"
     options = ["--out", str(out), "--data", str(data), "--path", str(tmp_path / "task2.csv"), "--nodes", "31"]
-    assert main(["map", *options]) == 0
+    graph = tmp_path / "graph.png"
+    assert main(["map", *options, "--graph", str(graph)]) == 0
     printed = capsys.readouterr().out
+    assert str(graph) in printed and graph.read_bytes().startswith(b"\x89PNG")
     assert "10       --         +    30040.5101" in printed
     assert "path in working mode --: crosses Type 2 at t = 3.172591077" in printed and "the torque diverges" in printed
     assert out.read_text().startswith("<?xml") and data.read_text().startswith("# fivebar map")

@@ -106,9 +106,10 @@ def test_pictures_of_a_plan_between_poses(tmp_path):
     assert np.linalg.norm(away, axis=2).min(axis=1).max() < 1e-9  # one of the joints is the end-effector
 
 
-def test_limits_hold_between_nodes_too():
+@pytest.mark.parametrize("one, other", [(1, 3), (2, 6), (8, 5)])
+def test_limits_hold_between_nodes_too(one, other):
     limits = dict(torque_limit=0.03, joint_speed_limit=4.0, workspace=((-0.2, 0.2), (-0.2, 0.2)))
-    plan = fb.plan(ROBOT, inside(1), inside(3), 2.0, **limits)
+    plan = fb.plan(ROBOT, inside(one), inside(other), 2.0, **limits)
     t = np.linspace(0, 2, 4001)
     assert np.abs(plan.tau(t)).max() <= 0.03 * (1 + 1e-3)
     assert np.abs(plan.joints(t)[1]).max() <= 4.0 * (1 + 1e-3)
