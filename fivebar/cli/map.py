@@ -30,6 +30,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
     parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
+    parser.add_argument("--graph", type=Path, metavar="OUT.png", help="which aspects a motion may pass between, drawn")
     parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
     add_robot_options(parser)
     parser.set_defaults(run=_map)
@@ -42,8 +43,11 @@ def _map(arguments):
     robot = chosen_robot(arguments)
     if arguments.data and arguments.data.suffix not in (".csv", ".npz"):
         raise UsageError(f"--data must end in .csv or .npz, not {arguments.data.name!r}")
-    if arguments.out.suffix not in (".png", ".svg", ".pdf"):
-        raise UsageError(f"--out must end in .png, .svg or .pdf, not {arguments.out.name!r}")
+    for option, out in (("--out", arguments.out), ("--graph", arguments.graph)):
+        if out and out.suffix not in (".png", ".svg", ".pdf"):
+            raise UsageError(f"{option} must end in .png, .svg or .pdf, not {out.name!r}")
+    if arguments.graph and not robot.turns:
+        raise UsageError("--graph needs a five-bar: the aspects of a biglide are strips without ends")
     if arguments.path and arguments.space == "joint":
         raise UsageError("--path is drawn in task space only")
     try:
@@ -55,6 +59,10 @@ def _map(arguments):
     found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
     _draw(data, path, arguments.out)
+    if arguments.graph:
+        from ..pictures.plot.graph import aspect_graph
+
+        aspect_graph(robot).savefig(arguments.graph, dpi=150)
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
     if arguments.page:
@@ -70,7 +78,7 @@ def _map(arguments):
         print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
-    print(*filter(None, (arguments.out, arguments.data, arguments.page)), sep="\n")
+    print(*filter(None, (arguments.out, arguments.graph, arguments.data, arguments.page)), sep="\n")
 
 
 def _draw(data, path, out):

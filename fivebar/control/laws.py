@@ -93,7 +93,7 @@ class ComputedTorque(_JointController):
 class FeedForward(_JointController):
     """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
 
-    It inverts no model, so that it holds a plan through any singularity.
+    It inverts no model, so that it holds a plan through any singularity. Beyond the plan's end it is a PD.
     ahead: s, half the control period, by which the held torque is read in advance.
     """
 
@@ -103,5 +103,6 @@ class FeedForward(_JointController):
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
         q_ref, q_ref_dot = reference.joints(t)
-        push = reference.tau(min(t + self.ahead, reference.start + reference.duration))
+        end = reference.start + reference.duration
+        push = reference.tau(min(t + self.ahead, end)) if t < end - 1e-9 * end else np.zeros(2)
         return push + self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd

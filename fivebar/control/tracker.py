@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
     from .laws import Reference
 
+PLACES = 2001  # of a plan where it is looked whether a leg changes its mode
 LEAST_STAGES = 3  # that a prediction must reach
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
@@ -60,7 +61,8 @@ class Tracker:
 
     `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque is that of computed
     torque (PD near Type 2), clipped. ValueError for options that make no sense and calls that are not a period apart;
-    SingularityError or UnreachableError where the first measurement gives no motion.
+    SingularityError or UnreachableError where the first measurement gives no motion. A plan whose legs pass Type 1 is
+    refused: what the end-effector does there does not tell on which side a leg is to go on.
     """
 
     def __init__(
@@ -131,6 +133,8 @@ class Tracker:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
             self.reset()
+        if self.last is None:
+            _refuse_changing_legs(reference)
         known, iterations, status = self._observe(t, q, q_dot), 0, Status.NOT_FINITE
         self.last = t
         if known:
@@ -209,6 +213,19 @@ class Tracker:
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)
+
+
+def _refuse_changing_legs(reference):
+    if getattr(reference, "working", ()) is not None:  # one pair of modes, or nothing that has any
+        return
+    t = np.linspace(reference.start, reference.start + reference.duration, PLACES)
+    for name, sine in zip(("left", "right"), reference.accelerations(t).rates.pose.sines):
+        changes = np.flatnonzero(np.diff(sine >= 0))
+        if len(changes):
+            raise ValueError(
+                f"Tracker: the {name} leg of this plan passes Type 1 at {t[changes[0]]:.3g} s; a tracker follows the "
+                "end-effector, which does not tell on which side the leg goes on: use FeedForward"
+            )
 
 
 def _check_count(name, value, least):

@@ -36,8 +36,9 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
 def first_guess(problem: Problem, paths: list[np.ndarray] | None = None) -> tuple[Guess, np.ndarray]:
     """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths (m, coordinates).
 
-    Without paths straight where the limits allow.
+    Paths are run through point by point; without them straight where the limits allow.
     """
+    even = paths is not None
     if paths is None:
         points = [np.array(conditions[0]) for conditions, _ in problem.stops]
         paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
@@ -47,7 +48,8 @@ def first_guess(problem: Problem, paths: list[np.ndarray] | None = None) -> tupl
     blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
     motions = []
     for path in paths:
-        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        steps = np.ones(len(path) - 1) if even else np.linalg.norm(np.diff(path, axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(steps)])
         xi = np.stack([np.interp(blend * along[-1], along, column) for column in path.T], axis=1)
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
-GUESSING = 80  # iterations of IPOPT from one of several first guesses
+GUESSING = 60  # iterations of IPOPT from one of several first guesses
+BETTER = 0.01  # of the objective
+LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 
 
 def plan(
@@ -98,10 +100,9 @@ def plan(
         if limits.serial is not None:
             raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
         ways = ways_between(robot, start, goal, duration, via)
-        problems = (
-            (Problem(robot, stops, None, weights, limits, rule), lambda p, paths=paths: first_guess(p, paths))
-            for stops, paths in ways
-        )
+        problems = [
+            (Problem(robot, stops, None, weights, limits, rule), paths, length) for stops, paths, length in ways
+        ]
         return _best(problems, intervals, tolerance, max_time, began)
     modes = (-1, -1) if working is None else tuple(int(w) for w in working)
     start, goal = (point_of(point, modes, name) for point, name in ((start, "start"), (goal, "goal")))
@@ -124,13 +125,13 @@ def _mesh(intervals, durations):
 
 
 def _best(problems, intervals, tolerance, max_time, began):
-    """The plan refined from the best of what some first guesses lead to."""
+    """The plan refined from the best of what first guesses lead to, of (problem, paths, length), the shortest first."""
     found, tried, last = [], 0, None
-    for problem, guess_of in problems:
+    for problem, paths, length in problems:
         refuse_massless(problem)
-        if found and time.perf_counter() - began > max_time / 3:
+        if found and (length > LONGEST * found[0][-1] or time.perf_counter() - began > max_time / 3):
             break
-        guess, durations = guess_of(problem)
+        guess, durations = first_guess(problem, paths)
         search = _Search(problem, tolerance, max_time, began)
         search.first, tried = (durations, guess), tried + 1
         mesh = _mesh(intervals, durations)
@@ -140,15 +141,23 @@ def _best(problems, intervals, tolerance, max_time, began):
             last = error
             break
         if solution.solved:
-            found.append((plan.objective, tried, search, mesh, solution, plan))
+            found.append((plan.objective, tried, search, mesh, solution, plan, length))
         last = last or search.failure(plan, f"IPOPT did not converge ({solution.status})", solution.status)
-    for *_, search, mesh, solution, plan in sorted(found, key=lambda each: each[:2]):
+    # A coarse mesh flatters: the one that looks best is refined, until another looks better by more than BETTER.
+    now = None
+    while found:
+        now = min(found, key=lambda each: (each[0] * (1 - BETTER * (each[1] == now)), each[1]))[1]
+        k = next(k for k, each in enumerate(found) if each[1] == now)
+        _, _, search, mesh, solution, plan, length = found[k]
+        parts = search.parts(plan)
+        if parts is None:
+            return replace(plan, tried=tried)
         try:
-            best = search.run(mesh, solution.durations, guess_again(plan, solution))
+            mesh, solution, plan = search.refine(mesh, solution, plan, parts)
+            found[k] = plan.objective, now, search, mesh, solution, plan, length
         except PlanError as error:
             last = error
-            continue
-        return replace(best, tried=tried)
+            del found[k]
     raise last or PlanError("plan: no first guess leads from start to goal", {})
 
 
@@ -157,27 +166,37 @@ class _Search:
 
     def __init__(self, problem, tolerance, max_time, began):
         self.problem, self.tolerance, self.max_time, self.began = problem, tolerance, max_time, began
-        self.meshes, self.best = [], None  # the last converged plan
+        self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
 
     def run(self, mesh, durations, guess):
         self.first = durations, guess
+        found, plan = self.solved(mesh, durations, guess)
+        while (parts := self.parts(plan)) is not None:
+            mesh, found, plan = self.refine(mesh, found, plan, parts)
+        return plan
+
+    def parts(self, plan):
+        """Into how many parts each interval is to be divided; None where the plan is accurate."""
+        excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
+        for name, value in plan._exceeded.items():
+            excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
-        for _ in range(REFINEMENTS):
-            found, plan = self.solve(mesh, durations, guess)
-            if not found.solved:
-                found, plan = self.recover(mesh, found, plan)
-            excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
-            for name, value in plan._exceeded.items():
-                excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
-            parts = np.clip(np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS).astype(int)
-            parts[excess <= self.tolerance] = 1
-            if parts.max() == 1:
-                return plan
-            if parts.sum() > MOST_INTERVALS:
-                break
-            mesh, durations, guess = _refined(mesh, parts), found.durations, guess_again(plan, found)
-        raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
-                                 f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
+        parts = np.clip(np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS).astype(int)
+        parts[excess <= self.tolerance] = 1
+        return parts if parts.max() > 1 else None
+
+    def refine(self, mesh, found, plan, parts):
+        """(mesh, Solution, Plan) on the divided mesh."""
+        self.refinements += 1
+        if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
+            raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
+                                     f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
+        mesh = _refined(mesh, parts)
+        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
+
+    def solved(self, mesh, durations, guess):
+        found, plan = self.solve(mesh, durations, guess)
+        return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
         left = self.began + self.max_time - time.perf_counter()

@@ -1,12 +1,15 @@
-"""First motions between two poses: straight in the bars' angles, both ways round, and by way of the aspects."""
+"""First motions between two poses: straight in the bars' angles, both ways round, and by way of the aspects, all of
+them pulled taut."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
 
+from .._backend import atan2
 from ..models.four_joints import bars_rates, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
@@ -15,17 +18,26 @@ from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
 from .problem import PlanError, number, pairs_of
 
-DIRECT, ROUTES = 4, 4  # guesses of either kind
-MOST = 6  # of both, between two poses
+IMAGES, DIRECT, ROUTES = 30, 8, 6  # turns of the goal's bars that are tried, straight ways, and routes, at most
+MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
-POINTS = 61  # of a guess, between each two of its poses
+POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
 JUMP = 0.7  # rad, between these: more is no motion
 NEWTON = 12  # steps that close the loop
-INSIDE = 1e-7  # of the bars: how far a place on a limit of reach is moved inward
+PULLS, STIFF = 25, 30.0  # steps of pulling taut, and how far each goes
+LIGHT = 1e-2  # of the robot's inertia is added where it has none
+SAME = 0.3  # rad: ways that are nowhere farther apart are one
 
 
-def ways(robot: Robot, start: Pose, goal: Pose) -> Iterator[np.ndarray]:
-    """Paths (n, 4) of the four bars from pose to pose, on which the loop is closed; the likeliest first.
+class Way(NamedTuple):
+    """A path (POINTS, 4) of the four bars on which the loop is closed, and its length: effort goes as its square."""
+
+    path: np.ndarray
+    length: float
+
+
+def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
+    """Ways of the four bars from pose to pose, the shortest first.
 
     PlanError where no motion joins the poses, whatever it crosses.
     """
@@ -41,14 +53,29 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> Iterator[np.ndarray]:
             "plan: no motion joins start and goal: the aspects that they are in are not connected, whatever "
             "singularity is crossed", {},
         )  # fmt: skip
-    direct = (_path(robot, [begin, image]) for image in images)
-    yield from islice((path for path in direct if path is not None), DIRECT)
+    direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
+    paths = list(islice((path for path in direct if path is not None), DIRECT))
     by_way = (_path(robot, _waypoints(robot, route, begin, end)) for route in found or ())
-    yield from islice((path for path in by_way if path is not None), ROUTES)
+    paths += islice((path for path in by_way if path is not None), ROUTES)
+    return _distinct(robot, paths) if paths else []
 
 
-def ways_between(robot: Robot, start: object, goal: object, duration: float | None, via: Iterable) -> Iterator[tuple]:
-    """(stops, paths) of a motion between Poses, checked: `ways` from each to the next, the likeliest combined first."""
+def _distinct(robot, paths):
+    """The paths pulled taut, those that are one with a shorter one left out; as they are where that tears them."""
+    even = np.stack([_even(robot, path) for path in paths])
+    taut = _closed(robot, _pulled(robot, even), NEWTON)
+    with np.errstate(invalid="ignore"):
+        torn = ~(np.abs(np.diff(taut, axis=1)).max(axis=(1, 2)) < JUMP)
+    taut[torn] = even[torn]
+    lengths, kept = _lengths(robot, taut)[:, -1], []
+    for k in np.lexsort((lengths, torn)):  # what could not be pulled comes last
+        if all(np.abs(taut[k] - way.path).max() > SAME for way in kept):
+            kept.append(Way(taut[k], float(lengths[k])))
+    return kept[:MOST]
+
+
+def ways_between(robot: Robot, start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
+    """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
     via = pairs_of(via)
     times, given = [0.0, *(t for t, _ in via), duration], [start, *(pose for _, pose in via), goal]
     names = ["start", *(f"via[{k}]" for k in range(len(given) - 2)), "goal"]
@@ -57,16 +84,29 @@ def ways_between(robot: Robot, start: object, goal: object, duration: float | No
         if t is not None:
             last = number(t, "duration" if name == "goal" else f"the time of {name}", last, np.inf)
     choices = [_poses(robot, each, name) for each, name in zip(given, names)]
+    found, apart = [], None
     for poses in product(*choices):
-        legs = [list(islice(ways(robot, *pair), MOST)) for pair in zip(poses, poses[1:])]
-        for paths in product(*legs):
-            moved, stops = [paths[0]], [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
-            for path in paths[1:]:  # each begins in the turn of the bars in which the last one ends
-                moved.append(path + (moved[-1][-1] - path[0]))
-            for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
-                at_rest = {1: np.zeros(4)} if k == len(moved) else {}
-                stops.append(({0: path[-1], **at_rest}, t))
-            yield tuple(stops), moved
+        try:
+            legs = [ways(robot, *pair) for pair in zip(poses, poses[1:])]
+        except PlanError as error:
+            apart = error
+            continue
+        found += islice(product(*legs), MOST**2)
+    if apart is not None and not found:
+        raise apart
+    found.sort(key=lambda legs: sum(way.length for way in legs))
+    return [(*_stops([way.path for way in legs], times), sum(way.length for way in legs)) for legs in found]
+
+
+def _stops(paths, times):
+    """(stops, paths): each path begins in the turn of the bars in which the last one ends."""
+    moved, stops = [paths[0]], [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
+    for path in paths[1:]:
+        moved.append(path + (moved[-1][-1] - path[0]))
+    for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
+        at_rest = {1: np.zeros(4)} if k == len(moved) else {}
+        stops.append(({0: path[-1], **at_rest}, t))
+    return tuple(stops), moved
 
 
 def _poses(robot, given, name):
@@ -94,6 +134,8 @@ def _routes(robot, start, goal):
 
 def _waypoints(robot, route, begin, end):
     points, everything = [begin], known_aspects(robot)
+    if not route.passages:
+        return [begin, _nearest(end, begin)]
     for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
         points.append(_nearest(_at(robot, passage, everything[before - 1]), points[-1]))
         inner = everything[after - 1]
@@ -103,19 +145,26 @@ def _waypoints(robot, route, begin, end):
 
 def _at(robot, passage: Passage, aspect):
     """The bars where a passage is crossed, coming from an aspect."""
-    if not passage.fold:
-        inward = aspect.point - passage.xi
-        pose = igm(robot, passage.xi + INSIDE * inward, aspect.working, unreachable="nan")
-        return bars(pose)
+    if passage.leg is None:
+        return bars(igm(robot, passage.xi, aspect.working, unreachable="nan"))
     own, other = passage.leg, 1 - passage.leg
     drive, bar = robot.drives[other], robot.distal[other]
     dyad = drive.close(tuple(passage.xi.tolist()), bar, aspect.working[other])
     q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
     phi = np.arctan2(y, x)
-    # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar lies back on it.
-    folded = phi + (1 if own else -1) * -aspect.assembly * np.pi / 2
     pairs = [None, None]
-    pairs[own], pairs[other] = (folded + np.pi, folded), (q, phi)
+    pairs[other] = q, phi
+    if passage.fold:
+        # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar lies back on it.
+        folded = phi + (1 if own else -1) * -aspect.assembly * np.pi / 2
+        pairs[own] = folded + np.pi, folded
+    else:
+        x, y = passage.xi - (robot.drives[own].x, robot.drives[own].y)
+        proximal, distal = robot.drives[own].length, robot.distal[own]
+        angle, reach = np.arctan2(y, x), np.hypot(x, y)
+        stretched = abs(proximal + distal - reach) < abs(abs(proximal - distal) - reach)
+        q = angle + np.pi * (not stretched and distal > proximal)
+        pairs[own] = q, q + np.pi * (not stretched)
     return np.array([*pairs[0], *pairs[1]])
 
 
@@ -128,12 +177,61 @@ def _path(robot, points):
     if not np.isfinite(points).all():
         return None
     parts = [a + np.linspace(0, 1, POINTS)[:-1, None] * (b - a) for a, b in zip(points, points[1:])]
-    c = tuple(np.concatenate([*parts, points[-1][None]]).T)
-    rest = tuple(np.zeros_like(each) for each in c)
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON):
-            c = closed(robot, c, rest)[0]
-    path = np.stack(c, axis=1)
+    path = _closed(robot, np.concatenate([*parts, points[-1][None]]), NEWTON)
     if not np.isfinite(path).all() or np.abs(path[[0, -1]] - [points[0], points[-1]]).max() > 1e-6:
         return None
     return path if np.abs(np.diff(path, axis=0)).max() < JUMP else None
+
+
+def _closed(robot, a, steps):
+    c = tuple(np.moveaxis(a, -1, 0))
+    rest = tuple(np.zeros_like(each) for each in c)
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            c = closed(robot, c, rest)[0]
+    return np.stack(c, axis=-1)
+
+
+def _embedded(robot, a):
+    """Bars (..., 4) as points in which twice the kinetic energy is the square of the speed, and (q1, q2, x, y)'s units.
+
+    That is (q1, q2, x, y) times the roots of the inertias, a little more than they are.
+    """
+    size = max(robot.distal)
+    lever = size if robot.turns else 1.0
+    light = LIGHT * (robot.m * size**2 + sum(robot.inertias) * (size / lever) ** 2)
+    roots = np.sqrt([*(own + light * (lever / size) ** 2 for own in robot.inertias), *[robot.m + light / size**2] * 2])
+    c = tuple(np.moveaxis(a, -1, 0))
+    x, y = bars_rates(robot, c, (0.0,) * 4).pose.point
+    return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
+
+
+def _lengths(robot, a):
+    """From the beginning of paths (..., n, 4) to each of their points."""
+    steps = np.linalg.norm(np.diff(_embedded(robot, a)[0], axis=-2), axis=-1)
+    return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+
+
+def _even(robot, path):
+    """POINTS points of a path in even steps, on the closed loop again."""
+    along = _lengths(robot, path)
+    even = np.stack([np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1)
+    return _closed(robot, even, NEWTON)
+
+
+def _pulled(robot, paths):
+    """Paths (k, POINTS, 4) pulled taut on the surface of poses: towards where least energy would keep them moving."""
+    chain = np.zeros((POINTS, POINTS))
+    for k in range(1, POINTS - 1):
+        chain[k, k - 1 : k + 2] = -1.0, 2.0, -1.0
+    smooth = np.linalg.inv(np.eye(POINTS) + STIFF * chain)
+    for _ in range(PULLS):
+        points, roots = _embedded(robot, paths)
+        q1, q2, *xi = np.moveaxis(smooth @ points / roots, -1, 0)
+        pulled = []
+        for q, phi, drive in zip((q1, q2), (paths[..., 1], paths[..., 3]), robot.drives):
+            x, y = drive.pivot(drive.direction(q))
+            pulled += [q, _nearest(atan2(xi[1] - y, xi[0] - x), phi)]
+        ends, paths = paths[:, [0, -1]], _closed(robot, np.stack(pulled, axis=-1), 3)
+        paths[:, [0, -1]] = ends
+    return paths

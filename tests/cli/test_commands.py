@@ -67,6 +67,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"], 1, "unreachable: left leg"),
         (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
+        (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
         (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
         (["map", "--nodes", "10000000"], 2, "memory"),
@@ -92,8 +93,10 @@ def test_map_of_task_2(tmp_path, capsys):
     (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
     out, data = tmp_path / "map.svg", tmp_path / "map.csv"
     options = ["--out", str(out), "--data", str(data), "--path", str(tmp_path / "task2.csv"), "--nodes", "31"]
-    assert main(["map", *options]) == 0
+    graph = tmp_path / "graph.png"
+    assert main(["map", *options, "--graph", str(graph)]) == 0
     printed = capsys.readouterr().out
+    assert str(graph) in printed and graph.read_bytes().startswith(b"\x89PNG")
     assert "10       --         +    30040.5101" in printed
     assert "path in working mode --: crosses Type 2 at t = 3.172591077" in printed and "the torque diverges" in printed
     assert out.read_text().startswith("<?xml") and data.read_text().startswith("# fivebar map")

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.pictures.plot import aspect_graph
 from fivebar.pictures.plot import maps as pictures
 from fivebar.singularities.aspects import aspects
 from fivebar.singularities.maps import singularity_map
+from fivebar.singularities.passages import passages
 
 AMORO = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -114,3 +116,17 @@ def test_no_pyplot_and_nothing_at_import():
         "assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("robot", [AMORO, UNEQUAL], ids=["amoro", "unequal"])
+def test_the_graph_has_every_aspect_and_every_passage(robot):
+    figure = aspect_graph(robot)
+    (axes,) = figure.axes
+    at = {text.get_text(): np.array(text.get_position()) for text in axes.texts}
+    assert all(str(a.number) in at for a in aspects(robot))
+    for aspect in aspects(robot):  # in the quarter of its working modes
+        assert (np.sign(at[str(aspect.number)]) == aspect.working).all()
+    ends = {frozenset(map(tuple, patch._posA_posB)) for patch in axes.patches}
+    assert ends == {frozenset(tuple(at[str(number)]) for number in p.between) for p in passages(robot)}
+    folds = any(passage.fold for passage in passages(robot))
+    assert any("folded" in words for words in legend(figure)) == folds == (robot is AMORO)

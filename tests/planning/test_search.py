@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar import view
 from fivebar.models.four_joints import bars_rates, loop_gap
 from fivebar.planning.coordinates import bars, tangent
 from fivebar.planning.search import ways
@@ -36,9 +37,79 @@ def test_from_anywhere_to_anywhere(one, other):
     assert {int(event.type) for event in run.events} <= {1, 2} and run.events[-1].after[:2] == tuple(goal.working)
 
 
-def test_limits_hold_between_nodes_too():
+def test_feed_forward_ends_with_the_plan():
+    """The torque that brakes at the goal is not held beyond it."""
+    plan = fb.plan(ROBOT, inside(1), inside(2), 2.0)
+    run = fb.simulate(ROBOT, fb.FeedForward(ROBOT, 10.0, 0.5), plan, duration=2.5)
+    assert np.abs(plan.tau(2.0)).max() > 1e-3
+    assert run.xi[-1] == pytest.approx(inside(2).xi, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["legendre-gauss", "hermite-simpson"])
+@pytest.mark.parametrize("free", [True, False])
+def test_a_plan_is_its_own_derivative(method, free):
+    """Exactly, in each piece and from one to the next: a difference across a knot errs by the jump of xi'' alone."""
+    ends = (inside(1), inside(10)) if free else ((0.09, 0.068), (0.0, -0.05))
+    plan = fb.plan(ROBOT, *ends, 2.0, method=method)
+    pieces, n = plan.pieces, plan.pieces.xi.shape[1]
+    k = np.arange(len(pieces.xi) - 1)
+    before, after = pieces.motion(k, np.ones(len(k))), pieces.motion(k + 1, np.zeros(len(k)))
+    assert np.abs(before - after)[:, : 2 * n].max() < 1e-13 * np.abs(before).max()
+    jump = np.abs(before - after)[:, 2 * n : 3 * n].max()
+    assert jump < 1e-12 if method == "hermite-simpson" else jump > 1e-4
+    k, sigma = np.repeat(np.arange(len(pieces.xi)), 5), np.tile(np.linspace(0.1, 0.9, 5), len(pieces.xi))
+    t, h = pieces.knots[k] + sigma * pieces.widths[k], 1e-3 * pieces.widths[k]
+    for order in (0, 1):
+        one, two = (plan(t + j * h)[order] - plan(t - j * h)[order] for j in (1, 2))
+        slope = (8 * one - two) / (12 * h[:, None])
+        assert slope == pytest.approx(plan(t)[order + 1], abs=1e-9)
+
+
+def test_two_poses_of_one_aspect():
+    """No passage lies between them."""
+    start, goal = fb.igm(ROBOT, (0.05, 0.1), (-1, -1)), fb.igm(ROBOT, (-0.03, 0.12), (-1, -1))
+    assert fb.routes(ROBOT, start, goal)[0].passages == ()
+    plan = fb.plan(ROBOT, start, goal, 1.0)
+    assert plan(1.0)[0] == pytest.approx(goal.xi, abs=1e-6)
+
+
+def test_a_tracker_says_what_it_cannot_follow():
+    """Through Type 2 it goes; where a leg changes its mode it would end beside the goal's pose without a word."""
+    plan = fb.plan(ROBOT, inside(3), inside(4), 2.0)
+    run = fb.simulate(ROBOT, fb.Tracker(ROBOT, assembly=-1), plan)
+    assert {int(event.type) for event in run.events} == {2} and ROBOT.differ(run.q[-1] - inside(4).q) == pytest.approx(
+        0, abs=1e-3
+    )
+    plan = fb.plan(ROBOT, inside(1), inside(10), 2.0)
+    with pytest.raises(ValueError, match=r"leg of this plan passes Type 1 at [\d.]+ s.*FeedForward"):
+        fb.simulate(ROBOT, fb.Tracker(ROBOT), plan)
+
+
+def test_pictures_of_a_plan_between_poses(tmp_path):
+    plan = fb.plan(ROBOT, inside(1), inside(10), 2.0, via=[(1.0, inside(3))])
+    figure = plan.plot(tmp_path / "plan.png")
+    path, *_ = figure.axes
+    marks = {line.get_label(): line.get_xydata() for line in path.get_lines() if "crossing" in str(line.get_label())}
+    margins = dict(zip(("Type 1", "Type 2"), ([0, 1], [2])))
+    for kind, own in margins.items():
+        for x in marks[f"crossing of {kind}"] / 1e3:
+            t = np.linspace(0, 2, 20001)
+            acc = plan.accelerations(t)
+            near = np.hypot(*(acc.rates.pose.xi - x).T).argmin()
+            pose = acc.rates.pose
+            assert np.min(np.abs([[*pose.sines, pose.det_A][k][near] for k in own])) < 0.1
+    drawn = next(line for line in path.get_lines() if line.get_label() == "via").get_xydata()
+    assert drawn == pytest.approx(1e3 * inside(3).xi[None], abs=1e-6)
+    (machine,) = view.scene(ROBOT, plan, ["trace", "loci", "torques", "bar-forces", "acceleration"]).machines
+    assert {int(event.text.split()[1]) for event in machine.events} == {1, 2}
+    away = machine.body.points - plan(machine.frames.start + machine.frames.t)[0][:, None]
+    assert np.linalg.norm(away, axis=2).min(axis=1).max() < 1e-9  # one of the joints is the end-effector
+
+
+@pytest.mark.parametrize("one, other", [(1, 3), (2, 6), (8, 5)])
+def test_limits_hold_between_nodes_too(one, other):
     limits = dict(torque_limit=0.03, joint_speed_limit=4.0, workspace=((-0.2, 0.2), (-0.2, 0.2)))
-    plan = fb.plan(ROBOT, inside(1), inside(3), 2.0, **limits)
+    plan = fb.plan(ROBOT, inside(one), inside(other), 2.0, **limits)
     t = np.linspace(0, 2, 4001)
     assert np.abs(plan.tau(t)).max() <= 0.03 * (1 + 1e-3)
     assert np.abs(plan.joints(t)[1]).max() <= 4.0 * (1 + 1e-3)
@@ -68,9 +139,9 @@ def test_a_biglide_changes_its_mode():
 
 def test_ways_close_the_loop_and_end_in_the_pose():
     start, goal = inside(1), inside(10)
-    found = list(ways(ROBOT, start, goal))
-    assert found
-    for path in found:
+    found = ways(ROBOT, start, goal)
+    assert found and [way.length for way in found] == sorted(way.length for way in found)
+    for path, _ in found:
         rates = bars_rates(ROBOT, tuple(path.T), tuple(np.zeros_like(path).T))
         assert np.hypot(*loop_gap(rates.pose)).max() < 1e-12
         assert np.cos(path[-1] - bars(goal)) == pytest.approx(1)
@@ -95,7 +166,7 @@ def test_what_cannot_be_asked():
 
 def test_where_no_motion_joins_two_poses_that_is_said():
     """A Grashof chain in two circuits: bars that cannot all turn leave two parts of the pose manifold apart."""
-    apart = fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.3)
+    apart = fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.29)
     found = [fb.igm(apart, each.point, each.working) for each in fb.aspects(apart)]
     for goal in found[1:]:
         if not fb.routes(apart, found[0], goal):

@@ -1,6 +1,7 @@
 """Pictures with Matplotlib, made with its figure objects: no global state, no window."""
 
+from .graph import aspect_graph
 from .maps import singularity_map
 from .pose_panels import pose
 
-__all__ = ["pose", "singularity_map"]
+__all__ = ["aspect_graph", "pose", "singularity_map"]

@@ -23,28 +23,51 @@ LOCI = {
 
 
 def planned(plan: Plan) -> Figure:
-    """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A."""
-    figure = Figure(figsize=(12, 7), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
+    """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A.
+
+    Where its modes are free, the loci are those of any modes, and the four bars' angles stand between.
+    """
+    free = plan.problem.working is None
+    figure = Figure(figsize=(12, 9 if free else 7), layout="constrained")
+    grid = figure.add_gridspec(2 + free, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
     k, sigma = np.meshgrid(np.arange(len(plan.pieces.xi)), np.linspace(0, 1, 21), indexing="ij")
     k, sigma = k.ravel(), sigma.ravel()
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
-    crossings = np.flatnonzero(np.diff(pose.det_A >= 0))  # once, too, where a node is on the singularity
-    _path(figure.add_subplot(grid[:, 0]), plan, motion[:, :2], pose, crossings)
+    # Once, too, where a node is on the singularity.
+    crossings = {kind: [i for margin in own for i in np.flatnonzero(np.diff(margin >= 0))]
+                 for kind, own in ((Singularity.SERIAL, pose.sines), (Singularity.PARALLEL, [pose.det_A]))}  # fmt: skip
+    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossings)
     above = figure.add_subplot(grid[0, 1])
-    _torques(above, plan, t, motion[:, 6:])
-    below = figure.add_subplot(grid[1, 1], sharex=above)
+    _torques(above, plan, t, motion[:, -2:])
+    below = figure.add_subplot(grid[-1, 1], sharex=above)
     _sines(below, plan, t, pose)
-    for axes in (above, below):
-        for i in crossings:
-            axes.axvline(t[i], color=INK, lw=0.8, ls=(0, (6, 2.5)))
+    rows = [above, below]
+    if free:
+        rows.append(figure.add_subplot(grid[1, 1], sharex=above))
+        _bars(rows[-1], plan, t, motion[:, :4])
+    for axes in rows:
+        for kind, places in crossings.items():
+            for i in places:
+                axes.axvline(t[i], **LOCI[kind] | dict(label=None, lw=0.8, color=INK))
     return figure
 
 
-def _path(axes, plan, xi, pose, crossings):
+def _bars(axes, plan, t, bars):
+    words = plan.robot.words
+    scale, unit = (180 / np.pi, "deg") if plan.robot.turns else (1e3, "mm")
+    for leg, (name, colour) in enumerate(zip(words.joints, (LEFT, RIGHT))):
+        axes.plot(t, scale * bars[:, 2 * leg], color=colour, lw=1.4, label=f"$q_{{{name[1:]}}}$ ({unit})")
+        label = rf"$\phi_{leg + 1}$ (deg)"
+        axes.plot(t, 180 / np.pi * bars[:, 2 * leg + 1], color=colour, lw=1.4, ls=(0, (1.2, 1.2)), label=label)
+    axes.margins(x=0)
+    finish(axes, 4, title="the four bars: proximal solid, distal dotted")
+
+
+def _path(axes, plan, pose, crossings):
+    xi = pose.xi
     body = robot_body(plan.robot, pose.elbows, xi)
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
@@ -52,7 +75,7 @@ def _path(axes, plan, xi, pose, crossings):
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     known = set()
     for piece in singularity_loci(plan.robot).task:
-        if plan.problem.working in piece.working and len(piece.points) > 1:
+        if plan.problem.working in (None, *piece.working) and len(piece.points) > 1:
             style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
             label = style["label"] if style["label"] not in known else None
             known.add(style["label"])
@@ -63,12 +86,27 @@ def _path(axes, plan, xi, pose, crossings):
     axes.plot(*(1e3 * xi[-1]), "s", color=REFERENCE, mec="white", ms=8, zorder=4)
     for i, (conditions, _) in enumerate(plan.problem.stops[1:-1]):
         label = "via" if i == 0 else None
-        axes.plot(*(1e3 * np.array(conditions[0])), "D", color=INK, mfc="white", ms=7, zorder=4, label=label)
-    for i, crossing in enumerate(crossings):
-        label = "crossing" if i == 0 else None
-        axes.plot(*(1e3 * xi[crossing]), "x", color=INK, ms=8, mew=1.6, ls="none", zorder=5, label=label)
+        axes.plot(*(1e3 * _point(plan, conditions[0])), "D", color=INK, mfc="white", ms=7, zorder=4, label=label)
+    for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
+        places = 1e3 * xi[crossings[kind]]
+        if len(places):
+            label = f"crossing of {LOCI[kind]['label']}"
+            axes.plot(*places.T, marker, color=INK, ms=9, mew=1.6, ls="none", zorder=5, label=label)
     axes.set_aspect("equal")
-    finish(axes, 5, xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and goal")
+    finish(
+        axes,
+        3 if crossings[Singularity.SERIAL] else 5,
+        xlabel="x (mm)",
+        ylabel="y (mm)",
+        title="path, with the robot at start (pale) and goal",
+    )
+
+
+def _point(plan, at):
+    """The end-effector at a stop, which is a point or the four bars."""
+    at = np.array(at)
+    motion = np.concatenate([at, np.zeros(2 * len(at))])
+    return plan.problem.accelerations(motion).rates.pose.xi
 
 
 def _torques(axes, plan, t, tau):
@@ -94,7 +132,8 @@ def _sines(axes, plan, t, pose):
     names = (r"$\sin q_{12}$", r"$\sin q_{22}$") if plan.robot.turns else (r"$\sin \phi_1$", r"$\sin \phi_2$")
     for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
         axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=name)
-        axes.axhline(-plan.problem.working[leg] * limits.serial, color=colour, lw=1, ls=":")
+        if limits.serial is not None:
+            axes.axhline(-plan.problem.working[leg] * limits.serial, color=colour, lw=1, ls=":")
     axes.plot(t, pose.det_A, color=INK, lw=1.8, label="det A")
     if limits.parallel is not None:
         axes.axhline(plan.problem.side * limits.parallel, color=INK, lw=1, ls=":")

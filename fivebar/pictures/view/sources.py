@@ -165,14 +165,20 @@ class OfReference(OfRobot):
         super().__init__(robot)
         self.reference = reference
         times = grid(reference.duration)
-        modes = getattr(reference, "working", (-1, -1))
         xi = reference(reference.start + times)[0]
-        found = igm(robot, xi, modes, unreachable="nan")
+        found = self._posed(reference.start + times, xi, "nan")
         reached = np.where(np.isfinite(found.elbows).all(axis=(1, 2))[:, None], xi, np.nan)
         self.frames = choose(reference.start + times, reached, lack="are out of reach")
         self.xi = xi[self.frames.index]
-        self.pose = igm(robot, self.xi, modes)
+        self.pose = self._posed(self.times, self.xi, "raise")
         self.elbows = self.pose.elbows
+
+    def _posed(self, times, xi, unreachable):
+        """Where modes change on the way, the plan knows the bars."""
+        modes = getattr(self.reference, "working", (-1, -1))
+        if modes is None:
+            return self.reference.accelerations(times).rates.pose
+        return igm(self.robot, xi, modes, unreachable=unreachable)
 
     @property
     def times(self) -> np.ndarray:
@@ -203,6 +209,8 @@ class OfReference(OfRobot):
 
     @cached_property
     def _rates(self):
+        if getattr(self.reference, "working", ()) is None:
+            return self.reference.accelerations(self.times).rates
         return ikm(self.pose, self.velocity)
 
     @cached_property
