@@ -67,7 +67,11 @@ def known_aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
 @lru_cache(maxsize=8)
 def passages(robot: FiveBar) -> tuple[Passage, ...]:
-    """All passages between the aspects of a five-bar, the best of each kind between each two. Raises as `aspects`."""
+    """All passages between the aspects of a five-bar, the best of each kind between each two. Raises as `aspects`.
+
+    What only single poses join is none: all four bars parallel (change-point robots), a leg folded on its base joint
+    where the other one is in line.
+    """
     found, everything = [], known_aspects(robot)
     for k, one in enumerate(everything):
         for other in everything[k + 1 :]:
