@@ -8,6 +8,8 @@ import math
 import numpy as np
 
 EPS = np.finfo(float).eps
+HUGE = 1e60  # of coordinates, rates, torques: of what is larger, products might overflow
+_FLOAT = np.dtype(float)
 
 
 def is_symbolic(x):
@@ -104,21 +106,52 @@ def unpack(v, name):
         if v.numel() != 2:
             raise ValueError(f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}")
         return v[0], v[1]
-    try:
-        array = np.asarray(v, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be real numbers of shape (2,) or (*batch, 2), not {v!r}") from None
+    array = real_numbers(v, name, "of shape (2,) or (*batch, 2)")
     if array.ndim == 0 or array.shape[-1] != 2:
         raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {array.shape}")
     if array.ndim == 1:
         x, y = array.tolist()
-        if not (math.isfinite(x) and math.isfinite(y)):
-            raise ValueError(f"{name} must be finite, not ({x}, {y})")
+        if not (-HUGE < x < HUGE and -HUGE < y < HUGE):
+            _refuse_huge(array, name)
         return x, y
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name} must be finite, but {name}[{', '.join(map(str, index))}] is {array[index]}")
+    if not (np.abs(array) < HUGE).all():
+        _refuse_huge(array, name)
     return np.ascontiguousarray(array[..., 0]), np.ascontiguousarray(array[..., 1])
+
+
+def real_numbers(v, name, shape=""):
+    """v as an array of floats; ValueError for anything but real numbers, texts of numbers too."""
+    try:
+        array = np.asarray(v)
+        if array.dtype is _FLOAT:
+            return array
+        if array.dtype.kind == "O" and not any(map(_is_a_word, array.flat)) or array.dtype.kind in "fiu":
+            return array.astype(float)
+    except Exception:  # of whatever somebody's own class raises when it is taken for an array
+        array = None
+    raise ValueError(f"{name} must be real numbers{shape and ' '}{shape}, not {repr(v)[:80]}")
+
+
+def _is_a_word(x):
+    return x is None or isinstance(x, (str, bytes, bool, complex))
+
+
+def finite_numbers(v, name):
+    """v as an array of floats below HUGE in size."""
+    array = real_numbers(v, name)
+    if not (np.abs(array) < HUGE).all():
+        _refuse_huge(array, name)
+    return array
+
+
+def _refuse_huge(array, name):
+    """Name the first of an array's numbers that is not finite, or too large."""
+    good = np.abs(array) < HUGE
+    index = tuple(int(i) for i in np.argwhere(~good)[0])
+    what = "finite" if not np.isfinite(array[index]) else f"below {HUGE:g} in size"
+    if array.ndim < 2 and array.size <= 2:
+        raise ValueError(f"{name} must be {what}, not {array.tolist() if array.ndim == 0 else tuple(array.tolist())}")
+    raise ValueError(f"{name} must be {what}, but {name}[{', '.join(map(str, index))}] is {array[index]}")
 
 
 def unpack_for(known, v, name):
@@ -153,7 +186,7 @@ def pack_matrix(a, b, c, d):
 
 def check_modes(modes, name):
     """Refuse any mode other than +1 and -1."""
-    modes = np.asarray(modes)
+    modes = real_numbers(modes, name)
     wrong = ~((modes == 1) | (modes == -1))
     if wrong.any():
         raise ValueError(f"{name} must be +1 or -1, not {modes[wrong].flat[0]}")

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import HUGE, real_numbers
+from ..checks import modes, not_negative, shown
+from ..checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, dkm, ikm, ikm2
@@ -45,13 +48,15 @@ class _JointController:
     working: tuple[int, int] = (-1, -1)
 
     def __post_init__(self) -> None:
+        must_be_robot(self.robot, "robot")
         for name in ("kp", "kd"):
-            gain = np.asarray(getattr(self, name), dtype=float)
-            if gain.shape not in ((), (2,)) or not np.isfinite(gain).all() or (gain < 0).any():
+            gain = real_numbers(getattr(self, name), name)
+            if gain.shape not in ((), (2,)) or not ((gain >= 0) & (gain < HUGE)).all():
                 raise ValueError(
-                    f"{name} must be one number or one per joint, finite and >= 0, not {getattr(self, name)!r}"
+                    f"{name} must be one number or one per joint, finite and >= 0, not {shown(getattr(self, name))}"
                 )
             object.__setattr__(self, name, gain)
+        object.__setattr__(self, "working", modes(2)(self.working, "working"))
 
     def target(self, t: ArrayLike, reference: Reference | None) -> Accelerations:
         """The reference in joint coordinates, at one time or many."""
@@ -83,6 +88,10 @@ class ComputedTorque(_JointController):
 
     assembly: int = -1
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "assembly", modes(1)(self.assembly, "assembly"))
+
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
@@ -98,6 +107,10 @@ class FeedForward(_JointController):
     """
 
     ahead: float = 0.005
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "ahead", not_negative(self.ahead, "ahead"))
 
     def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):

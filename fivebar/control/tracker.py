@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from numbers import Real
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..checks import jit as must_be_jit
+from ..checks import modes, positive, shown, whole
+from ..checks import robot as must_be_robot
+from ..checks import seconds as span
 from .estimator import EXACT, Estimator
 from .fallback import reference_torques, safe_torque
 from .prediction import CHARTS, Model
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
     from .laws import Reference
 
 PLACES = 2001  # of a plan where it is looked whether a leg changes its mode
+MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow with the square; samples
 LEAST_STAGES = 3  # that a prediction must reach
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
@@ -71,19 +75,23 @@ class Tracker:
         encoder_resolution: float | None = None, position: float = 1e4, acceleration: float = 10.0,
         torque_rate: float | None = None, assembly: int = -1, jit: bool | str = False,
     ) -> None:  # fmt: skip
+        must_be_robot(robot, "robot")
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
-        _check_count("horizon", horizon, 2)
-        _check_count("delay", delay, 0)
-        _check_positive(
+        horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
+        assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
+        inertias = dict(zip(robot.words.inertias, robot.inertias), m=robot.m)
+        given = dict(
             period=period, seconds=seconds, torque_limit=torque_limit, speed_limit=speed_limit,
             encoder_resolution=encoder_resolution, position=position, acceleration=acceleration,
-            torque_rate=torque_rate, **dict(zip(robot.words.inertias, robot.inertias)), m=robot.m,
+            torque_rate=torque_rate,
         )  # fmt: skip
+        checked = {name: _positive(name, value) for name, value in (given | inertias).items()}
+        period, seconds, torque_limit, speed_limit, encoder_resolution, position, acceleration, torque_rate = (
+            checked[name] for name in given
+        )
         if seconds is not None and seconds < horizon * period * (1 - 1e-9):
             raise ValueError(f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s")
-        if assembly not in (-1, 1):
-            raise ValueError(f"assembly must be +1 or -1, not {assembly!r}")
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit = speed_limit
@@ -98,7 +106,13 @@ class Tracker:
         self.middles, self.ahead = (edges[1:] + edges[:-1]) / 2, edges + period * delay
         # Where in the last plan a stage's torque is found, a period later.
         self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
-        self.condense = Condenser(self.lengths, position, acceleration, torque_rate, self.scale)
+        try:
+            self.condense = Condenser(self.lengths, position, acceleration, torque_rate, self.scale)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"the tracker's position, acceleration and torque_rate are too different for one cost: {position:g}, "
+                f"{acceleration:g}, {torque_rate:g}"
+            ) from None
         # Of a joint speed over its limit, per rad/s: more than any tracking error within the robot's size may cost.
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
@@ -228,15 +242,13 @@ def _refuse_changing_legs(reference):
             )
 
 
-def _check_count(name, value, least):
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ValueError(f"{name} must be a whole number >= {least}, not {value!r}")
-
-
-def _check_positive(**given):
-    for name, value in given.items():
-        limit = name in ("seconds", "torque_limit", "speed_limit", "encoder_resolution")
-        if limit and value is None:
-            continue
-        if isinstance(value, bool) or not (isinstance(value, Real) and math.isfinite(value) and value > 0):
-            raise ValueError(f"the tracker's {name} must be finite and > 0{' or None' * limit}, not {value!r}")
+def _positive(name, value):
+    """A float, or None where that is allowed; ValueError for what is not finite and > 0."""
+    limit = name in ("seconds", "torque_limit", "speed_limit", "encoder_resolution")
+    if limit and value is None:
+        return None
+    try:
+        return (span if name in ("period", "seconds") else positive)(value, name)
+    except ValueError as error:
+        what = f"the tracker's {name} must be finite and > 0{' or None' * limit}, not {shown(value)} ({error})"
+        raise ValueError(what) from None

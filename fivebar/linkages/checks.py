@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import check_modes, is_symbolic
+from .._backend import check_modes, finite_numbers, is_symbolic
+from ..checks import LONGEST, instance, modes, not_too_different, number, shown, size
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -23,9 +23,9 @@ def check_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tupl
     if isinstance(linkage.usual_branch, tuple):
         try:
             first, second = branch
-        except TypeError:
+        except (TypeError, ValueError):
             raise ValueError(f"the branch of this linkage must be a pair of +1 or -1, not {branch!r}") from None
-        return int(check_modes(first, "branch")), int(check_modes(second, "branch"))
+        return modes(2)((first, second), "branch")
     branch = check_modes(branch, "branch")
     return int(branch) if branch.ndim == 0 else branch
 
@@ -34,35 +34,60 @@ def numbers(x: ArrayLike, name: str) -> Number:
     """A float, an array of finite floats, or a CasADi symbol as it is."""
     if is_symbolic(x):
         return x
-    array = np.asarray(x, dtype=float)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, not {array[~np.isfinite(array)].flat[0]}")
+    array = finite_numbers(x, name)
     return float(array) if array.ndim == 0 else array
 
 
-def positive(instance: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not finite numbers > 0."""
-    for name in names:
-        value = _number(name, getattr(instance, name))
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be finite and > 0, not {value:g}")
-        object.__setattr__(instance, name, value)
+def sizes(owner: object, *names: str) -> None:
+    """Refuse parameters of a frozen dataclass that are no lengths of bars, or too different ones; ValueError."""
+    lengths = {name: size(getattr(owner, name), name) for name in names}
+    not_too_different(lengths)
+    for name, value in lengths.items():
+        object.__setattr__(owner, name, value)
 
 
-def finite(instance: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not finite numbers, or pairs of them; None is left as it is."""
+def finite(owner: object, *names: str) -> None:
+    """Refuse parameters of a frozen dataclass that are not numbers of at most LONGEST; ValueError."""
     for name in names:
-        value = getattr(instance, name)
+        object.__setattr__(owner, name, number(getattr(owner, name), name, -LONGEST, LONGEST))
+
+
+def pair(owner: object, *names: str) -> None:
+    """Refuse parameters of a frozen dataclass that are not two such numbers; None is left as it is. ValueError."""
+    for name in names:
+        value = getattr(owner, name)
         if value is None:
             continue
-        pair = isinstance(value, (tuple, list, np.ndarray))
-        parts = tuple(_number(name, x) for x in (value if pair else (value,)))
-        if not all(map(math.isfinite, parts)) or (pair and len(parts) != 2):
-            raise ValueError(f"{name} must be finite{', two numbers' if pair else ''}, not {value}")
-        object.__setattr__(instance, name, parts if pair else parts[0])
+        try:
+            first, second = finite_numbers(value, name).tolist()
+        except (TypeError, ValueError):
+            raise ValueError(f"{name} must be finite, two numbers, not {shown(value)}") from None
+        object.__setattr__(owner, name, tuple(number(each, name, -LONGEST, LONGEST) for each in (first, second)))
 
 
-def _number(name, value):
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise ValueError(f"{name} must be a number, not {value!r}")
-    return float(value)
+def loads(value: object, name: str) -> dict | None:
+    """Rule: {point: (Fx, Fy)}, numbers or arrays of a batch, or None; ValueError for anything else."""
+    if value is None:
+        return None
+    if not isinstance(value, dict) or not all(isinstance(point, str) for point in value):
+        raise ValueError(f"{name} must be {{point: (Fx, Fy)}}, not {shown(value)}")
+    return {point: _force(force, f"{name}[{point!r}]") for point, force in value.items()}
+
+
+def _force(force, name):
+    if isinstance(force, (str, dict)) or not hasattr(force, "__len__") or len(force) != 2:
+        raise ValueError(f"{name} must be two numbers (Fx, Fy), or arrays, not {shown(force)}")
+    return [numbers(each, name) for each in force]
+
+
+def bodies(owner: object, kind: type, *names: str) -> None:
+    """Refuse parameters of a frozen dataclass that are no bodies; TypeError."""
+    for name in names:
+        instance(kind)(getattr(owner, name), name)
+
+
+def linkage(value: object, name: str) -> Linkage:
+    """Rule: a linkage; TypeError for anything else."""
+    if isinstance(value, type) or not all(hasattr(type(value), own) for own in ("title", "usual_branch", "start")):
+        raise TypeError(f"{name} must be a linkage, as FourBar or SliderCrank, not {shown(value)}")
+    return value

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import RATIO, SHORTEST, instance, takes, text, whole
+from ..models.robots import FiveBar
 from .four_bar import FourBar
 from .limits import crank_range
 from .moving import move
-
-if TYPE_CHECKING:
-    from ..models.robots import FiveBar
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +21,7 @@ class Curve:
     points: np.ndarray
 
 
+@takes(four_bar=instance(FourBar), label=text, samples=whole(3, 10**6))
 def coupler_curves(four_bar: FourBar, label: str = "coupler curve", samples: int = 1440) -> tuple[Curve, ...]:
     """Every closed curve that the coupler point M can trace: a tuple of Curve.
 
@@ -42,6 +41,7 @@ def coupler_curves(four_bar: FourBar, label: str = "coupler curve", samples: int
     return tuple(Curve(label, points) for points in curves)
 
 
+@takes(robot=instance(FiveBar), samples=whole(3, 10**6))
 def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     """The Type-2 locus of a five-bar in task space as coupler curves: a tuple of Curve.
 
@@ -55,6 +55,11 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
             raise ValueError("type_2_curves: with d = 0 the ground of the four-bar has no length")
         if reach == 0:
             curves += _self_motion(robot, samples)
+        elif abs(reach) < max(SHORTEST, max(sides) / RATIO):
+            raise ValueError(
+                f"type_2_curves: l12 and l22 differ by {abs(reach):.3g} m, too little for a coupler; singularity_loci "
+                "traces this locus too"
+            )
         elif 2 * max(sides) <= sum(sides):
             point = (robot.l12 if reach > 0 else -robot.l12, 0.0)
             curves += coupler_curves(FourBar(*sides, point=point, base=base), label, samples)

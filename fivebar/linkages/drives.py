@@ -51,7 +51,7 @@ def law(
         raise UnreachableError(f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan)
     t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
     if drive == "swing":
-        return _swing(t, speed, *_inside(allowed, start, between))
+        return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
     start = usual_start(linkage, allowed) if start is None else start
     interval = allowed.interval(start)
     lock = None
@@ -99,7 +99,7 @@ def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
     return np.where(flips % 2, -branch, branch).astype(int)
 
 
-def _inside(allowed, start, between):
+def _inside(allowed, start, between, flats):
     """The range between two angles, or else the one around the start; where an end is a lock, a bit before it."""
     if allowed.full:
         if between is None:
@@ -110,7 +110,11 @@ def _inside(allowed, start, between):
     low, high = piece or allowed.intervals[-1]
     first, last = between or (low, high)
     margin = (MARGIN / 20 if between else MARGIN) * (last - first)
-    return max(first, low + margin), min(last, high - margin)
+    first, last = max(first, low + margin), min(last, high - margin)
+    middle = (first + last) / 2
+    if not between and any(abs(math.remainder(flat - middle, TURN)) < 1e-6 for flat in flats):
+        last -= MARGIN / 4 * (last - first)  # the usual samples then miss the flat pose, which has no rates
+    return first, last
 
 
 def _swing(t, speed, low, high):

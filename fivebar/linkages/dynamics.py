@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from ..checks import instance, takes, two_numbers
 from ..models.dyads import dot
-from .motion import one_drive, stretch
-
-if TYPE_CHECKING:
-    from .motion import Motion
+from .checks import loads
+from .motion import Motion, one_drive, stretch
 
 
+@takes(motion=instance(Motion))
 def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each (*batch,).
 
@@ -23,6 +21,7 @@ def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     return motion._full(inertia), motion._full(slope)
 
 
+@takes(motion=instance(Motion), gravity=two_numbers)
 def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper, eq. 31, 37)."""
     _one_drive(motion)
@@ -34,6 +33,7 @@ def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray,
     return motion._full(energy), motion._full(slope)
 
 
+@takes(motion=instance(Motion), load=loads, gravity=two_numbers)
 def driving_torque(motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
     """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq. 38).
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, sqrt_or_nan, unpack
+from ..checks import instance, shown, whole
 from ..models.dyads import RRR, cross, dot
 from ..models.geometry import dgm
 from ..models.robots import FiveBar
@@ -43,9 +44,13 @@ class FiveBarLinkage:
     motors: tuple = (1, 5)
 
     def __post_init__(self) -> None:
-        motors = tuple(self.motors)
-        if len(motors) != 2 or len(set(motors)) != 2 or any(k not in (1, 2, 3, 4, 5) for k in motors):
-            raise ValueError(f"motors must be two of the joints 1 to 5, not {motors}")
+        instance(FiveBar)(self.robot, "robot")
+        try:
+            motors = tuple(whole(1, 5)(k, "each of motors") for k in self.motors)
+        except (TypeError, ValueError):
+            motors = ()
+        if len(motors) != 2 or len(set(motors)) != 2:
+            raise ValueError(f"motors must be two of the joints 1 to 5, not {shown(self.motors)}")
         object.__setattr__(self, "motors", tuple(sorted(motors)))
 
     @property

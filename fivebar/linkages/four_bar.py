@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from .._backend import EPS
+from ..checks import instance, modes, takes
 from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
-from .checks import finite, positive
+from .checks import bodies, finite, pair, sizes
 from .limits import TURN, four_bar_limits
 from .motion import Body, Chain, Link, one_drive
 
@@ -42,8 +43,10 @@ class FourBar:
     usual_branch = 1
 
     def __post_init__(self) -> None:
-        positive(self, *SIDES)
-        finite(self, "point", "base", "tilt")
+        sizes(self, *SIDES)
+        pair(self, "point", "base")
+        finite(self, "tilt")
+        bodies(self, Body, "crank_body", "coupler_body", "rocker_body")
         must_close("four-bar", {name: getattr(self, name) for name in SIDES})
 
     @property
@@ -123,7 +126,7 @@ class FourBar:
 
     def inversion(self, fixed: str) -> FourBar:
         """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the next one is driven."""
-        if fixed not in SIDES:
+        if not isinstance(fixed, str) or fixed not in SIDES:
             raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
         k = SIDES.index(fixed)
         return FourBar(*self.sides[k:], *self.sides[:k])
@@ -137,6 +140,7 @@ class DeadCentre(NamedTuple):
     rocker: float
 
 
+@takes(four_bar=instance(FourBar), branch=modes(1))
 def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up to two."""
     g, a, b, c = four_bar.sides
@@ -155,6 +159,7 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     return tuple(found)
 
 
+@takes(four_bar=instance(FourBar), branch=modes(1))
 def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None without two ends."""
     ends = dead_centres(four_bar, branch)
@@ -164,6 +169,7 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     return max(stroke, TURN - stroke) / min(stroke, TURN - stroke)
 
 
+@takes(four_bar=instance(FourBar))
 def transmission_range(four_bar: FourBar) -> tuple[float, float]:
     """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that close."""
     g, a, b, c = four_bar.sides

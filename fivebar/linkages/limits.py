@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import EPS
-from .checks import check_branch
+from ..checks import shown, takes
+from .checks import check_branch, linkage
 
 if TYPE_CHECKING:
     from .motion import Linkage
@@ -56,19 +57,23 @@ class CrankRange:
         return " and ".join(parts)
 
 
+@takes(linkage=linkage)
 def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
     """The crank angles at which a linkage closes on a branch: CrankRange.
 
-    The ends come from the linkage in closed form; which pieces between them close is tried in their middles.
+    The ends come from the linkage in closed form; which pieces between them close is tried inside of them.
     """
     branch = check_branch(linkage, branch)
+    if isinstance(branch, np.ndarray):
+        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
     ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
     if not ends:
         closes = math.isfinite(linkage.chain(0.3, branch).found)
         return CrankRange(((-math.pi, math.pi),) if closes else (), closes)
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
-    middles = np.array([(low + high) / 2 for low, high in pieces])
-    closes = np.isfinite(linkage.chain(middles, branch).found)
+    # Two places in each: in the middle of a change point's piece both ends of the dyad may be in one point.
+    places = np.array([low + share * (high - low) for low, high in pieces for share in (0.5, 0.38)])
+    closes = np.isfinite(linkage.chain(places, branch).found).reshape(-1, 2).any(axis=1)
     kept = []
     for piece, good in zip(pieces, closes):
         if good and kept and kept[-1][1] == piece[0]:

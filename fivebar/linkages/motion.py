@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, Protocol
@@ -10,8 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from .._backend import atan2, is_symbolic, pack, sqrt
+from ..checks import inertia
 from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
+from .checks import pair
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -36,9 +37,8 @@ class Body:
 
     def __post_init__(self) -> None:
         for name in ("mass", "inertia"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"a body's {name} must be finite and >= 0, not {value:g}")
+            object.__setattr__(self, name, inertia(getattr(self, name), f"a body's {name}"))
+        pair(self, "centre")
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import first_index, is_symbolic, sqrt
+from ..checks import takes
 from ..errors import UnreachableError
 from ..models.dyads import dot
 from .chain import Slot
-from .checks import check_branch, numbers
+from .checks import check_branch, linkage, numbers
 from .limits import crank_range
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from .motion import Linkage, Motion
 
 
+@takes(linkage=linkage)
 def move(
     linkage: Linkage,
     q: ArrayLike,
@@ -35,13 +37,31 @@ def move(
     branch: +1 or -1, for the press a pair; None is the linkage's usual one.
     unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan" there.
     """
-    if unreachable not in ("raise", "nan"):
+    if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
     branch = check_branch(linkage, branch)
-    motion = linkage.start(*(numbers(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))), branch)
+    given = [numbers(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
+    _refuse_shapes(linkage, given, branch)
+    motion = linkage.start(*given, branch)
     if unreachable == "raise":
         _refuse_open(motion)
     return motion
+
+
+def _refuse_shapes(linkage, given, branch):
+    """ValueError for batches that do not go together, and for CasADi symbols that are no scalars."""
+    motors, batch = 2 if hasattr(linkage, "motors") else 1, isinstance(branch, np.ndarray)
+    for x, name in zip(given, ("q", "q_dot", "q_ddot")):
+        if is_symbolic(x) and (x.numel() != motors or batch):
+            raise ValueError(
+                f"{name} must be {'two' * (motors - 1) or 'one'} CasADi scalar, with one branch, not {x.shape}"
+            )
+    shapes = [np.shape(x)[: -1 if motors == 2 and np.ndim(x) else None] for x in given if not is_symbolic(x)]
+    shapes += [branch.shape] if batch else []
+    try:
+        np.broadcast_shapes(*shapes)
+    except ValueError:
+        raise ValueError(f"q, q_dot, q_ddot and branch of shapes {shapes} do not go together") from None
 
 
 def _refuse_open(motion):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
-from .checks import finite, positive
+from .checks import finite, sizes
 from .limits import four_bar_limits
 from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 
@@ -56,7 +56,7 @@ class SixBarPress:
     usual_start = START
 
     def __post_init__(self) -> None:
-        positive(self, "l2", "l3", "l4", "l5", "l11", "l12")
+        sizes(self, "l2", "l3", "l4", "l5", "l11", "l12")
         finite(self, "theta11")
         must_close("press", {name: getattr(self, name) for name in ("l2", "l3", "l4", "l11")})
         for k in range(2, 7):

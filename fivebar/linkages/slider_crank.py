@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from .._backend import EPS
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
-from .checks import finite, positive
+from .checks import bodies, finite, sizes
 from .limits import ends_of, guide_limits
 from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 
@@ -44,9 +44,10 @@ class SliderCrank:
     usual_branch = 1
 
     def __post_init__(self) -> None:
-        positive(self, "crank", "rod")
+        sizes(self, "crank", "rod")
         finite(self, "offset")
-        if self.held not in HELD:
+        bodies(self, Body, "crank_body", "rod_body", "slider_body", "guide_body")
+        if not isinstance(self.held, str) or self.held not in HELD:
             raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
         if abs(self.offset) > self.crank + self.rod:
             raise ValueError(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..checks import instance, takes, text, whole
 from .four_bar import FourBar
 from .moving import move
 
@@ -41,6 +42,7 @@ class Straightness(NamedTuple):
         return self.band / self.stroke
 
 
+@takes(mechanism=instance(StraightLine), samples=whole(2, 10**6))
 def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
     """How straight the coupler point of a StraightLine goes over its usual stroke: Straightness."""
     q = np.linspace(*mechanism.stroke, samples)
@@ -115,6 +117,7 @@ BUILDERS = {
 }
 
 
+@takes(name=text)
 def straight_line(name: str) -> StraightLine:
     """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or "roberts"."""
     if name not in BUILDERS:

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import finite_numbers
+from ..checks import optional, positive, strings, takes, text, two_numbers, whole
 from ..errors import SingularityError
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
-from .checks import check_branch
+from .checks import check_branch, loads
+from .checks import linkage as must_be_linkage
 from .drives import law, smooth_branch, two_motors
 from .five_bar import FiveBarLinkage
 from .four_bar import FourBar
@@ -29,6 +32,7 @@ Linkage = FourBar | SliderCrank | SixBarPress | FiveBarLinkage
 KINDS = {kind.__name__: kind for kind in Linkage.__args__}
 FULL = 2 * np.pi
 MOST_SAMPLES = 10**6  # of some 700 bytes each
+SLOWEST = 1e-60  # rad/s
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +111,16 @@ class Study:
         return replace(again, t=values[:, 0], columns=columns)
 
 
+@takes(
+    linkage=must_be_linkage,
+    turns=positive,
+    drive=text,
+    samples=whole(0, MOST_SAMPLES),
+    load=loads,
+    gravity=two_numbers,
+    between=optional(two_numbers),
+    quantities=optional(strings),
+)
 def study(
     linkage: Linkage, speed: float | tuple[float, float] = FULL, turns: float = 1.0, drive: str = "turn",
     branch: int | tuple[int, int] | None = None, start: ArrayLike | None = None,
@@ -126,14 +140,22 @@ def study(
     gravity: (gx, gy) m/s^2, for the torque.
     quantities: names for the table, None for the usual ones.
     """
-    if not np.isfinite(speed).all() or not np.all(np.abs(speed) > 0):
-        raise ValueError(f"speed must be finite and not 0, not {speed}")
-    if not (np.isfinite(turns) and turns > 0):
-        raise ValueError(f"turns must be finite and > 0, not {turns}")
-    if samples < 3 or round(turns * (samples - 1)) < 1:
+    motors = 2 if isinstance(linkage, FiveBarLinkage) else 1
+    speed, shapes = finite_numbers(speed, "speed"), [(), (2,)][:motors]
+    if speed.shape not in shapes or not (np.abs(speed) > SLOWEST).all():
+        raise ValueError(
+            f"speed must be finite and not 0, {'one or two numbers' if motors == 2 else 'a number'}, not {speed}"
+        )
+    if samples < 3 or turns * (samples - 1) < 0.5:
         raise ValueError(f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g} turns")
     if (count := turns * (samples - 1)) > MOST_SAMPLES:
         raise ValueError(f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6 poses")
+    if start is not None:
+        start = finite_numbers(start, "start")
+        if start.shape != shapes[-1]:
+            raise ValueError(f"start must be {'two numbers' if motors == 2 else 'a number'}, rad, not {start}")
+        start = start if motors == 2 else float(start)
+    speed = speed if speed.ndim else float(speed)
     branch = check_branch(linkage, branch)
     if isinstance(linkage, FiveBarLinkage):
         if between is not None:

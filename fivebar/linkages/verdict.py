@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import shown, takes
+from .checks import check_branch, linkage
 from .five_bar import FiveBarLinkage
 from .four_bar import FourBar, dead_centres, time_ratio, transmission_range
 from .limits import crank_range
@@ -17,9 +19,12 @@ if TYPE_CHECKING:
     from .motion import Linkage
 
 
+@takes(linkage=linkage)
 def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
     """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks, where."""
-    branch = linkage.usual_branch if branch is None else branch
+    branch = check_branch(linkage, branch)
+    if isinstance(branch, np.ndarray):
+        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
     for kind, words in (
         (FourBar, _four_bar),
         (SliderCrank, _slider_crank),
@@ -28,7 +33,7 @@ def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> li
     ):
         if isinstance(linkage, kind):
             return words(linkage, branch)
-    raise TypeError(f"no verdict on a {type(linkage).__name__}")
+    raise TypeError(f"no verdict on a linkage of class {type(linkage).__name__}")
 
 
 def _four_bar(linkage, branch):

@@ -7,8 +7,8 @@ pose, has none; `Task` is the fastest where the motion is regular; `Joint` and `
 
 from dataclasses import dataclass
 
-from .._backend import atan2, cos, sin
-from .dyads import dot
+from .._backend import atan2, cos, sign, sin
+from .dyads import SINGULAR, dot
 from .four_joints import bars_of, bars_rates, closed
 from .geometry import DrivenLeg, Pose, joint_pose, reach, task_pose
 from .kinematics import Rates, solve_a
@@ -20,6 +20,7 @@ class Bars:
 
     name = "bars"
     size = 4
+    wraps = False
     margins = ()
 
     def rates(self, robot, c, c_dot, modes):
@@ -44,6 +45,7 @@ class Minimal:
     """What charts of two coordinates share: they close by themselves."""
 
     size = 2
+    wraps = False  # whether joint coordinates jump by a turn along a motion
 
     def turned(self, robot, c, c_dot, modes):
         return self.rates(robot, c, c_dot, modes)
@@ -78,6 +80,7 @@ class Task(Minimal):
 
     name = "task"
     margins = (0, 1)
+    wraps = True
 
     def rates(self, robot, c, c_dot, modes):
         pose = task_pose(robot, c, modes)
@@ -87,7 +90,7 @@ class Task(Minimal):
         return accelerations._xi_ddot
 
     def coordinates(self, rates):
-        return rates.pose.point, rates._xi_dot, (rates.pose.working[..., 0], rates.pose.working[..., 1])
+        return rates.pose.point, rates._xi_dot, tuple(-sign(sine, SINGULAR) for sine in rates.pose.sines)
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,7 @@ class Leg(Minimal):
     """Coordinates (q_i1, phi_i) of leg i, mode: working mode of the other leg j. Regular away from Type 1 of leg j."""
 
     i: int
+    wraps = True
 
     @property
     def name(self):

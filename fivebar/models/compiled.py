@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks import jit as must_be_jit
+from ..checks import modes, strings, takes
+from ..checks import robot as must_be_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
 from .geometry import dgm, igm
 from .kinematics import dkm, dkm2, ikm, ikm2
@@ -24,6 +27,7 @@ ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 
 
+@takes(robot=must_be_robot, inputs=strings, outputs=strings, assembly=modes(1), working=modes(2), jit=must_be_jit)
 def compile(
     robot: Robot,
     inputs: Iterable[str],

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
+from ..checks import instance
 from ..errors import SingularityError
 from .dyads import SINGULAR, dot
-from .kinematics import Accelerations, Rates, place_of, refuse_parallel
+from .kinematics import Accelerations, Rates, place_of, refuse_parallel, some_rates
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+
+some_accelerations = instance(Accelerations, what="Accelerations, as dkm2, ikm2 and forward_dynamics give")
 
 
 def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
@@ -20,6 +24,8 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
 
     M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. SingularityError where A is singular (Type 2).
     """
+    if not isinstance(rates, Rates):
+        some_rates(rates, "rates")
     pose, m = rates.pose, rates.pose.robot.m
     z1, z2 = pose.robot.inertias
     if not is_symbolic(m) and m == 0:
@@ -41,6 +47,8 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
 
     SingularityError where A is singular (Type 2).
     """
+    if not isinstance(accelerations, Accelerations):
+        some_accelerations(accelerations, "accelerations")
     rates = accelerations.rates
     pose, m = rates.pose, rates.pose.robot.m
     torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
@@ -63,6 +71,8 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
     Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
     of both legs (with m = 0: A alone).
     """
+    if not isinstance(rates, Rates):
+        some_rates(rates, "rates")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     (u1, u2), (b1, b2), (z1, z2), m = rates.pose.u2, rates.pose.b, rates.pose.robot.inertias, rates.pose.robot.m
     (r1, r2), (mu1, mu2), (k1, k2), g, inverse = _forces_over_mass(rates, tau, "forward_dynamics")
@@ -82,6 +92,7 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
 
     A bar that pushes has a positive one: m xi'' = A^T lambda.
     """
+    some_rates(rates, "rates")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     m = rates.pose.robot.m
     return pack(*(m * mu for mu in _forces_over_mass(rates, tau, "bar_forces")[1]))
@@ -144,6 +155,8 @@ def _refuse_corner(pose, determinant, model):
 
 def energy(rates: Rates) -> np.ndarray:
     """Kinetic energy (*batch,) in J (AMORO eq. 21, 23)."""
+    if not isinstance(rates, Rates):
+        some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias
     return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))

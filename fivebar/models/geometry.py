@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, unpack
+from ..checks import robot as must_be_robot
 from ..errors import SingularityError, UnreachableError
 from .dyads import RRP, RRR, SINGULAR, cross
+from .robots import KINDS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -181,6 +183,8 @@ def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str =
     unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows (feet) of equal distal bars leave
     these free to turn: SingularityError, or nan.
     """
+    if type(robot) not in KINDS:
+        must_be_robot(robot, "robot")
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
@@ -232,6 +236,8 @@ def igm(robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable:
     unreachable: "raise" an UnreachableError, or give "nan" there. A leg of equal bars folded on its base joint is free
     to turn: SingularityError, or nan. Active angles lie in (-pi, pi].
     """
+    if type(robot) not in KINDS:
+        must_be_robot(robot, "robot")
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
@@ -276,7 +282,7 @@ def _with_modes(v, modes, name, count):
 
 def _refuse_open(unreachable, found, pose):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
-    if unreachable not in ("raise", "nan"):
+    if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
     if unreachable == "nan" or is_symbolic(found) or not np.any(found != found):
         return

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import first_index, is_symbolic, pack, unpack_for
+from ..checks import instance
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
 from .geometry import Pose, ReachedLeg
@@ -164,11 +165,17 @@ class Accelerations:
         return pack(*passive)
 
 
+a_pose = instance(Pose, what="a Pose, as dgm and igm give")
+some_rates = instance(Rates, what="Rates, as dkm and ikm give")
+
+
 def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
     """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
 
     q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
     """
+    if not isinstance(pose, Pose):
+        a_pose(pose, "pose")
     q_dot = unpack_for(pose.point[0], q_dot, "q_dot")
     return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm"))
 
@@ -178,6 +185,8 @@ def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
 
     xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
     """
+    if not isinstance(pose, Pose):
+        a_pose(pose, "pose")
     xi_dot = unpack_for(pose.point[0], xi_dot, "xi_dot")
     return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose.u2), "ikm"), xi_dot, _from_task=True)
 
@@ -187,6 +196,8 @@ def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:
 
     q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
     """
+    if not isinstance(rates, Rates):
+        some_rates(rates, "rates")
     q_ddot = unpack_for(rates._xi_dot[0], q_ddot, "q_ddot")
     along = tuple(b * q + d for b, q, d in zip(rates.pose.b, q_ddot, rates._bias))
     return Accelerations(rates, q_ddot, solve_a(rates.pose, along, "dkm2"))
@@ -197,6 +208,8 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
 
     xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
     """
+    if not isinstance(rates, Rates):
+        some_rates(rates, "rates")
     xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
     along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose.u2, rates._bias))
     return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from .._backend import is_symbolic, wrap
+from ..checks import base, inertia, not_too_different, size
 from .dyads import Crank, Slider
 
 
@@ -95,20 +95,31 @@ class Robot(Protocol):
     def continuous(self, q: np.ndarray) -> np.ndarray: ...
 
 
+def beside(robot: Robot, q, before):
+    """Joint coordinates q, which may jump by a turn, in the turn that is nearest to `before`."""
+    difference = q - before
+    return q - (difference - robot.differ(difference))
+
+
 def _check_values(robot):
-    """Make every field a float: lengths of bars > 0, all others >= 0."""
+    """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that products fail."""
     for f in fields(robot):
         value = getattr(robot, f.name)
-        if is_symbolic(value) and value.numel() == 1 and not value.is_constant():
-            continue  # what a compiled function is told later
-        try:
-            number = math.nan if isinstance(value, bool) else float(value)
-        except (TypeError, ValueError):
-            raise ValueError(f"{f.name} must be a number, not {value!r}") from None
-        is_bar = f.name.startswith("l")
-        if not math.isfinite(number) or number < 0 or (is_bar and number == 0):
-            raise ValueError(f"{f.name} must be finite and {'> 0' if is_bar else '>= 0'}, not {number:g}")
-        object.__setattr__(robot, f.name, number)
+        if is_symbolic(value):
+            if value.numel() == 1 and not value.is_constant():
+                continue  # what a compiled function is told later
+            if value.numel() == 1:
+                value = float(value)  # CasADi's numbers are numbers
+        if f.name.startswith("l"):
+            value = size(value, f.name)
+        elif f.name == "d":
+            value = base(value, "d")
+        else:
+            value = inertia(value, f.name)
+        object.__setattr__(robot, f.name, value)
+    lengths = {f.name: getattr(robot, f.name) for f in fields(robot) if f.name[0] == "l"}
+    if not any(map(is_symbolic, lengths.values())):
+        not_too_different(lengths)
 
 
 @dataclass(frozen=True)
@@ -117,8 +128,10 @@ class FiveBar:
 
     l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of the base joints, m;
     zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector, kg.
-    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have. CasADi symbols in
-    place of numbers are taken as they are: what is made of such a robot is a function of them.
+    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have, and for lengths
+    outside 1e-6 to 1e6 m (d: 0, or from 1e-12), bars in a ratio above 1e6, masses and inertias outside 1e-30 to 1e30
+    (but 0): products of others overflow, underflow or lose their digits. CasADi symbols in place of numbers are taken
+    as they are: what is made of such a robot is a function of them.
     """
 
     l11: float = 0.09
@@ -167,7 +180,8 @@ class Biglide:
 
     l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m: grouped mass of the
     end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces in N. The guides have no ends.
-    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have.
+    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have, and outside the
+    range of a FiveBar.
     """
 
     l1: float = 0.2828427

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from .._backend import finite_numbers
+from ..checks import modes, shown, takes, two_numbers
+from ..checks import robot as must_be_robot
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from .trajectory import Trajectory, polynomial
@@ -16,6 +19,18 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 
+def three_times(value, name):
+    """Rule: three times, increasing; ValueError for anything else."""
+    times = finite_numbers(value, name)
+    if times.shape != (3,) or not (times[0] < times[1] < times[2]):
+        raise ValueError(f"{name} must be three numbers, increasing, s, not {shown(value)}")
+    return tuple(times.tolist())
+
+
+@takes(
+    robot=must_be_robot, start=two_numbers, goal=two_numbers, crossing=two_numbers, velocity=two_numbers,
+    times=three_times, acceleration=two_numbers, working=modes(2),
+)  # fmt: skip
 def crossing_polynomial(
     robot: Robot, start: ArrayLike, goal: ArrayLike, crossing: ArrayLike, velocity: ArrayLike,
     times: Sequence[float], acceleration: ArrayLike = (0.0, 0.0), working: tuple[int, int] = (-1, -1),
@@ -33,7 +48,9 @@ def crossing_polynomial(
     rates = ikm(igm(robot, crossing, working), velocity)
     pose, slope = rates.pose, rates.margin_rates[2]
     if abs(pose.det_A) > 1e-6:
-        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: det A = {pose.det_A:.3g}")
+        raise ValueError(
+            f"crossing_polynomial: the crossing is not on Type 2 in working modes {working}: det A = {pose.det_A:.3g}"
+        )
     if abs(slope) < 1e-6:
         raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
     x, y = pose.u2[0]  # across t_s

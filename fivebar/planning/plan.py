@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import modes, optional, shown, takes, text
+from ..checks import robot as must_be_robot
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
@@ -39,8 +41,10 @@ REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
 BETTER = 0.01  # of the objective
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
+LOOKED_AT = 401  # times of a plan that failed, for what may be wrong with it
 
 
+@takes(robot=must_be_robot, working=optional(modes(2)), method=text)
 def plan(
     robot: Robot, start: ArrayLike | dict | Pose, goal: ArrayLike | dict | Pose, duration: float | None = None, *,
     via: Iterable = (),
@@ -74,8 +78,6 @@ def plan(
     """
     began = time.perf_counter()
     free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
-    if working is not None and np.shape(working) != (2,):
-        raise ValueError(f"plan: working must be two modes, +1 or -1, not {working!r}")
     if serial_margin is None and not free:
         serial_margin = 0.05
     limits = Limits(
@@ -92,8 +94,8 @@ def plan(
     if method not in METHODS:
         raise ValueError(f"plan: method must be {' or '.join(METHODS)}, not {method!r}")
     for name, value, low, high in (("degree", degree, 2, 7), ("intervals", intervals, 2, MOST_INTERVALS)):
-        if not (isinstance(value, int) and low <= value <= high):
-            raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {value!r}")
+        if type(value) is bool or not (isinstance(value, int) and low <= value <= high):
+            raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {shown(value)}")
     tolerance, max_time = number(tolerance, "tolerance", 1e-9, 1), number(max_time, "max_time", 0, math.inf)
     rule = scheme(method, degree)
     if free:
@@ -104,12 +106,12 @@ def plan(
             (Problem(robot, stops, None, weights, limits, rule), paths, length) for stops, paths, length in ways
         ]
         return _best(problems, intervals, tolerance, max_time, began)
-    modes = (-1, -1) if working is None else tuple(int(w) for w in working)
-    start, goal = (point_of(point, modes, name) for point, name in ((start, "start"), (goal, "goal")))
-    problem = Problem(robot, checked_stops(start, goal, duration, via), modes, weights, limits, rule)
+    working = working or (-1, -1)
+    start, goal = (point_of(point, working, name) for point, name in ((start, "start"), (goal, "goal")))
+    problem = Problem(robot, checked_stops(start, goal, duration, via), working, weights, limits, rule)
     refuse_massless(problem)
     refuse_stops(problem)
-    sides = {np.sign(igm(robot, conditions[0], modes).det_A) for conditions, _ in problem.stops}
+    sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
         raise ValueError(
             'plan: this motion must cross a Type-2 singularity, where without torque_limit or a weight on "effort" the '
@@ -237,8 +239,24 @@ class _Search:
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
         broken = {name: value for name, value in plan.violations.items() if name in names}
-        words = f"plan: {reason}{self.problem.listed(broken)}; the best motion found is attached as .plan"
+        why = f"{reason}{self.problem.listed(broken)}{self.unbounded(plan)}"
+        words = f"plan: {why}; the best motion found is attached as .plan"
         return PlanError(words, broken, plan, status)
+
+    def unbounded(self, plan):
+        """That the motion crosses Type 2 and nothing bounds its torque there, in words; empty where it is not so."""
+        if self.problem.weights["effort"] or self.problem.limits.torque is not None:
+            return ""
+        t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
+        with np.errstate(all="ignore"):
+            det_a = self.problem.accelerations(plan.motion(t)).rates.pose.det_A
+        count = np.count_nonzero(np.diff(np.sign(det_a[np.isfinite(det_a)])))
+        if not count:
+            return ""
+        return (
+            f'; it crosses Type 2 ({count} times), where without a torque_limit or a weight on "effort" the torque has '
+            "no bound: give one of them, or a parallel_margin that keeps off"
+        )
 
 
 def _refined(mesh, parts):

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import HUGE, real_numbers
+from ..checks import shown
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
@@ -175,7 +178,7 @@ def pairs_of(via: Iterable) -> list[tuple]:
     try:
         return [(t, point) for t, point in via]
     except (TypeError, ValueError):
-        raise ValueError(f"plan: via must be [(time or None, point), ...], not {via!r}") from None
+        raise ValueError(f"plan: via must be [(time or None, point), ...], not {shown(via)}") from None
 
 
 def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
@@ -197,8 +200,8 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
         conditions = {}
         for order, value in point.items():
             array = _floats(value)
-            if array.shape != (2,) or not np.isfinite(array).all():
-                raise ValueError(f"plan: {name}, order {order}, must be two finite numbers (x, y), not {value!r}")
+            if array.shape != (2,) or not (np.abs(array) < HUGE).all():
+                raise ValueError(f"plan: {name}, order {order}, must be two finite numbers (x, y), not {shown(value)}")
             conditions[order] = tuple(array.tolist())
         stops.append((conditions, t))
     if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
@@ -209,7 +212,7 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
 def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     weights = {objective: 1.0} if isinstance(objective, str) else objective
     if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
-        raise ValueError(f"plan: objective must be of {', '.join(OBJECTIVES)}, not {objective!r}")
+        raise ValueError(f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}")
     weights = {
         name: number(weights.get(name, 0.0), f"the weight of {name}", 0.0, math.inf, True) for name in OBJECTIVES
     }
@@ -220,23 +223,25 @@ def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
 
 def _floats(value):
     try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        return real_numbers(value, "")
+    except ValueError:
         return np.array(np.nan)  # fails every check of shape
 
 
 def number(value: float, name: str, low: float, high: float, closed: bool = False) -> float:
-    ok = np.ndim(value) == 0 and isinstance(value, (int, float, np.number)) and math.isfinite(value)
-    if not (ok and (value > low or (closed and value == low)) and value < high):
+    value = float(value) if isinstance(value, np.floating) else value
+    ok = isinstance(value, Real) and not isinstance(value, bool) and -HUGE < value < HUGE
+    least = low if low or closed else 1 / HUGE
+    if not (ok and (value > least or (closed and value == low)) and value < high):
         above = f"finite and {'>=' if closed else '>'} {low:g}" + (f" and < {high:g}" if math.isfinite(high) else "")
-        raise ValueError(f"plan: {name} must be {above}, not {value!r}")
+        raise ValueError(f"plan: {name} must be {above}, not {shown(value)}")
     return float(value)
 
 
 def limit_of(value: ArrayLike | None, name: str, sizes: tuple[int, ...]) -> tuple[float, float] | float | None:
     if value is None:
         return None
-    values = [number(v, name, 0.0, math.inf) for v in np.ravel(value).tolist()]
+    values = [number(v, name, 0.0, math.inf) for v in np.ravel(_floats(value)).tolist()]
     if len(values) not in sizes:
         raise ValueError(f"plan: {name} must be one number{' or one per joint' if 2 in sizes else ''}, not {value!r}")
     return tuple(values * (3 - len(values))) if 2 in sizes else values[0]
@@ -246,6 +251,6 @@ def box(workspace: ArrayLike | None) -> tuple | None:
     if workspace is None:
         return None
     box = _floats(workspace)
-    if box.shape != (2, 2) or not np.isfinite(box).all() or (box[:, 0] >= box[:, 1]).any():
-        raise ValueError(f"plan: workspace must be ((x low, x high), (y low, y high)), finite, not {workspace!r}")
+    if box.shape != (2, 2) or not (np.abs(box) < HUGE).all() or (box[:, 0] >= box[:, 1]).any():
+        raise ValueError(f"plan: workspace must be ((x low, x high), (y low, y high)), finite, not {shown(workspace)}")
     return tuple(map(tuple, box.tolist()))

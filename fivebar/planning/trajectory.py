@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
+from ..checks import not_negative, number, positive, seconds, shown, two_numbers
 from ..tables import TextFile, opened
 
 
@@ -49,13 +51,18 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
     first and last time with a position. ValueError where it does not. The lab's P a = c, solved in Chebyshev
     polynomials of a time scaled to [-1, 1], where it is well conditioned.
     """
-    conditions = list(conditions)
+    try:
+        conditions = [(number(t, "the time of each of conditions"), dict(given)) for t, given in conditions]
+    except (TypeError, ValueError) as error:
+        what = f"polynomial: conditions must be [(t, {{order: (x, y), ...}}), ...], not {shown(conditions)}: {error}"
+        raise ValueError(what) from None
     times = _increasing([t for t, _ in conditions], "polynomial")
+    seconds(times[-1] - times[0], "polynomial: the time from the first to the last of conditions")
     for t, given in conditions:
         for order, value in given.items():
-            if order not in (0, 1, 2):
+            if type(order) is not int or order not in (0, 1, 2):
                 raise ValueError(f"polynomial: the order at t = {t:g} s must be 0, 1 or 2, not {order!r}")
-            _point(value, f"polynomial: order {order} at t = {t:g} s")
+            two_numbers(value, f"polynomial: order {order} at t = {t:g} s")
     half = (times[-1] - times[0]) / 2
     degree = sum(len(given) for _, given in conditions) - 1
     derivatives = [np.eye(degree + 1)]
@@ -88,15 +95,17 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
 
 def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
     """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, > 0."""
-    duration = _positive(duration, "line: duration")
+    duration = seconds(duration, "line: duration")
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
-    return polynomial([(0.0, {0: _point(a, "line: a"), **rest}), (duration, {0: _point(b, "line: b"), **rest})])
+    return polynomial(
+        [(0.0, {0: two_numbers(a, "line: a"), **rest}), (duration, {0: two_numbers(b, "line: b"), **rest})]
+    )
 
 
 def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius m, period s > 0."""
-    center = np.array(_point(center, "circle: center"))
-    radius, period = _positive(radius, "circle: radius"), _positive(period, "circle: period")
+    center = np.array(two_numbers(center, "circle: center"))
+    radius, period = positive(radius, "circle: radius"), seconds(period, "circle: period")
     omega = 2 * math.pi / period
 
     def motion(t):
@@ -116,32 +125,26 @@ def from_csv(path: TextFile, smoothing: float = 0.0) -> Trajectory:
     """
     from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
 
-    if not (math.isfinite(smoothing) and smoothing >= 0):
-        raise ValueError(f"from_csv: smoothing must be finite and >= 0 m, not {smoothing!r}")
+    smoothing = not_negative(smoothing, "from_csv: smoothing")
     with opened(path) as table:
         t, x, y = table.numbers(("t", "x", "y")).T
         if len(t) < 6:
             raise ValueError(f"{table.name}: a quintic spline needs at least 6 rows, not {len(t)}")
-    splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in (x, y)]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in (x, y)]
+    except RuntimeWarning:
+        what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
+        raise ValueError(what) from None
     splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
     return Trajectory(t[0], t[-1] - t[0], lambda times: np.stack([spline(times) for spline in splines], axis=-1))
 
 
-def _point(value, name):
-    array = np.asarray(value, dtype=float)
-    if array.shape != (2,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} must be two finite numbers (x, y), not {value!r}")
-    return array.tolist()
-
-
-def _positive(value, name):
-    if not (np.ndim(value) == 0 and math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be finite and > 0, not {value!r}")
-    return float(value)
-
-
 def _increasing(times, name):
-    times = np.array(times, dtype=float)
-    if times.ndim != 1 or len(times) < 2 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise ValueError(f"{name}: times must be two or more, finite and increasing, not {times.tolist()}")
+    times = np.array(times)
+    if len(times) < 2 or (np.diff(times) <= 0).any():
+        raise ValueError(
+            f"{name}: times must be two or more, finite and increasing, not {times.tolist()}, in conditions"
+        )
     return times

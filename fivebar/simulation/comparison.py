@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import instance, shown
 from ..models.robots import Robot
 from ..tables import BinaryFile, saved
 from .run import Run
@@ -27,10 +28,13 @@ COLUMNS = (
 
 def compare(runs: Mapping[str, Run]) -> Comparison:
     """Comparison of runs, a dict {name: Run}; each with a reference, all of one kind of robot (ValueError)."""
+    if not isinstance(runs, Mapping):
+        raise TypeError(f"compare: runs must be a dict {{name: Run}}, not {shown(runs)}")
     runs = dict(runs)
     if not runs:
-        raise ValueError("compare needs at least one run")
+        raise ValueError("compare needs at least one run in runs")
     for name, run in runs.items():
+        instance(Run)(run, f"compare: runs[{name!r}]")
         if run.xi_ref is None:
             raise ValueError(f"compare: the run {name!r} has no reference, so no error")
     if len({type(run.robot) for run in runs.values()}) > 1:

@@ -10,23 +10,34 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
+from ..checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
+from ..checks import jit as must_be_jit
+from ..checks import robot as must_be_robot
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task
 from ..models.compiled import Buffered, compiled
-from ..models.kinematics import Rates
-from ..models.robots import Robot, parameters_of
+from ..models.kinematics import Rates, some_rates
+from ..models.robots import Robot, beside, parameters_of
 from ..progress import progress
 from .events import meets
 from .plant import check_start, refuse_losses
 from .run import Control, Run
-from .simulate import Grid, assemble, check_options
-from .steps import COLUMNS, MARGIN_RATES, MARGINS, Q_DOT, Q, observation, runge_kutta_step
+from .simulate import MOST_DELAY, Grid, assemble, begin_of, check_options
+from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, observation, runge_kutta_step
 
+MOST_ROWS, BYTES = 3 * 10**7, 180  # of all runs; what one takes
+MOST_BLOCK, BLOCK_BYTES = 10**5, 1200  # steps in a control period; what one takes while a call lasts
+AT_ONCE = 4 * 10**6  # rows in one call
 TOGETHER = 128  # runs in one call: more would only take memory
 INLINE = 10  # steps in a control period that are written out: beyond, a loop is as fast
 GAINS = 4  # kp and kd of both joints
 
 
+@takes(
+    reference=optional(a_callable), duration=optional(positive), control_period=positive, step=positive,
+    torque_limit=optional(positive), delay=whole(0, MOST_DELAY), encoder_resolution=optional(positive),
+    chart=one_of(*CHARTS), method=one_of(*METHODS), jit=must_be_jit,
+)  # fmt: skip
 def simulate_many(
     robot: Robot | Sequence[Robot], controller: PD | ComputedTorque | Sequence, reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None, *, duration: float | None = None, control_period: float = 0.01,
@@ -48,7 +59,11 @@ def simulate_many(
     law, gains = _one_law(controllers)
     check_options(chart, delay, torque_limit, encoder_resolution, method=method)
     grid, chart = Grid.of(duration, reference, step, control_period), CHARTS[chart]
+    what = f"{len(robots)} runs of {grid.steps} steps are {len(robots) * grid.steps:.3g} rows"
+    bounded(len(robots) * grid.steps, MOST_ROWS, what, BYTES)
+    bounded(grid.block, MOST_BLOCK, f"control_period = {control_period:g} s is {grid.block:.3g} steps", BLOCK_BYTES)
     periods, kind = -(-grid.steps // grid.block), type(robots[0])
+    delay = min(delay, periods)
     parameters = np.array([parameters_of(each) for each in robots])
     states, modes = _at_reference(kind, parameters, law, reference, chart) if begin is None else _at(begin, chart)
     times = np.arange(periods) * (grid.block * grid.step)
@@ -64,8 +79,9 @@ def simulate_many(
     t = np.arange(grid.steps + 1) * grid.step
     shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
     runs = []
-    for first in progress(range(0, len(states), TOGETHER), unit=f" x {TOGETHER} runs", delay=1):
-        part = slice(first, first + TOGETHER)
+    together = max(1, min(TOGETHER, AT_ONCE // grid.steps))
+    for first in progress(range(0, len(states), together), unit=f" x {together} runs", delay=1):
+        part = slice(first, first + together)
         count = len(states[part])
         inputs = states[part], np.tile(targets, (count, 1)), modes[part], parameters[part], gains[part]
         outputs = _call(count, jit, *options)(*(each.squeeze() if count == 1 else each for each in inputs))
@@ -80,6 +96,8 @@ def simulate_many(
 def _runs_of(robot, controller, starts):
     """Robots and controllers (n,) and, where given, starts: Rates of a batch, or (n,)."""
     given = {"robots": robot, "controllers": controller, "starts": starts}
+    if not (starts is None or isinstance(starts, (Rates, Sequence))) or isinstance(starts, str):
+        raise TypeError(f"starts must be the Rates of a batch, or one Rates for each run, not {shown(starts)}")
     lengths = {name: len(each) for name, each in given.items() if isinstance(each, Sequence)}
     if isinstance(starts, Rates):
         if starts.q_dot.ndim != 2:
@@ -93,6 +111,8 @@ def _runs_of(robot, controller, starts):
             f"one for each run: {', '.join(f'{n} {name}' for name, n in lengths.items())} do not go together"
         )
     robots = list(robot) if isinstance(robot, Sequence) else [robot] * count
+    for each in robots:
+        must_be_robot(each, "robot")
     controllers = list(controller) if isinstance(controller, Sequence) else [controller] * count
     for k, each in enumerate(robots):
         if type(each) is not type(robots[0]):
@@ -104,7 +124,7 @@ def _runs_of(robot, controller, starts):
         raise ValueError("starts is a batch of one robot's Rates: for several robots give a list, or None")
     if isinstance(starts, Sequence):
         for each, start in zip(robots, starts):
-            check_start(each, start)
+            check_start(each, some_rates(start, "starts"))
     return robots, controllers, starts
 
 
@@ -134,7 +154,7 @@ def _modes(modes, count):
 
 def _at_reference(kind, parameters, law, reference, chart):
     """States and modes in which each robot is at the reference's start."""
-    xi, xi_dot, _ = reference(0.0)
+    xi, xi_dot, _ = begin_of(reference)
     at, p = casadi.SX.sym("at", 4), casadi.SX.sym("parameters", parameters.shape[1])
     rates = Task().rates(_symbolic(kind, p), (at[0], at[1]), (at[2], at[3]), law.working)
     c, c_dot, modes = chart.coordinates(rates)
@@ -208,6 +228,7 @@ def _loop(kind, law, chart, method, step, block, periods, torque_limit, delay, r
     q, q_dot = seen[Q], seen[Q_DOT]
     after = []
     if resolution is not None:
+        q = beside(robot, q, state[whole - 2 :]) if chart.wraps else q
         q = casadi.floor(q / resolution + 0.5) * resolution
         q_dot, after = (q - state[whole - 2 :]) / (block * step), [q]
     own = replace(law, kp=0.0, kd=0.0)

@@ -11,7 +11,7 @@ from ..errors import SingularityError
 from ..models.charts import Bars
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_rates, closed
-from ..models.robots import parameters_of
+from ..models.robots import beside, parameters_of
 from .steps import (
     COLUMNS,
     ENERGY,
@@ -36,6 +36,7 @@ ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing move
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
 AHEAD = 1.5  # steps: a chart with a singularity is held to end where its margin would vanish within them
 BLOCK = 50  # fixed steps in one compiled call
+STRETCH = 8192  # rows that are read from the polynomials at once
 
 
 class Plant:
@@ -102,11 +103,14 @@ class Plant:
     def rows(self, t):
         """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""
         t0, lengths, states, polynomials = (np.array([piece[k] for piece in self._pieces]) for k in range(4))
-        at = np.clip(np.searchsorted(t0, t, side="right") - 1, 0, None)
-        found = between(states[at], polynomials[at], (t - t0[at]) / lengths[at])
-        columns = np.ascontiguousarray(found.T)
-        c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]))
-        return observation(rates), np.stack([*c, *c_dot], axis=-1)
+        rows, found = np.empty((len(t), COLUMNS)), np.empty((len(t), 8))
+        for first in range(0, len(t), STRETCH):
+            part = slice(first, first + STRETCH)
+            at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
+            columns = between(states[at], polynomials[at], (t[part] - t0[at]) / lengths[at]).T.copy()
+            c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]))
+            rows[part], found[part] = observation(rates), np.stack([*c, *c_dot], axis=-1)
+        return rows, found
 
     def after(self, state, tau, length):
         """The Rates, of floats, `length` s after a state under the torque tau."""
@@ -157,6 +161,8 @@ class FixedPlant:
             self._states.append(np.vstack([self.state, states[:-1]]))
             self._rows.append(rows.reshape(-1, COLUMNS).copy())
             self._torques += [tau] * count
+            if self.chart.wraps:
+                last[Q] = beside(self.robot, last[Q], self._last[Q])
             self.state, self._last = states[-1].copy(), last.copy()
             self.k, steps = self.k + count, steps - count
         self.t = until

@@ -10,10 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
+from ..checks import jit as must_be_jit
+from ..checks import robot as must_be_robot
 from ..errors import SingularityError, UnreachableError
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
-from ..models.kinematics import Rates, dkm, ikm
+from ..models.kinematics import Rates, dkm, ikm, some_rates
 from ..models.robots import Robot
 from .events import crossings
 from .plant import FixedPlant, Plant, margins_after
@@ -23,9 +26,16 @@ from .steps import ENERGY, METHODS, Q_DOT, XI, Q
 TOLERANCE = 1e-12  # rad, of a step where nothing is asked
 COARSER, FINER = 10, 1e5  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
 LEAST_TOLERANCE, FINEST = 1e-12, 1e-14  # rad: below, a step's error is rounding
-MOST_STEPS = 10**7  # rows: more than a GB of motion
+MOST_DELAY = 10_000  # samples
+MOST_ROWS, BYTES = 10**7, 400  # of a run; what a row takes while it is made
 
 
+@takes(
+    robot=must_be_robot, controller=optional(a_callable), reference=optional(a_callable), start=optional(some_rates),
+    duration=optional(positive), control_period=positive, step=positive, torque_limit=optional(positive),
+    delay=whole(0, MOST_DELAY), encoder_resolution=optional(positive), chart=one_of(*CHARTS),
+    method=one_of(None, *METHODS), tolerance=optional(positive), jit=must_be_jit,
+)  # fmt: skip
 def simulate(
     robot: Robot, controller: Callable | None = None, reference: Callable | None = None, *,
     duration: float | None = None, start: Rates | None = None, control_period: float = 0.01, step: float = 0.001,
@@ -53,7 +63,6 @@ def simulate(
     ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars are, for every robot.
     """
     if tolerance is not None:
-        tolerance = _positive(tolerance, "tolerance")
         if tolerance < LEAST_TOLERANCE:
             raise ValueError(f"tolerance = {tolerance:g} is below rounding: at least {LEAST_TOLERANCE:g}")
         if method is not None or chart != "auto":
@@ -105,21 +114,20 @@ class Grid(NamedTuple):
     @classmethod
     def of(cls, duration, reference, step, control_period):
         """Checked; the default duration is the reference's, and without a controller all is one block."""
-        step, block = _positive(step, "step"), None
+        step, block = positive(step, "step"), None
         if control_period is not None:
-            ratio = _positive(control_period, "control_period") / step
-            block = round(ratio)
+            ratio = positive(control_period, "control_period") / step
+            block = max(round(min(ratio, 1e18)), 1)
             if abs(ratio - block) > 1e-6 * ratio:
                 raise ValueError(f"control_period = {control_period:g} s must be a multiple of step = {step:g} s")
         if duration is None:
-            if reference is None:
+            if not (hasattr(reference, "start") and hasattr(reference, "duration")):
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
-        count = _positive(duration, "duration") / step
-        if count > MOST_STEPS:
-            raise ValueError(f"duration = {duration:g} s is {count:.3g} steps of {step:g} s: at most {MOST_STEPS:g}")
+        count = positive(duration, "duration") / step
+        bounded(count, MOST_ROWS, f"duration = {duration:g} s is {count:.3g} steps of {step:g} s", BYTES)
         steps = max(math.ceil(count - 1e-6), 1)
-        return cls(steps, step, block or steps)
+        return cls(steps, step, min(block or steps, steps))
 
 
 def check_options(chart, delay, torque_limit, resolution=None, charts=tuple(CHARTS), method=None):
@@ -127,11 +135,10 @@ def check_options(chart, delay, torque_limit, resolution=None, charts=tuple(CHAR
     for name, value, known in (("chart", chart, charts), ("method", method, (None, *METHODS))):
         if value not in known:
             raise ValueError(f"{name} must be one of {', '.join(map(str, known))}, not {value!r}")
-    if isinstance(delay, bool) or not (isinstance(delay, (int, np.integer)) and delay >= 0):
-        raise ValueError(f"delay must be a whole number of samples >= 0, not {delay!r}")
+    whole(0, MOST_DELAY)(delay, "delay")
     for name, value in (("torque_limit", torque_limit), ("encoder_resolution", resolution)):
         if value is not None:
-            _positive(value, name)
+            positive(value, name)
 
 
 def start_with(robot, reference, controller):
@@ -148,8 +155,16 @@ def start_with(robot, reference, controller):
     modes = [tuple(own.working) for own in (reference, controller) if getattr(own, "working", None) is not None]
     if len(set(modes)) > 1:
         raise ValueError(f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same")
-    xi, xi_dot, _ = reference(0.0)
+    xi, xi_dot, _ = begin_of(reference)
     return ikm(igm(robot, xi, modes[0] if modes else (-1, -1)), xi_dot)
+
+
+def begin_of(reference):
+    """(xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,); ValueError where it gives something else."""
+    answer = reference(0.0)
+    if not isinstance(answer, (tuple, list)) or len(answer) != 3 or any(np.shape(each) != (2,) for each in answer):
+        raise ValueError(f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}")
+    return answer
 
 
 class _Loop:
@@ -200,9 +215,3 @@ def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, a
         tau=np.vstack([torques, torques[-1]]), xi_ref=xi_ref, torque_limit=torque_limit, control=control,
         events=crossings(robot, t, rows, after) if crosses else (), log=log,
     )  # fmt: skip
-
-
-def _positive(value, name):
-    if not (np.ndim(value) == 0 and math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be finite and > 0, not {value!r}")
-    return float(value)

@@ -8,9 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import real_numbers
+from ..checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
-from ..models.robots import FiveBar
+from ..models.robots import Biglide, FiveBar
 from .loci import singularity_loci
 from .locus import MODES, pairs
 from .margins import Singularity
@@ -47,7 +49,7 @@ class Aspect:
 
     def contains(self, xi: ArrayLike) -> bool | np.ndarray:
         """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not: bool (*batch,)."""
-        xi = np.asarray(xi, dtype=float)
+        xi = real_numbers(xi, "xi")
         if xi.ndim == 0 or xi.shape[-1] != 2:
             raise ValueError(f"xi must have shape (2,) or (*batch, 2), not {xi.shape}")
         z = (xi @ (1, 1j)).ravel()
@@ -56,6 +58,7 @@ class Aspect:
         return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
 
 
+@takes(robot=instance(FiveBar, Biglide))
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
@@ -93,11 +96,12 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
 
 
+@takes(robot=instance(FiveBar, Biglide))
 def aspect(robot: FiveBar, number: int) -> Aspect:
     """The aspect of that number; ValueError where there is none."""
     found = aspects(robot)
-    if number not in range(1, len(found) + 1):
-        raise ValueError(f"no aspect {number!r}: this robot has {len(found)}, numbered from 1")
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not 1 <= number <= len(found):
+        raise ValueError(f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1")
     return found[number - 1]
 
 

@@ -10,6 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ..checks import instance, not_negative, takes
 from .aspects import Aspect
 from .regions import Arc, roomiest
 
@@ -24,6 +25,7 @@ class Disc:
     radius: float
 
 
+@takes(aspect=instance(Aspect))
 def largest_disc(aspect: Aspect, margin: float = 0.0) -> Disc:
     """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
 
@@ -44,9 +46,7 @@ def largest_disc(aspect: Aspect, margin: float = 0.0) -> Disc:
 
 
 def checked_margin(margin: float) -> float:
-    if not (np.ndim(margin) == 0 and np.isfinite(margin) and margin >= 0):
-        raise ValueError(f"margin must be finite and >= 0, not {margin!r}")
-    return float(margin)
+    return not_negative(margin, "margin")
 
 
 def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:

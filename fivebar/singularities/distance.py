@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._backend import EPS, check_modes, is_symbolic, unpack
+from ..checks import instance, takes
 from ..models.geometry import igm
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import KINDS, Biglide, FiveBar
 from .loci import singularity_loci
 from .locus import Locus, pairs
 from .margins import Singularity
 from .roots import rising_zeros
 
 
+@takes(robot=instance(*KINDS))
 def locus_distance(
     robot: FiveBar | Biglide, xi: ArrayLike, working: ArrayLike | None = None
 ) -> tuple[float | np.ndarray, Singularity | np.ndarray]:
@@ -28,7 +30,7 @@ def locus_distance(
     """
     x, y = unpack(xi, "xi")
     if is_symbolic(x):
-        raise TypeError("locus_distance needs numbers, not CasADi symbols")
+        raise TypeError("locus_distance: xi must be numbers, not CasADi symbols")
     if working is not None:
         working = tuple(int(m) for m in check_modes(working, "working").ravel())
         if len(working) != 2:

@@ -12,6 +12,8 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import robot as must_be_robot
+from ..checks import shown, takes
 from ..models.geometry import joint_pose, task_pose
 from ..models.robots import Robot, robot_of
 from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
@@ -103,6 +105,7 @@ class Map:
                 raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
+@takes(robot=must_be_robot)
 def singularity_map(
     robot: Robot,
     field: str = "parallel",
@@ -120,9 +123,9 @@ def singularity_map(
     shape: (nx, ny) nodes, the window's borders among them.
     ValueError for an unknown field, a window that misses the workspace, and a grid that memory cannot hold.
     """
-    if field not in FIELDS:
-        raise ValueError(f"no margin {field!r}: the known ones are {', '.join(FIELDS)}")
-    if space not in ("task", "joint"):
+    if not isinstance(field, str) or field not in FIELDS:
+        raise ValueError(f"field: no margin {shown(field)}: the known ones are {', '.join(FIELDS)}")
+    if not isinstance(space, str) or space not in ("task", "joint"):
         raise ValueError(f'space must be "task" or "joint", not {space!r}')
     modes = MODES if space == "task" else (1, -1)
     nx, ny = _checked_shape(shape, len(modes))
@@ -185,14 +188,14 @@ def _strip(robot):
 def _checked_shape(shape, layers):
     try:
         nx, ny = (int(n) if int(n) == n else 0 for n in shape)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         nx = ny = 0
     if min(nx, ny) < 2:
         raise ValueError(f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}")
     needed = 8 * layers * nx * ny
     if needed > SHARE * _memory():
         raise ValueError(
-            f"a map of {nx} x {ny} nodes in {layers} modes needs {needed / 2**30:.3g} GiB; "
+            f"shape: a map of {nx} x {ny} nodes in {layers} modes needs {needed / 2**30:.3g} GiB; "
             f"{SHARE:.0%} of this machine's memory are {SHARE * _memory() / 2**30:.3g} GiB"
         )
     return nx, ny
@@ -209,7 +212,7 @@ def _memory():
 def _checked_window(window, turns):
     try:
         x_min, x_max, y_min, y_max = map(float, window)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}") from None
     if not (np.isfinite([x_min, x_max, y_min, y_max]).all() and x_min < x_max and y_min < y_max):
         raise ValueError(f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}")

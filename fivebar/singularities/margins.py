@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from .._backend import is_symbolic
+from ..checks import not_negative, takes
 from ..models.dyads import dot
 from ..models.geometry import Pose
 
@@ -136,6 +137,7 @@ def singularity_margins(pose: Pose) -> Margins:
     return Margins(_numeric(pose, "singularity_margins"))
 
 
+@takes(tol=not_negative)
 def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for a batch.
 
@@ -153,9 +155,9 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
 
 def _numeric(pose, name):
     if not isinstance(pose, Pose):
-        raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}")
+        raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose")
     if is_symbolic(pose.point[0]):
-        raise TypeError(f"{name} needs numbers, not CasADi symbols")
+        raise TypeError(f"{name} needs a pose of numbers, not of CasADi symbols")
     return pose
 
 

@@ -13,8 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..checks import flag, instance, takes, whole
 from ..models.geometry import Pose, igm
-from ..models.robots import FiveBar
+from ..models.kinematics import a_pose
+from ..models.robots import Biglide, FiveBar
 from .aspects import Aspect, aspects
 from .margins import Singularity
 
@@ -142,6 +144,7 @@ def aspect_of(pose: Pose) -> Aspect:
     raise ValueError(f"this pose is in no aspect, as it is singular: xi = ({x:.9g}, {y:.9g}) m, modes {working}")
 
 
+@takes(robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose, folds=flag, most=whole(0, 10**6))
 def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8) -> tuple[Route, ...]:
     """Ways from start to goal through the aspects, those with fewest crossings first; () where none joins them.
 
@@ -149,6 +152,8 @@ def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: in
     most: ways that are looked for; none visits an aspect twice.
     """
     for name, pose in (("start", start), ("goal", goal)):
+        if np.shape(pose.xi) != (2,) or not np.isfinite(pose.xi).all():
+            raise ValueError(f"routes: {name} must be one Pose that closes, of numbers")
         if pose.robot != robot:
             raise ValueError(f"routes: {name} is a pose of another robot: {pose.robot}, not {robot}")
     first, last = aspect_of(start).number, aspect_of(goal).number

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from .._backend import EPS, check_modes
+from ..checks import robot as must_be_robot
+from ..checks import shown, takes
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
@@ -50,6 +52,7 @@ class PathCheck:
     min_margin_time: float
 
 
+@takes(robot=must_be_robot)
 def check_path(
     robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None
 ) -> PathCheck:
@@ -247,7 +250,7 @@ def _smallest(robot, path, modes, start, end):
 def _finite(path):
     """The path, which raises a ValueError where it is asked at a time and does not answer with finite numbers."""
     if not callable(path) or not hasattr(path, "duration"):
-        raise ValueError(f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {path!r}")
+        raise ValueError(f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {shown(path)}")
 
     def motion(t):
         answer = tuple(np.asarray(value) for value in path(t))

@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
+from ..checks import instance, not_negative, takes
 from .aspects import Aspect
 from .disc import CANDIDATES, checked_margin, room_at, too_narrow
 from .outline import INWARDS, Outline
@@ -32,6 +33,7 @@ class Rectangle:
         return (self.x_max - self.x_min) * (self.y_max - self.y_min)
 
 
+@takes(aspect=instance(Aspect), margin=not_negative)
 def largest_rectangle(aspect: Aspect, margin: float = 0.0) -> Rectangle:
     """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its singularities: Rectangle.
 

@@ -19,6 +19,7 @@ from fivebar.linkages import (
     dead_centres,
     move,
     straight_line,
+    study,
     transmission_range,
     type_2_curves,
     verdict,
@@ -238,3 +239,39 @@ def test_coupler_curves_cover_both_branches():
     for curve in coupler_curves(TABLE_2.inversion("rocker"), "drag"):
         assert curve.label == "drag" and curve.points[0] == pytest.approx(curve.points[-1], abs=1e-7)
         assert np.isfinite(curve.points).all() and len(curve.points) > 1400
+
+
+def test_ranges_of_change_points_whose_pieces_have_a_flat_middle():
+    """Of 400 change points in integers, the share of angles that close is that of the triangle B C D."""
+    rng, folded = np.random.default_rng(3), 0
+    four_bars = [FourBar(0.3, 0.3, 0.2, 0.2)]
+    while len(four_bars) < 400:
+        ground, crank, coupler = (int(side) for side in rng.integers(1, 20, 3))
+        rocker = int(rng.choice([ground + crank - coupler, ground + coupler - crank, crank + coupler - ground]))
+        if rocker > 0:
+            four_bars.append(FourBar(ground, crank, coupler, rocker))
+    for four_bar in four_bars:
+        ground, crank, coupler, rocker = four_bar.sides
+        q = np.linspace(-np.pi, np.pi, 20001)[:-1] + 1e-5  # no multiple of it is flat
+        span = np.sqrt(ground**2 + crank**2 - 2 * ground * crank * np.cos(q))
+        share = np.mean((span <= coupler + rocker) & (span >= abs(coupler - rocker)))
+        allowed = crank_range(four_bar)
+        own = 1.0 if allowed.full else sum(high - low for low, high in allowed.intervals) / (2 * np.pi)
+        assert own == pytest.approx(share, abs=4e-4)
+        folded += ground == crank and coupler == rocker
+    assert folded >= 3
+    assert sum(high - low for low, high in crank_range(four_bars[0]).intervals) / (2 * np.pi) == pytest.approx(
+        4 * np.arcsin(2 / 3) / (2 * np.pi), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("sides", [(0.3, 0.3, 0.2, 0.2), (5, 5, 3, 3), (3, 3, 5, 5)])
+@pytest.mark.parametrize("samples", [361, 181, 1001])
+def test_a_change_point_swings_through_its_flat_pose(sides, samples):
+    """Smoothly: the rates are the differences of the angles."""
+    motion = study(FourBar(*sides), drive="swing" if sides[2] < sides[0] else "turn", samples=samples)
+    for link in ("coupler", "rocker"):
+        rate, angle = motion[f"{link}.rate"], motion[f"{link}.angle"]
+        steps, jump = np.diff(motion.t), np.abs(np.diff(rate)).max()
+        assert np.abs(np.diff(angle) / steps - (rate[1:] + rate[:-1]) / 2).max() <= jump
+        assert np.abs(np.diff(angle)).max() < 0.3

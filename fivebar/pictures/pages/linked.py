@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from ...checks import shown, text
 from ...linkages import Study
 from ...singularities.maps import Map
 from .document import write
@@ -25,6 +27,12 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
     Raises ValueError for fewer than 2 samples, times that do not increase, names that do not exist, quantities of a
     reference where there is none; ImportError without Bokeh; OSError if the file cannot be written.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"path must be a str or an os.PathLike, not {shown(path)}")
+    if title is not None:
+        text(title, "title")
+    if not (show is None or isinstance(show, (str, list, tuple, dict, set, Iterator)) or hasattr(show, "keys")):
+        raise TypeError(f"show must be a name or several, not {shown(show)}")
     if is_run(subject):
         code, content = "motion", runs_content({"": subject}, show)
     elif isinstance(subject, Mapping):
@@ -36,5 +44,5 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
             raise ValueError("the page of a map shows the map's own margin: leave out show")
         code, content = "map", map_content(subject)
     else:
-        raise TypeError(f"a page shows a Run, a dict of Runs, a Study or a Map, not {type(subject).__name__}")
+        raise TypeError(f"subject: a page shows a Run, a dict of Runs, a Study or a Map, not {type(subject).__name__}")
     write(path, code, content if title is None else content | {"title": str(title)})

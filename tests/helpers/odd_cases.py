@@ -1,0 +1,228 @@
+"""Usual calls of every public function, of which `odd_calls` makes strange ones."""
+
+import inspect
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from scipy.optimize import brentq
+
+import fivebar as fb
+from fivebar import linkages
+from fivebar.amoro.models import models
+from tests.helpers.odd_calls import ACCELERATIONS, FOUR_BAR, LINE, POSE, RATES, ROBOT, Case
+
+HOME = (0.09, 0.068)
+FOLDER = Path(tempfile.mkdtemp(prefix="fivebar-odd-"))
+CSV = FOLDER / "path.csv"
+CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
+GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}
+CROSSING = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05  # of Type 2
+CONTROLLER = fb.ComputedTorque(ROBOT, 100.0, 20.0)
+PLAN = fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5)
+RUN = fb.simulate(ROBOT, CONTROLLER, LINE)
+MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
+STUDY = linkages.study(FOUR_BAR)
+MASSIVE = linkages.Body(1.0, 0.1)
+ASPECT = fb.aspect(ROBOT, 1)
+JOINTS = dict(zip(("q11", "q12", "q21", "q22"), (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1]))))
+JOINT_RATES = dict(q11D=0.1, q12D=0.2, q21D=0.3, q22D=0.4)
+LAB = models(ROBOT)
+HUGE_NUMBERS = {name: [1e6, 1e9, 10**9, 10**20, 1e-9, 1e-3, 1.0, 0.01] for name in (
+    "duration", "control_period", "step", "delay", "horizon", "turns", "samples", "tolerance", "period", "seconds",
+)}  # fmt: skip
+
+
+def _simulated(call, **more):
+    usual = dict(
+        robot=ROBOT, controller=CONTROLLER, reference=LINE, duration=0.02, start=None, control_period=0.01, step=0.001,
+        torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method=None, tolerance=None, jit=False,
+    )  # fmt: skip
+    # A Trajectory can be called, but not as a controller: what it says then is its own.
+    return Case(call, usual | more, 20.0, ("Trajectory.__call__",), options=HUGE_NUMBERS)
+
+
+def _many(**given):
+    return fb.simulate_many(**given)
+
+
+ROBOT_VALUES = {name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")}
+SIDES = dict(ground=0.2, crank=0.06, coupler=0.16, rocker=0.14)
+SLIDER_BODIES = {f"{link}_body": MASSIVE for link in ("crank", "rod", "slider", "guide")}
+BODIES = dict(crank_body=MASSIVE, coupler_body=MASSIVE, rocker_body=MASSIVE)
+PRESS = {name: getattr(linkages.REPAIRED, name) for name in linkages.REPAIRED.__dataclass_fields__}
+# What is said of a path that no file can have, and of a dict that holds no runs.
+WORDS_OF_FILES = "embedded null byte", "a page compares Runs", "the open file", "no quantity", "at least one run"
+
+CASES = {
+    # models
+    "FiveBar": Case(fb.FiveBar, ROBOT_VALUES),
+    "Biglide": Case(fb.Biglide, dict(l1=0.28, l2=0.28, d=0.4, mf1=1.0, mf2=1.0, m=3.0)),
+    "dgm": Case(fb.dgm, dict(robot=ROBOT, q=(0.2, -0.1), assembly=-1, unreachable="raise")),
+    "igm": Case(fb.igm, dict(robot=ROBOT, xi=HOME, working=(-1, -1), unreachable="raise")),
+    "dkm": Case(fb.dkm, dict(pose=POSE, q_dot=(0.7, -1.1))),
+    "ikm": Case(fb.ikm, dict(pose=POSE, xi_dot=(0.1, 0.2))),
+    "dkm2": Case(fb.dkm2, dict(rates=RATES, q_ddot=(0.7, -1.1))),
+    "ikm2": Case(fb.ikm2, dict(rates=RATES, xi_ddot=(0.1, 0.2))),
+    "dynamic_model": Case(fb.dynamic_model, dict(rates=RATES)),
+    "inverse_dynamics": Case(fb.inverse_dynamics, dict(accelerations=ACCELERATIONS)),
+    "forward_dynamics": Case(fb.forward_dynamics, dict(rates=RATES, tau=(0.1, 0.2))),
+    "energy": Case(fb.energy, dict(rates=RATES)),
+    "compile": Case(
+        fb.compile, dict(robot=ROBOT, inputs=["q"], outputs=["xi"], assembly=-1, working=(-1, -1), jit=False),
+        words=("no input", "no output"),
+    ),
+    # what the models give, made by hand
+    "Pose": Case(fb.Pose, dict(robot=ROBOT, point=HOME, _build=lambda: None), nan=True),
+    "Rates": Case(fb.Rates, dict(pose=POSE, _q_dot=(0.0, 0.0), _xi_dot=(0.0, 0.0)), nan=True),
+    "Accelerations": Case(fb.Accelerations, dict(rates=RATES, _q_ddot=(0.0, 0.0), _xi_ddot=(0.0, 0.0)), nan=True),
+    "Plan": Case(fb.Plan, dict(problem=PLAN.problem, pieces=PLAN.pieces, objective=1.0, status=""), nan=True),
+    "Run": Case(fb.Run, {n: getattr(RUN, n) for n in ("robot", "t", "q", "q_dot", "xi", "tau", "energy")}, nan=True),
+    "Trajectory": Case(fb.Trajectory, dict(start=0.0, duration=1.0, _motion=LINE), nan=True),
+    "PlanError": Case(fb.PlanError, dict(message="x", violations={}), nan=True),
+    "UnreachableError": Case(fb.UnreachableError, dict(message="x", gap=0.1), nan=True),
+    "SingularityError": Case(fb.SingularityError, dict(message="x", margin=0.1), nan=True),
+    # Python's own enum looks its values up in a dict, and CasADi's cannot be keys.
+    "Singularity": Case(fb.Singularity, dict(value=1), words=("Singularity",), symbols=False),
+    # singularities
+    "singularity": Case(fb.singularity, dict(pose=POSE, tol=1e-9)),
+    "singularity_margins": Case(fb.singularity_margins, dict(pose=POSE)),
+    "singularity_loci": Case(fb.singularity_loci, dict(robot=ROBOT), 10.0),
+    "singularity_map": Case(
+        fb.singularity_map,
+        dict(robot=ROBOT, field="parallel", space="task", window=(-0.1, 0.1, -0.1, 0.1), shape=(11, 11)), 10.0,
+        options={"shape": [(10**6, 10**6), (2, 2), (3, 10**20), 1e3, (5.0, 5.0)]},
+        words=("nodes",),
+    ),
+    "locus_distance": Case(fb.locus_distance, dict(robot=ROBOT, xi=HOME, working=None), 10.0),
+    "aspects": Case(fb.aspects, dict(robot=ROBOT), 10.0),
+    "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
+    "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None), 10.0),
+    "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0), 10.0),
+    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
+    "routes": Case(
+        fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
+    ),
+    # motions
+    "line": Case(fb.line, dict(a=HOME, b=(0.0, 0.1), duration=1.0)),
+    "circle": Case(fb.circle, dict(center=HOME, radius=0.01, period=1.0)),
+    "polynomial": Case(fb.polynomial, dict(conditions=[(0.0, {0: HOME}), (1.0, {0: (0.0, 0.1)})])),
+    "from_csv": Case(fb.from_csv, dict(path=CSV, smoothing=0.0), words=WORDS_OF_FILES),
+    "crossing_polynomial": Case(
+        fb.crossing_polynomial,
+        dict(
+            robot=ROBOT, start=HOME, goal=(0.05, 0.0), crossing=CROSSING, velocity=(-0.1, -0.1),
+            times=(0.0, 1.0, 2.0), acceleration=(0.0, 0.0), working=(-1, -1),
+        ),
+    ),
+    "plan": Case(
+        fb.plan,
+        dict(
+            robot=ROBOT, start=HOME, goal=(0.08, 0.075), duration=0.5, via=(), objective="effort", torque_limit=None,
+            joint_speed_limit=None, acceleration_limit=None, workspace=None, serial_margin=None, parallel_margin=None,
+            working=None, method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0,
+        ), 30.0,
+    ),
+    # control and simulation
+    "PD": Case(fb.PD, GAINS),
+    "ComputedTorque": Case(fb.ComputedTorque, GAINS | {"assembly": -1}),
+    "FeedForward": Case(fb.FeedForward, GAINS | {"ahead": 0.005}),
+    "Tracker": Case(
+        fb.Tracker,
+        dict(
+            robot=ROBOT, horizon=5, period=0.01, seconds=None, torque_limit=None, speed_limit=None, delay=0,
+            encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=100.0, assembly=-1, jit=False,
+        ), 20.0, options=HUGE_NUMBERS,
+    ),
+    "simulate": _simulated(fb.simulate),
+    "simulate_many": Case(
+        _many,
+        dict(
+            robot=[ROBOT, ROBOT], controller=CONTROLLER, reference=LINE, starts=None, duration=0.02, step=0.001,
+            control_period=0.01, torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method="rk4",
+            jit=False,
+        ), 20.0, ("robots", "controllers", "starts"), options=HUGE_NUMBERS,
+    ),
+    "compare": Case(fb.compare, dict(runs={"one": RUN})),
+    "page": Case(fb.page, dict(subject=RUN, path=FOLDER / "page.html", show=None, title=None), 10.0, WORDS_OF_FILES),
+    # linkages
+    "lk.Body": Case(linkages.Body, dict(mass=1.0, inertia=0.1, centre=None)),
+    "lk.FourBar": Case(linkages.FourBar, SIDES | BODIES | dict(point=(0.1, 0.0), base=(0.0, 0.0), tilt=0.1)),
+    "lk.SliderCrank": Case(
+        linkages.SliderCrank, dict(crank=0.1, rod=0.3, offset=0.01, held="guide", **SLIDER_BODIES),
+        words=("link",),
+    ),
+    "lk.SixBarPress": Case(linkages.SixBarPress, PRESS, words=("mass", "inertia")),
+    "lk.FiveBarLinkage": Case(linkages.FiveBarLinkage, dict(robot=ROBOT, motors=(1, 5))),
+    "lk.move": Case(
+        linkages.move, dict(linkage=FOUR_BAR, q=0.3, q_dot=1.0, q_ddot=0.0, branch=1, unreachable="raise")
+    ),
+    "lk.crank_range": Case(linkages.crank_range, dict(linkage=FOUR_BAR, branch=1)),
+    "lk.dead_centres": Case(linkages.dead_centres, dict(four_bar=FOUR_BAR, branch=1)),
+    "lk.time_ratio": Case(linkages.time_ratio, dict(four_bar=FOUR_BAR, branch=1)),
+    "lk.transmission_range": Case(linkages.transmission_range, dict(four_bar=FOUR_BAR)),
+    "lk.coupler_curves": Case(linkages.coupler_curves, dict(four_bar=FOUR_BAR, label="a", samples=90)),
+    "lk.type_2_curves": Case(linkages.type_2_curves, dict(robot=ROBOT, samples=90)),
+    "lk.straight_line": Case(linkages.straight_line, dict(name="watt"), words=("straight-line",)),
+    "lk.straightness": Case(linkages.straightness, dict(mechanism=linkages.straight_line("watt"), samples=101)),
+    "lk.driving_torque": Case(
+        linkages.driving_torque, dict(motion=MOTION, load={"M": (1.0, 0.0)}, gravity=(0.0, -9.81))
+    ),
+    "lk.equivalent_inertia": Case(linkages.equivalent_inertia, dict(motion=MOTION)),
+    "lk.potential": Case(linkages.potential, dict(motion=MOTION, gravity=(0.0, -9.81))),
+    "lk.study": Case(
+        linkages.study,
+        dict(
+            linkage=FOUR_BAR, speed=6.0, turns=1.0, drive="turn", branch=1, start=None, between=None, samples=37,
+            load=None, gravity=(0.0, 0.0), quantities=None,
+        ), words=("no quantity", "no range of its own"), options=HUGE_NUMBERS | {"drive": ["swing", "until-lock"]},
+    ),
+    "lk.verdict": Case(linkages.verdict, dict(linkage=FOUR_BAR, branch=1)),
+    # what linkages give, made by hand
+    "lk.CrankRange": Case(linkages.CrankRange, dict(intervals=(), full=True), nan=True),
+    "lk.Curve": Case(linkages.Curve, dict(label="a", points=np.zeros((3, 2))), nan=True),
+    "lk.DeadCentre": Case(linkages.DeadCentre, dict(kind="folded", crank=0.1, rocker=0.2), nan=True),
+    "lk.StraightLine": Case(
+        linkages.StraightLine,
+        dict(linkage=FOUR_BAR, branch=1, through=(0, 0), direction=(1, 0), stroke=(0, 1), source=""), nan=True,
+    ),
+    "lk.Straightness": Case(linkages.Straightness, dict(stroke=1.0, deviation=0.1, band=0.1), nan=True),
+    "lk.Motion": Case(linkages.Motion, {n: getattr(MOTION, n) for n in linkages.Motion.__dataclass_fields__}, nan=True),
+    "lk.Study": Case(linkages.Study, {n: getattr(STUDY, n) for n in linkages.Study.__dataclass_fields__}, nan=True),
+    # the lab's functions
+    "models": Case(models, dict(robot=ROBOT)),
+    "lab.dgm": Case(LAB.dgm, dict(q11=0.2, q21=-0.1, assembly_mode=-1)),
+    "lab.igm": Case(LAB.igm, dict(x=0.09, y=0.068, gamma1=-1, gamma2=-1)),
+    "lab.dgm_passive": Case(LAB.dgm_passive, dict(q11=0.2, q21=-0.1, assembly_mode=-1)),
+    "lab.dkm": Case(LAB.dkm, JOINTS | dict(q11D=0.1, q21D=0.2)),
+    "lab.ikm": Case(LAB.ikm, JOINTS | dict(xD=0.1, yD=0.2)),
+    "lab.dkm_passive": Case(LAB.dkm_passive, JOINTS | dict(q11D=0.1, q21D=0.2, xD=0.1, yD=0.2)),
+    "lab.dkm2": Case(LAB.dkm2, JOINTS | JOINT_RATES | dict(q11DD=0.1, q21DD=0.2)),
+    "lab.ikm2": Case(LAB.ikm2, JOINTS | JOINT_RATES | dict(xDD=0.1, yDD=0.2)),
+    "lab.dkm2_passive": Case(LAB.dkm2_passive, JOINTS | JOINT_RATES | dict(q11DD=0.1, q21DD=0.2, xDD=0.1, yDD=0.2)),
+    "lab.dynamic_model": Case(LAB.dynamic_model, JOINTS | JOINT_RATES),
+}  # fmt: skip
+
+
+def public_names():
+    """Every public function and class, as CASES calls them."""
+    found = set()
+    for prefix, module, names in (("", fb, dir(fb)), ("lk.", linkages, linkages.__all__), ("lab.", LAB, vars(LAB))):
+        for name in names:
+            thing = getattr(module, name)
+            ours = getattr(thing, "__module__", "").startswith("fivebar")
+            if callable(thing) and ours and not name.startswith("_") and not isinstance(thing, ModuleType):
+                found.add(prefix + name)
+    return found | {"models"}
+
+
+def parameters_missed():
+    """(function, parameter) that no odd call ever makes strange."""
+    missed = []
+    for name, case in CASES.items():
+        if case.nan or case.call is _many or name == "Singularity":
+            continue
+        own = [p for p in inspect.signature(case.call).parameters if not p.startswith("_")]
+        missed += [(name, p) for p in own if p not in case.usual]
+    return missed

@@ -1,0 +1,58 @@
+"""Encoders where joint angles pass +-pi: their differences are rates, and never a jump by a turn."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+
+ROBOT = fb.FiveBar()
+RESOLUTION = 1e-3
+
+
+def through_half_a_turn(count, seed):
+    """Lines (start, goal, working, joint) on which an active joint of `igm` passes +-pi, far from singularities."""
+    rng, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        a, b = rng.uniform(-0.17, 0.17, (2, 2))
+        working = tuple(int(mode) for mode in rng.choice([-1, 1], 2))
+        pose = fb.igm(ROBOT, a + np.linspace(0, 1, 200)[:, None] * (b - a), working, unreachable="nan")
+        if not (np.abs(np.stack([*pose.sines, pose.det_A])) > 0.15).all():
+            continue
+        jumps = np.abs(np.diff(pose.q, axis=0)) > np.pi
+        if jumps.any() and np.linalg.norm(b - a) > 0.05:
+            found.append((a, b, working, int(pose.assembly[0])))
+    return found
+
+
+def test_the_line_of_the_report():
+    reference = fb.line((-0.077, -0.05), (0.078, -0.073), 2.0)
+    controller = fb.ComputedTorque(ROBOT, 100, 20, (-1, -1), 1)
+    run = fb.simulate(ROBOT, controller, reference, encoder_resolution=RESOLUTION)
+    assert np.linalg.norm(run.error, axis=1).max() < 2e-3
+    assert np.abs(run.control.q_dot[1:]).max() < 2 * np.abs(run.q_dot).max() + RESOLUTION / 0.01
+
+
+@pytest.mark.parametrize("chart, method", [("auto", None), ("task", "rk4"), ("joint", "rk4"), ("auto", "rk4")])
+def test_twelve_lines_through_half_a_turn(chart, method):
+    for a, b, working, assembly in through_half_a_turn(12, seed=22):
+        controller, reference = fb.ComputedTorque(ROBOT, 100, 20, working, assembly), fb.line(a, b, 2.0)
+        options = dict(encoder_resolution=RESOLUTION, chart=chart)
+        run = fb.simulate(ROBOT, controller, reference, method=method, **options)
+        # What an encoder tells lags behind by half a period and errs by a step over a period.
+        at = np.searchsorted(run.t, run.control.t + 1e-9) - 1
+        mean = (run.q[at[1:]] - run.q[at[:-1]]) / 0.01
+        assert np.abs(run.control.q_dot[1:] - mean).max() <= 1.001 * RESOLUTION / 0.01
+        assert np.abs(run.control.q - run.q[at]).max() <= 0.501 * RESOLUTION or chart == "task"
+        assert np.linalg.norm(run.error, axis=1).max() < 3e-3
+        if method:
+            (many,) = fb.simulate_many([ROBOT], controller, reference, method=method, **options)
+            assert many.q == pytest.approx(run.q, abs=1e-9)
+            assert many.control.q_dot == pytest.approx(run.control.q_dot, abs=1e-9)
+
+
+def test_a_tracker_with_encoders_through_half_a_turn():
+    a, b, working, assembly = through_half_a_turn(1, seed=5)[0]
+    tracker = fb.Tracker(ROBOT, 10, encoder_resolution=RESOLUTION, assembly=assembly)
+    start = fb.ikm(fb.igm(ROBOT, a, working), (0.0, 0.0))
+    run = fb.simulate(ROBOT, tracker, fb.line(a, b, 2.0), start=start, encoder_resolution=RESOLUTION)
+    assert np.linalg.norm(run.error, axis=1).max() < 3e-3

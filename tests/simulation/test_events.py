@@ -1,0 +1,101 @@
+"""Times of crossings against a run a hundred times finer, whose sines' zeros are found by interpolation alone."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import KroghInterpolator
+from scipy.optimize import brentq
+
+import fivebar as fb
+
+ROBOT = fb.FiveBar()
+COARSE = 5e-3
+
+
+def sines_of(run):
+    """sin q12, sin q22, det A (n, 3) along a run, by its joints and end-effector: geometry and no model of ours."""
+    found, bases = [], ((-ROBOT.d / 2, 0.0), (ROBOT.d / 2, 0.0))
+    for k, (base, l1, l2) in enumerate(zip(bases, (ROBOT.l11, ROBOT.l21), (ROBOT.l12, ROBOT.l22))):
+        first = np.stack([np.cos(run.q[:, k]), np.sin(run.q[:, k])], axis=1)
+        second = (run.xi - base - l1 * first) / l2
+        found.append((first, second))
+    (a, b), (c, d) = found
+    return np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((a, b), (c, d), (b, d))], axis=1)
+
+
+def zeros(t, values):
+    """Where sampled values change sign, by the polynomial of degree 9 through the ten samples around each."""
+    found = []
+    for k in np.flatnonzero(values[1:] * values[:-1] < 0):
+        first = min(max(k - 4, 0), len(t) - 10)
+        part = slice(first, first + 10)
+        polynomial = KroghInterpolator(t[part] - t[k], values[part])
+        found.append(t[k] + brentq(lambda x, p=polynomial: float(p(x)), 0.0, t[k + 1] - t[k], xtol=1e-15))
+    return found
+
+
+def free(xi, working, xi_dot, duration, step):
+    start = fb.ikm(fb.igm(ROBOT, xi, working), xi_dot)
+    return fb.simulate(ROBOT, start=start, duration=duration, step=step)
+
+
+@pytest.mark.parametrize(
+    "xi, working, xi_dot", [((0.01, 0.12), (1, -1), (0.02, -0.3)), ((0.05, 0.1), (-1, -1), (-0.5, -0.4))]
+)
+def test_event_times_to_1e_12_s(xi, working, xi_dot):
+    fine, coarse = free(xi, working, xi_dot, 1.0, COARSE / 100), free(xi, working, xi_dot, 1.0, COARSE)
+    sines = sines_of(fine)
+    for k, name in enumerate(ROBOT.words.sines):
+        exact = zeros(fine.t, sines[:, k])
+        own = [event.t for event in coarse.events if event.margin == name]
+        assert len(own) == len(exact)
+        assert own == pytest.approx(exact, abs=1e-12)
+    assert len(coarse.events) >= 2
+
+
+def turning(column, apart):
+    """Rates of a free motion at whose start a sine turns around, `apart` / 2 s after and before it is 0."""
+
+    def pose_at(sine):
+        if column == 2:  # along a line in task space det A goes through 0, along one in joint space the others do
+            x = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A - sine, -0.09, -0.085)
+            return fb.igm(ROBOT, (x, 0.05))
+        q = [2.5, 0.5]
+        low, high = (0.65, 0.72) if column == 0 else (2.35, 2.42)
+
+        def pose(angle):
+            q[column] = angle
+            return fb.dgm(ROBOT, q)
+
+        return pose(brentq(lambda angle: pose(angle).sines[column] - sine, low, high))
+
+    def rates_at(sine):
+        pose, give = pose_at(sine), fb.dkm if column < 2 else fb.ikm
+        slopes = [give(pose, unit).margin_rates[column] for unit in ((1.0, 0.0), (0.0, 1.0))]
+        size = (3.0 if column < 2 else 0.3) / np.hypot(*slopes)
+        return give(pose, (size * slopes[1], -size * slopes[0]))  # the sine's own rate is 0
+
+    guess = rates_at(1e-4)
+    ahead = fb.simulate(ROBOT, start=guess, duration=1e-4, step=1e-5)
+    bend = np.polyfit(ahead.t, sines_of(ahead)[:, column], 2)[0]
+    return rates_at(-bend * (apart / 2) ** 2)
+
+
+def reversed_rates(pose, q_dot):
+    return fb.dkm(fb.dgm(ROBOT, pose.q, int(pose.assembly)), -q_dot)
+
+
+@pytest.mark.parametrize("column", [0, 1, 2])
+def test_there_and_back_within_one_step(column):
+    """A sine passes 0 to and fro in the middle of a step of 5 ms, whose ends have one sign."""
+    middle = turning(column, 0.3 * COARSE)
+    back = fb.simulate(ROBOT, start=reversed_rates(middle.pose, middle.q_dot), duration=COARSE / 2, step=COARSE / 100)
+    assembly = int(-np.sign(sines_of(back)[-1, 2]))
+    start = fb.dkm(fb.dgm(ROBOT, back.q[-1], assembly), -back.q_dot[-1])
+    coarse, fine = (fb.simulate(ROBOT, start=start, duration=4 * COARSE, step=COARSE / n) for n in (1, 100))
+    exact = [t for t in zeros(fine.t, sines_of(fine)[:, column]) if t < COARSE]
+    assert len(exact) == 2 and 0.2 * COARSE < exact[1] - exact[0] < 0.4 * COARSE
+    ends = sines_of(coarse)[:2, column]
+    assert ends[0] * ends[1] > 0
+    own = [event for event in coarse.events if event.margin == ROBOT.words.sines[column] and event.t < COARSE]
+    assert [event.t for event in own] == pytest.approx(exact, abs=1e-11)
+    assert own[0].before == own[1].after != own[0].after
