@@ -48,9 +48,8 @@ def crossing_polynomial(
     rates = ikm(igm(robot, crossing, working), velocity)
     pose, slope = rates.pose, rates.margin_rates[2]
     if abs(pose.det_A) > 1e-6:
-        raise ValueError(
-            f"crossing_polynomial: the crossing is not on Type 2 in working modes {working}: det A = {pose.det_A:.3g}"
-        )
+        at = f"det A = {pose.det_A:.3g} in working modes {working}"
+        raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: {at}")
     if abs(slope) < 1e-6:
         raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
     x, y = pose.u2[0]  # across t_s

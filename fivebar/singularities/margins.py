@@ -157,7 +157,7 @@ def _numeric(pose, name):
     if not isinstance(pose, Pose):
         raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose")
     if is_symbolic(pose.point[0]):
-        raise TypeError(f"{name} needs a pose of numbers, not of CasADi symbols")
+        raise TypeError(f"{name} needs a pose of numbers, not CasADi symbols")
     return pose
 
 
