@@ -165,3 +165,20 @@ print(start, time.monotonic(), time.perf_counter())
     )
     done = run(tmp_path, script, "--timeout", 30)
     assert done.stdout.splitlines() == ["[1, 2]", "3", "0.03 0.53 0.53"]
+
+
+def test_a_thread_that_nobody_ends_does_not_keep_the_command(tmp_path):
+    """The main thread is interrupted where it does not expect it; the other would look for news for ever."""
+    script = (
+        START
+        + """import threading, time
+def loop():
+    while True:
+        if robot.data_updated():
+            robot.apply_efforts(1e-3, -1e-3)
+threading.Thread(target=loop).start()
+while True:
+    pass
+"""
+    )
+    run(tmp_path, script, "--until", 0.5)

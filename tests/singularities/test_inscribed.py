@@ -177,6 +177,7 @@ def _apart(z, borders):
 
 @pytest.mark.parametrize("margin", [-1.0, np.nan, np.inf, (0.1, 0.2)])
 def test_margins_are_checked(found, margin):
+    words = "a number" if isinstance(margin, tuple) else "finite and >= 0"
     for largest in (largest_disc, largest_rectangle):
-        with pytest.raises(ValueError, match="margin must be finite and >= 0"):
+        with pytest.raises(ValueError, match=f"margin must be {words}"):
             largest(found["amoro"][0], margin)

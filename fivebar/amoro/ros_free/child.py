@@ -68,6 +68,7 @@ class Session:
             threading.Thread(target=self._watch, daemon=True).start()
         self.started = real_monotonic()
         code = self._script()
+        self.world.ended = True
         self.wall = real_monotonic() - self.started
         self.done = True
         return self._report(code) or code

@@ -12,13 +12,14 @@ from ...models.kinematics import dkm
 from ...models.robots import Biglide, FiveBar
 from ...simulation.plant import Plant, margins_after
 from ...simulation.simulate import TOLERANCE, assemble
-from .clock import STEP, real_monotonic
+from .clock import STEP, real_monotonic, real_sleep
 from .states import lab_state
 
 ROBOTS = {"five_bar": FiveBar, "biglide": Biglide}
 ROWS = 10  # of a run in each step
 MOST_IDLE = 100_000  # calls of data_updated() with nothing new: the next would not be different
 GRACE = 100  # steps that a script may still make after its KeyboardInterrupt, to bring the motors to rest
+SETTLING = 0.05  # s in which the main thread, which has just begun this one, comes to where it waits for Ctrl-C
 MOST_STOPS = 3  # times that a script may swallow `Stopped`
 
 world = None  # of this process; set before the script begins
@@ -39,7 +40,7 @@ class World:
         self.kind = self.plant = self.failure = self.motion = None
         self.steps = self.since_reset = self.idle = self.stops = 0
         self.resets = []  # times, s
-        self.fresh = self.started = self.interrupted = False
+        self.fresh = self.started = self.interrupted = self.ended = False
         self.last_step = real_monotonic()
 
     @property
@@ -120,7 +121,10 @@ class World:
         main = threading.main_thread()
         first, self.interrupted = not self.interrupted, True
         if threading.current_thread() is not main:
+            if self.ended:
+                raise SystemExit  # there is nobody left who could end this thread
             if first:
+                real_sleep(SETTLING)
                 signal.pthread_kill(main.ident, signal.SIGINT)
             return True  # until the main thread ends this one, nothing moves
         if first:
