@@ -232,6 +232,11 @@ def parameters_of(robot: FiveBar | Biglide) -> list:
     return [getattr(robot, f.name) for f in fields(robot)]
 
 
+def with_parameters(kind: type, p: Any) -> FiveBar | Biglide:
+    """The robot of a kind with these parameters in the order of its class, a CasADi vector for instance."""
+    return kind(**{f.name: p[k] for k, f in enumerate(fields(kind))})
+
+
 def robot_of(parameters: dict[str, float]) -> FiveBar | Biglide:
     """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has."""
     for kind in KINDS:

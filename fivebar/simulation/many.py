@@ -17,13 +17,13 @@ from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
-from ..models.robots import Robot, beside, parameters_of
+from ..models.robots import Robot, beside, parameters_of, with_parameters
 from ..progress import progress
 from .events import meets
 from .plant import check_start, refuse_losses
 from .run import Control, Run
-from .simulate import MOST_DELAY, Grid, assemble, begin_of, check_options
-from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, observation, runge_kutta_step
+from .simulate import MOST_DELAY, Grid, assemble, begin_of
+from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, halves, observation, runge_kutta_step
 
 MOST_ROWS, BYTES = 3 * 10**7, 180  # of all runs; what one takes
 MOST_BLOCK, BLOCK_BYTES = 10**5, 1200  # steps in a control period; what one takes while a call lasts
@@ -57,7 +57,6 @@ def simulate_many(
     """
     robots, controllers, begin = _runs_of(robot, controller, starts)
     law, gains = _one_law(controllers)
-    check_options(chart, delay, torque_limit, encoder_resolution, method=method)
     grid, chart = Grid.of(duration, reference, step, control_period), CHARTS[chart]
     what = f"{len(robots)} runs of {grid.steps} steps are {len(robots) * grid.steps:.3g} rows"
     bounded(len(robots) * grid.steps, MOST_ROWS, what, BYTES)
@@ -156,7 +155,7 @@ def _at_reference(kind, parameters, law, reference, chart):
     """States and modes in which each robot is at the reference's start."""
     xi, xi_dot, _ = begin_of(reference)
     at, p = casadi.SX.sym("at", 4), casadi.SX.sym("parameters", parameters.shape[1])
-    rates = Task().rates(_symbolic(kind, p), (at[0], at[1]), (at[2], at[3]), law.working)
+    rates = Task().rates(with_parameters(kind, p), (at[0], at[1]), (at[2], at[3]), law.working)
     c, c_dot, modes = chart.coordinates(rates)
     call = casadi.Function("begin", [at, p], [casadi.vertcat(*c, *c_dot), casadi.vertcat(*modes)])
     states, modes = call(np.concatenate([xi, xi_dot]), parameters.T)
@@ -170,15 +169,10 @@ def _at_reference(kind, parameters, law, reference, chart):
     return states, modes
 
 
-def _symbolic(kind, p):
-    return kind(**{f.name: p[k] for k, f in enumerate(fields(kind))})
-
-
 def _starts_rates(kind, parameters, chart, states, modes):
     """q, q' (n, 4) of states in a chart."""
     state, mode, p = (casadi.SX.sym(n, k) for n, k in (("s", 2 * chart.size), ("m", 2), ("p", parameters.shape[1])))
-    parts = tuple(state[k] for k in range(2 * chart.size))
-    rates = chart.rates(_symbolic(kind, p), parts[: chart.size], parts[chart.size :], (mode[0], mode[1]))
+    rates = chart.rates(with_parameters(kind, p), *halves(state, chart), (mode[0], mode[1]))
     return casadi.Function("look", [state, mode, p], [observation(rates)[:4]])(states.T, modes.T, parameters.T).full().T
 
 
@@ -218,13 +212,9 @@ def _loop(kind, law, chart, method, step, block, periods, torque_limit, delay, r
         return [one.sym(name, length) for name, length in lengths.items()]
 
     state, target, modes, p, gains = symbols(casadi.SX)
-    robot = _symbolic(kind, p)
+    robot = with_parameters(kind, p)
 
-    def rates_of(state):
-        parts = tuple(state[k] for k in range(size))
-        return chart.rates(robot, parts[: chart.size], parts[chart.size :], (modes[0], modes[1]))
-
-    seen = observation(rates_of(state))
+    seen = observation(chart.rates(robot, *halves(state, chart), (modes[0], modes[1])))
     q, q_dot = seen[Q], seen[Q_DOT]
     after = []
     if resolution is not None:

@@ -45,10 +45,10 @@ class Plant:
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
         self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
-        self._step, self.length, self.t = _buffered(type(robot), jit), FIRST, 0.0
+        self._step, self.length, self.t = Buffered(_compiled_step(type(robot), jit)), FIRST, 0.0  # its own arrays
         c, c_dot, _ = Bars().coordinates(start)
         self.state = np.array([*c, *c_dot])
-        self._pieces = []  # (t, length, state, polynomial, torques)
+        self._pieces = []  # (t, length, state, polynomial)
 
     @property
     def joints(self):
@@ -80,7 +80,7 @@ class Plant:
             if error <= 1:
                 if len(self._pieces) - count > most:
                     self._refuse(tau, f"{most} steps do not bring it to {until:g} s")
-                self._pieces.append((self.t, length, self.state, polynomial.copy(), tau))
+                self._pieces.append((self.t, length, self.state, polynomial.copy()))
                 self.t = until if length == rest else self.t + length
                 self.state = after.copy()
                 if length == rest and length < self.length and error < 1:
@@ -122,11 +122,6 @@ def margins_after(plant, states, tau, k, length):
     """The sines and det A, and their rates, (3,) each, `length` s after row k of a motion: see `crossings`."""
     rates = plant.after(states[k], tau[k], length)
     return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
-
-
-def _buffered(kind, jit):
-    """One for each plant: what it gives lies in arrays of its own."""
-    return Buffered(_compiled_step(kind, jit))
 
 
 @lru_cache(maxsize=8)

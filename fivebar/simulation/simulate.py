@@ -68,7 +68,6 @@ def simulate(
         if method is not None or chart != "auto":
             raise ValueError('tolerance chooses the steps: it goes with method=None and chart="auto"')
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
-    check_options(chart=chart, delay=delay, torque_limit=torque_limit, resolution=encoder_resolution, method=method)
     start = start_with(robot, reference, controller) if start is None else start
 
     def run(tolerance):
@@ -128,17 +127,6 @@ class Grid(NamedTuple):
         bounded(count, MOST_ROWS, f"duration = {duration:g} s is {count:.3g} steps of {step:g} s", BYTES)
         steps = max(math.ceil(count - 1e-6), 1)
         return cls(steps, step, min(block or steps, steps))
-
-
-def check_options(chart, delay, torque_limit, resolution=None, charts=tuple(CHARTS), method=None):
-    """ValueError for an option that cannot be."""
-    for name, value, known in (("chart", chart, charts), ("method", method, (None, *METHODS))):
-        if value not in known:
-            raise ValueError(f"{name} must be one of {', '.join(map(str, known))}, not {value!r}")
-    whole(0, MOST_DELAY)(delay, "delay")
-    for name, value in (("torque_limit", torque_limit), ("encoder_resolution", resolution)):
-        if value is not None:
-            positive(value, name)
 
 
 def start_with(robot, reference, controller):

@@ -16,6 +16,7 @@ from scipy.integrate import DOP853
 from .._backend import pack
 from ..models.charts import Bars
 from ..models.dynamics import energy, forward_dynamics
+from ..models.robots import with_parameters
 
 # Columns of an observation.
 Q, Q_DOT, XI, XI_DOT, MARGINS, MARGIN_RATES, ENERGY = (
@@ -29,7 +30,7 @@ METHODS = ("rk4", "dop8")
 def model_functions(robot, chart):
     """(state, tau, modes) -> slope, and (state, modes) -> observation."""
     state, tau, modes = _symbols(chart)
-    parts = robot, *_halves(state, chart), (modes[0], modes[1])
+    parts = robot, *halves(state, chart), (modes[0], modes[1])
     slope, seen = _slope(chart, chart.turned(*parts), state, tau), observation(chart.rates(*parts))
     model = casadi.Function("model", [state, tau, modes], casadi.cse([slope]))
     return model, casadi.Function("look", [state, modes], casadi.cse([seen]))
@@ -55,10 +56,10 @@ def step_function(robot, chart, method, step):
 
 def runge_kutta_step(robot, chart, method, step, state, tau, modes):
     """Symbols of the state after one step under a held torque, and of what is seen before it."""
-    first = chart.rates(robot, *_halves(state, chart), modes)
+    first = chart.rates(robot, *halves(state, chart), modes)
 
     def slope(stage, _):
-        rates = first if stage is state else chart.turned(robot, *_halves(stage, chart), modes)
+        rates = first if stage is state else chart.turned(robot, *halves(stage, chart), modes)
         return _slope(chart, rates, stage, tau)
 
     after, _ = _closed(robot, chart, runge_kutta(method, step, state, slope), modes)
@@ -75,7 +76,7 @@ def propagate(robot, chart, modes, method, step, count, torque):
     begin, first = _closed(robot, chart, state, modes)  # here, as the first stage needs the same directions
 
     def slope(stage, fraction):
-        rates = first if stage is begin else chart.turned(robot, *_halves(stage, chart), modes)
+        rates = first if stage is begin else chart.turned(robot, *halves(stage, chart), modes)
         return _slope(chart, rates, stage, casadi.vertcat(*torque(t + fraction * step)))
 
     one = casadi.Function("step", [state, t], casadi.cse([runge_kutta(method, step, begin, slope)]))
@@ -93,16 +94,16 @@ def free_step(kind):
     (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the tolerance, the polynomial in
     between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
     """
-    chart, names = Bars(), [f.name for f in fields(kind)]
-    parameters, (state, tau, _) = casadi.SX.sym("parameters", len(names)), _symbols(Bars())
+    chart, parameters = Bars(), casadi.SX.sym("parameters", len(fields(kind)))
+    state, tau, _ = _symbols(chart)
     length, tolerance = casadi.SX.sym("length"), casadi.SX.sym("tolerance")
-    robot = kind(**{name: parameters[k] for k, name in enumerate(names)})
+    robot = with_parameters(kind, parameters)
 
     whole = casadi.SX.sym("state", 8)
     model = casadi.Function(
         "model",
         [whole, tau, parameters],
-        [_slope(chart, chart.turned(robot, *_halves(whole, chart), None), whole, tau)],
+        [_slope(chart, chart.turned(robot, *halves(whole, chart), None), whole, tau)],
     )
     slopes = []
     after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters), slopes)
@@ -115,10 +116,10 @@ def free_step(kind):
     for row in DOP853.A_EXTRA:
         slopes.append(model(state + length * sum(w * k for w, k in zip(row, slopes) if w), tau, parameters))
     change = end - state
-    between = [change, length * slopes[0] - change, 2 * change - length * (slopes[DOP853.n_stages] + slopes[0])]
-    between += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
+    polynomial = [change, length * slopes[0] - change, 2 * change - length * (slopes[DOP853.n_stages] + slopes[0])]
+    polynomial += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
     inputs = [state, tau, length, tolerance, parameters]
-    return casadi.Function("free_step", inputs, casadi.cse([end, error, casadi.horzcat(*between)]))
+    return casadi.Function("free_step", inputs, casadi.cse([end, error, casadi.horzcat(*polynomial)]))
 
 
 def between(state, polynomial, place):
@@ -167,8 +168,8 @@ def _symbols(chart, kind=casadi.SX):
     return kind.sym("state", 2 * chart.size), kind.sym("tau", 2), kind.sym("modes", 2)
 
 
-def _halves(state, chart):
-    """(c, c') on components."""
+def halves(state, chart):
+    """(c, c') of a state of the chart, symbols, on components."""
     parts = tuple(state[k] for k in range(2 * chart.size))
     return parts[: chart.size], parts[chart.size :]
 
@@ -179,5 +180,5 @@ def _slope(chart, rates, state, tau):
 
 def _closed(robot, chart, state, modes):
     """The state with its loop closed, and its Rates."""
-    c, c_dot, rates = chart.closed(robot, *_halves(state, chart), modes)
+    c, c_dot, rates = chart.closed(robot, *halves(state, chart), modes)
     return casadi.vertcat(*c, *c_dot), rates
