@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._backend import atan2, check_modes, first_index, is_symbolic, pack, pack_matrix, sign, unpack
+from .._backend import atan2, check_modes, is_symbolic, pack, pack_matrix, sign, unpack
 from ..checks import robot as must_be_robot
-from ..errors import SingularityError, UnreachableError
-from .dyads import RRP, RRR, SINGULAR, cross
+from .dyads import RRR, SINGULAR, cross
 from .robots import KINDS
+from .unreachable import refuse_open
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -286,37 +286,4 @@ def _refuse_open(unreachable, found, pose):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
     if unreachable == "nan" or is_symbolic(found) or not np.any(found != found):
         return
-    count, index = first_index(np.isnan(found))
-    where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
-    gaps = [
-        -float(min(np.broadcast_to(each, np.shape(found))[index] for each in dyad.clearances)) for dyad in pose._dyads
-    ]
-    gap = max(gaps)
-    leg = gaps.index(gap)
-    dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
-    name, given, unit = ("q", pose.q, words.unit) if pose._from_dgm else ("xi", pose.xi, "m")
-    x, y = np.broadcast_to(given, (*np.shape(found), 2))[index]
-    at = f"at {name} = ({x:.9g}, {y:.9g}) {unit}"
-    if pose._from_dgm:
-        distance_words = f"the {words.pivots} are"
-        free_words = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
-    else:
-        distance_words = f"{side} leg: the end-effector and the {words.base} are"
-        free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
-    if isinstance(dyad, RRP):
-        raise UnreachableError(
-            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
-            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
-            gap,
-            index or None,
-        )
-    span, r1, r2 = float(np.broadcast_to(dyad.span_squared, np.shape(found))[index]) ** 0.5, dyad.r1, dyad.r2
-    if r1 == r2 and span < r1:
-        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None)
-    limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
-    raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
-        f"allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
-        gap,
-        index or None,
-    )
+    refuse_open(np.isnan(found), pose)

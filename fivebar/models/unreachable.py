@@ -1,0 +1,50 @@
+"""What is said of poses that do not close: by how much, of which leg, or which joint is left free."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._backend import first_index
+from ..errors import SingularityError, UnreachableError
+from .dyads import RRP
+
+if TYPE_CHECKING:
+    from .geometry import Pose
+
+
+def refuse_open(open_: np.ndarray, pose: Pose) -> None:
+    """Raise for the first pose of a batch that does not close, where `open_` is true."""
+    count, index = first_index(open_)
+    where = f"{count} of {open_.size} poses, the first at index {index}: " if index else ""
+    gaps = [-float(min(np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances)) for dyad in pose._dyads]
+    gap = max(gaps)
+    leg = gaps.index(gap)
+    dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
+    name, given, unit = ("q", pose.q, words.unit) if pose._from_dgm else ("xi", pose.xi, "m")
+    x, y = np.broadcast_to(given, (*open_.shape, 2))[index]
+    at = f"at {name} = ({x:.9g}, {y:.9g}) {unit}"
+    if pose._from_dgm:
+        distance_words = f"the {words.pivots} are"
+        free_words = f"the {words.pivots} coincide: {' and '.join(words.passive)} are"
+    else:
+        distance_words = f"{side} leg: the end-effector and the {words.base} are"
+        free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
+    if isinstance(dyad, RRP):
+        raise UnreachableError(
+            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
+            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
+            gap,
+            index or None,
+        )
+    span, r1, r2 = float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5, dyad.r1, dyad.r2
+    if r1 == r2 and span < r1:
+        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None)
+    limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
+    raise UnreachableError(
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
+        f"allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
+        gap,
+        index or None,
+    )
