@@ -10,7 +10,7 @@ from ..errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
-from .laws import PD, ComputedTorque
+from .laws import PD, ComputedTorque, FeedForward
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,8 +26,15 @@ def _working(margins):
     return tuple(-1 if sine > 0 else 1 for sine in margins[:2])
 
 
+def free_of_modes(reference: Reference) -> bool:
+    """Whether a plan's legs may change their working modes on the way."""
+    return getattr(reference, "working", ()) is None
+
+
 def reference_torques(robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray) -> np.ndarray:
     """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
+    if free_of_modes(reference):
+        return reference.tau(times)
     xi, xi_dot, xi_ddot = reference(times)
     try:
         return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))
@@ -36,12 +43,15 @@ def reference_torques(robot: Robot, margins: Sequence[float], reference: Referen
 
 
 def safe_torque(robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple) -> np.ndarray:
-    """Computed torque; near Type 2 PD of about the same gains; damping where the reference is out of reach: N m.
+    """Computed torque; near Type 2 PD of about the same gains; about a plan free of modes its own torques with these;
+    damping where the reference is out of reach: N m.
 
     call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
     """
     kp, kd = FALLBACK_GAINS
-    if abs(margins[2]) > NEAR_PARALLEL:
+    if free_of_modes(call[3]):
+        controller = FeedForward(robot, kp * inertia, kd * inertia)
+    elif abs(margins[2]) > NEAR_PARALLEL:
         controller = ComputedTorque(robot, kp, kd, _working(margins), assembly)
     else:
         controller = PD(robot, kp * inertia, kd * inertia, _working(margins))

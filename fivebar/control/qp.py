@@ -67,22 +67,23 @@ class Condenser:
     """
 
     def __init__(
-        self, lengths: tuple[float, ...], position: float, acceleration: float, torque_rate: float, scale: float
-    ) -> None:
+        self, lengths: tuple[float, ...], position: float, acceleration: float, torque_rate: float, scale: float,
+        size: int,
+    ) -> None:  # fmt: skip
         N, n = len(lengths), 2 * len(lengths)
         # State before each stage, and its torque, by scaled torques: [A B] times that is the state after it.
-        self.known = np.zeros((N + 1, 6, n))
+        self.known = np.zeros((N + 1, size + 2, n))
         for k in range(N):
-            self.known[k, 4:, 2 * k : 2 * k + 2] = scale * np.eye(2)
-        self.G, self.stages = self.known[:, :4], [(self.known[k], self.known[k + 1, :4]) for k in range(N)]
-        self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques, where the state is another
+            self.known[k, size:, 2 * k : 2 * k + 2] = scale * np.eye(2)
+        self.G, self.stages = self.known[:, :size], [(self.known[k], self.known[k + 1, :size]) for k in range(N)]
+        self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques
         self.R, self.r = np.zeros((4 * N + 4, n)), np.zeros(4 * N + 4)
         parts = slice(2 * N), slice(2 * N, 4 * N), slice(4 * N, None)
         self.matrices = [self.R[part].reshape(-1, 2, n) for part in parts[:2]] + [self.R[parts[2]]]
         self.vectors = [self.r[part].reshape(-1, 2) for part in parts[:2]] + [self.r[parts[2]]]
         share = np.sqrt(np.array(lengths) / lengths[0])[:, None]
         self.acceleration = share * acceleration / np.array(lengths)[:, None]
-        self.position = share * position
+        self.share, self.weight, self.position = share, position, share * position
         self.position[-1] = 0.0  # that one is in the terminal cost
         self.terminal = np.kron(np.linalg.cholesky(riccati(lengths[0], position, acceleration)).T, np.eye(2))
         change = np.eye(n) - np.eye(n, k=-2)
@@ -90,28 +91,22 @@ class Condenser:
         self.smooth = self.first * change.T @ change
 
     def __call__(
-        self,
-        e0: np.ndarray,
-        e: np.ndarray,
-        AB: np.ndarray,
-        C: np.ndarray | None,
-        previous: np.ndarray,
-        guess: np.ndarray,
+        self, e0: np.ndarray, e: np.ndarray, AB: np.ndarray, C: np.ndarray, previous: np.ndarray, guess: np.ndarray,
+        arcs: tuple | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
 
         e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after each stage.
-        AB (N, 4, 6): that motion's derivatives by state and torque.
-        C (N, 4, 4): those of position and velocity, None where they are the state.
+        AB (N, size, size + 2): that motion's derivatives by state and torque.
+        C (N, 4, size): those of position and velocity.
         previous (2,): the scaled torque before.
         guess (2N,): those of the prediction.
+        arcs: (errors (N, k) m of k of the state's coordinates, where these are, their levers) that count as positions.
         """
-        G = self.G
         for slope, (before, after) in zip(AB, self.stages):
             np.dot(slope, before, out=after)
-        if C is not None:
-            np.matmul(C, G[1:], out=self.Y[1:])
-            G = self.Y
+        np.matmul(C, self.G[1:], out=self.Y[1:])
+        G = self.Y
         (position, acceleration, last), (p, a, end) = self.matrices, self.vectors
         np.multiply(G[1:, :2], self.position[:, :, None], out=position)
         np.multiply(e[:, :2], self.position, out=p)
@@ -126,6 +121,12 @@ class Condenser:
         g = (self.r - self.R @ guess) @ self.R
         H += self.smooth
         g[:2] -= self.first * previous
+        if arcs is not None:
+            errors, places, levers = arcs
+            weights = self.share * self.weight
+            rows = (self.G[1:, places] * (weights * levers)[:, :, None]).reshape(-1, len(g))
+            H += rows.T @ rows
+            g += ((weights * errors).ravel() - rows @ guess) @ rows
         return H, g
 
 

@@ -13,17 +13,18 @@ from ..checks import modes, positive, shown, whole
 from ..checks import robot as must_be_robot
 from ..checks import seconds as span
 from .estimator import EXACT, Estimator
-from .fallback import reference_torques, safe_torque
-from .prediction import CHARTS, Model
+from .fallback import free_of_modes, reference_torques, safe_torque
+from .prediction import CHART, JOINTS, RATES, SIZE, Model
 from .qp import QP, Condenser, Status, stage_lengths
 
 if TYPE_CHECKING:
     from ..models.robots import Robot
     from .laws import Reference
 
-PLACES = 2001  # of a plan where it is looked whether a leg changes its mode
-MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow with the square; samples
+ASTRAY = 0.1  # of a bar, by which a prediction may err
+FARTHEST = 1.5  # rad that a bar turns in a stage, m that a foot moves
 LEAST_STAGES = 3  # that a prediction must reach
+MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow with the square; samples
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
@@ -32,13 +33,12 @@ TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both 6 over that scale, o
 
 class Log(NamedTuple):
     """A tracker's steps since its reset, k of them: t (k,) s; solve_time (k,) s, of the whole step; iterations (k,) of
-    the QP; status (k,), of `Status`; chart (k,), 0 task, 1, 2 left, right leg's; disturbance (k, 2) N m, estimated."""
+    the QP; status (k,), of `Status`; disturbance (k, 2) N m, estimated."""
 
     t: np.ndarray
     solve_time: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
-    chart: np.ndarray
     disturbance: np.ndarray
 
 
@@ -46,9 +46,11 @@ class Tracker:
     """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per sample.
 
     Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it. The
-    reference, for arrays of times too, is read over the horizon ahead. Linearised about the last plan, shifted, in task
-    or leg coordinates: regular at Type 2, so it goes on through a crossing. The cost beyond the horizon is a Riccati
-    equation's. A constant disturbance of the torques is estimated and taken away, so at rest there is no offset.
+    reference, for arrays of times too, is read over the horizon ahead. Linearised about the last plan, shifted, in the
+    four bars: regular at Type 1 and Type 2, so it goes on through both. Of a plan that is free of modes the elbows are
+    followed besides: at Type 1 the end-effector does not tell on which side a leg goes on. The cost beyond the horizon
+    is a Riccati equation's. A constant disturbance of the torques is estimated and taken away, so at rest there is no
+    offset.
 
     horizon: stages ahead, the first a period, growing so that all cover `seconds`.
     period: s.
@@ -65,8 +67,7 @@ class Tracker:
 
     `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque is that of computed
     torque (PD near Type 2), clipped. ValueError for options that make no sense and calls that are not a period apart;
-    SingularityError or UnreachableError where the first measurement gives no motion. A plan whose legs pass Type 1 is
-    refused: what the end-effector does there does not tell on which side a leg is to go on.
+    SingularityError or UnreachableError where the first measurement gives no motion.
     """
 
     def __init__(
@@ -107,7 +108,7 @@ class Tracker:
         # Where in the last plan a stage's torque is found, a period later.
         self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
         try:
-            self.condense = Condenser(self.lengths, position, acceleration, torque_rate, self.scale)
+            self.condense = Condenser(self.lengths, position, acceleration, torque_rate, self.scale, SIZE)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"the tracker's position, acceleration and torque_rate are too different for one cost: {position:g}, "
@@ -116,10 +117,9 @@ class Tracker:
         # Of a joint speed over its limit, per rad/s: more than any tracking error within the robot's size may cost.
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
-        # All charts now: to build one takes longer than a period.
-        speed = speed_limit is not None
-        models = {chart: Model(robot, chart, self.lengths, speed, jit) for chart in CHARTS}
-        self.estimator = Estimator(robot, models, period, noise, self.scale, assembly, jit)
+        self.levers = [drive.length for drive in robot.drives]
+        self.model = Model(robot, self.lengths, jit)
+        self.estimator = Estimator(robot, period, noise, self.scale, assembly, jit)
         self.reset()
 
     def _bounds(self, n):
@@ -140,15 +140,13 @@ class Tracker:
 
     @property
     def log(self) -> Log:
-        columns = list(zip(*self._steps)) or [(), (), (), (), (), np.zeros((0, 2))]
+        columns = list(zip(*self._steps)) or [(), (), (), (), np.zeros((0, 2))]
         return Log(*(np.array(column) for column in columns))
 
     def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference) -> np.ndarray:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
             self.reset()
-        if self.last is None:
-            _refuse_changing_legs(reference)
         known, iterations, status = self._observe(t, q, q_dot), 0, Status.NOT_FINITE
         self.last = t
         if known:
@@ -161,8 +159,7 @@ class Tracker:
             safe = safe_torque(self.robot, self.inertia, self.estimator.margins, mode, (t, q, q_dot, reference))
             self.tau, self.guess = self._clip(safe), None
         self.sent.append(self.tau)
-        chart, disturbance = CHARTS.index(self.estimator.model.chart), self.estimator.disturbance
-        self._steps.append((t, time.perf_counter() - before, iterations, status, chart, disturbance))
+        self._steps.append((t, time.perf_counter() - before, iterations, status, self.estimator.disturbance))
         return self.tau.copy()
 
     def _observe(self, t, q, q_dot):
@@ -189,57 +186,57 @@ class Tracker:
                 f"the tracker reads its reference at {self.horizon + 1} times at once, and got positions of shape "
                 f"{np.shape(xi)}"
             )
-        known, N = self.estimator, self.horizon
-        model, state = known.model, known.state
-        if self.guess is None:
+        known = self.estimator
+        state = known.state
+        for tau in self.sent:
+            state = self.model.step(state, tau + known.disturbance)[0].copy()
+        target = np.concatenate([xi, xi_dot], axis=1)
+        now = self.model.look(state)[0] - target[0]
+        guesses = [] if self.guess is None else [self.guess]
+        predicted = [self._predict(state, guess, target) for guess in guesses]
+        if not predicted or predicted[0][-1] > max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])):
+            # The last plan, shifted, leads astray: the reference's own torques may be the better beginning.
             tau = reference_torques(self.robot, known.margins, reference, t + self.period * self.delay + self.middles)
             limit = min(self.torque_limit, self.scale)
-            self.guess = np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale
-        for tau in self.sent:
-            state = model.step(state, tau + known.disturbance, known.modes)[0].copy()
-        torques = self.scale * self.guess.reshape(N, 2) + known.disturbance
-        states, AB, *more = model.rollout(state, torques, known.modes)
-        motion, C, now = states, None, state
-        if not model.task:
-            motion, C, *more = more
-            C, now = C.reshape(N, 4, 4), model.look(state, known.modes)[0]
-        target, AB = np.concatenate([xi, xi_dot], axis=1), AB.reshape(N, 4, 6)
-        error = motion - target[1:]
-        if not (np.isfinite(error).all() and np.isfinite(AB).all()):
-            # The last plan, shifted, leaves the workspace: what comes after that does not count.
-            ends = int(np.argmin(np.isfinite(error).all(axis=1) & np.isfinite(AB).all(axis=(1, 2))))
-            if ends < LEAST_STAGES:
-                return None, 0, Status.NOT_FINITE
-            for array in (error, AB, *(() if C is None else (C,)), *more):
-                array.reshape(N, -1)[ends:] = 0.0
-        H, g = self.condense(now - target[0], error, AB, C, self.tau / self.scale, self.guess)
+            guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
+            predicted.append(self._predict(state, guesses[-1], target))
+        best = min(range(len(guesses)), key=lambda k: predicted[k][-1])
+        self.guess, (states, AB, error, C, ends, _) = guesses[best], predicted[best]
+        if ends < LEAST_STAGES:
+            return None, 0, Status.NOT_FINITE
+        arcs = None
+        if free_of_modes(reference):
+            q = reference.joints(t + self.ahead[1:])[0]
+            arcs = self.robot.differ(states[:, JOINTS] - q) * self.levers, JOINTS, np.array([self.levers])
+        for array in (error, AB, C, states, *(() if arcs is None else arcs[:1])):
+            array[ends:] = 0.0
+        H, g = self.condense(now, error, AB, C, self.tau / self.scale, self.guess, arcs)
         if self.speed_limit is not None:
-            H, g = self._limit_speed(H, g, *more)
+            H, g = self._limit_speed(H, g, states[:, RATES])
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
 
-    def _limit_speed(self, H, g, speeds, slopes):
+    def _predict(self, state, guess, target):
+        """States, slopes and errors over the horizon, how many of its stages count, and the largest error of these."""
+        N = self.horizon
+        torques = self.scale * guess.reshape(N, 2) + self.estimator.disturbance
+        states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques))
+        AB, error = AB.reshape(N, SIZE, SIZE + 2), motion - target[1:]
+        # Where a bar turns so far in a stage, the rule of the prediction says nothing, nor of what comes after.
+        turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
+        ends = int(np.argmin(np.append((turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2)), False)))
+        farthest = np.inf if ends < N else np.hypot(*error[:, :2].T).max()
+        return states, AB, error, C.reshape(N, 4, SIZE), ends, farthest
+
+    def _limit_speed(self, H, g, speeds):
         """A row per joint, stage and sign, and the price of the excess."""
         n = 2 * self.horizon
-        slope = np.matmul(slopes.reshape(-1, 2, 4), self.condense.G[1:]).reshape(n, n)
+        slope = self.condense.G[1:, RATES].reshape(n, n)
         without = speeds.ravel() - slope @ self.guess
         self.rows[:n, :n], self.rows[n:, :n] = slope, -slope
         self.upper[:n], self.upper[n:] = self.speed_limit - without, self.speed_limit + without
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)
-
-
-def _refuse_changing_legs(reference):
-    if getattr(reference, "working", ()) is not None:  # one pair of modes, or nothing that has any
-        return
-    t = np.linspace(reference.start, reference.start + reference.duration, PLACES)
-    for name, sine in zip(("left", "right"), reference.accelerations(t).rates.pose.sines):
-        changes = np.flatnonzero(np.diff(sine >= 0))
-        if len(changes):
-            raise ValueError(
-                f"Tracker: the {name} leg of this plan passes Type 1 at {t[changes[0]]:.3g} s; a tracker follows the "
-                "end-effector, which does not tell on which side the leg goes on: use FeedForward"
-            )
 
 
 def _positive(name, value):

@@ -2,15 +2,15 @@
 
 A chart's state is (c, c'), `size` coordinates and their rates; its modes are the signs that its coordinates leave open.
 It is regular where none of its `margins` is zero, columns of (sin q12, sin q22, det A). `Bars`, the state of every
-pose, has none; `Task` is the fastest where the motion is regular; `Joint` and `Leg` are what others integrate in.
+pose, has none; `Task` is the fastest where the motion is regular; `Joint` is what others integrate in.
 """
 
 from dataclasses import dataclass
 
-from .._backend import atan2, cos, sign, sin
+from .._backend import sign
 from .dyads import SINGULAR, dot
 from .four_joints import bars_of, bars_rates, closed
-from .geometry import DrivenLeg, Pose, joint_pose, reach, task_pose
+from .geometry import joint_pose, task_pose
 from .kinematics import Rates, solve_a
 
 
@@ -91,48 +91,6 @@ class Task(Minimal):
 
     def coordinates(self, rates):
         return rates.pose.point, rates._xi_dot, tuple(-sign(sine, SINGULAR) for sine in rates.pose.sines)
-
-
-@dataclass(frozen=True)
-class Leg(Minimal):
-    """Coordinates (q_i1, phi_i) of leg i, mode: working mode of the other leg j. Regular away from Type 1 of leg j."""
-
-    i: int
-    wraps = True
-
-    @property
-    def name(self):
-        return ("left leg", "right leg")[self.i]
-
-    @property
-    def margins(self):
-        return (1 - self.i,)
-
-    def rates(self, robot, c, c_dot, modes):
-        i, j = self.i, 1 - self.i
-        drive, bar = robot.drives[i], robot.distal[i]
-        u1, u2 = drive.direction(c[0]), (cos(c[1]), sin(c[1]))
-        pivot, tangent = drive.pivot(u1), drive.tangent(u1)
-        xi = pivot[0] + bar * u2[0], pivot[1] + bar * u2[1]
-        other = reach(robot.drives[j], xi, robot.distal[j], modes[0])
-        legs = [None, None]
-        legs[i], legs[j] = DrivenLeg(drive, c[0], u1, lambda: u2), other
-        pose = Pose(robot, xi, lambda: (tuple(legs), (other.dyad,)))
-        xi_dot = (
-            tangent[0] * c_dot[0] - bar * u2[1] * c_dot[1],
-            tangent[1] * c_dot[0] + bar * u2[0] * c_dot[1],
-        )
-        q_dot = [c_dot[0], c_dot[0]]
-        q_dot[j] = dot(other.distal, xi_dot) / pose.b[j]
-        return Rates(pose, tuple(q_dot), xi_dot)
-
-    def accelerations(self, accelerations):
-        return accelerations._q_ddot[self.i], accelerations.phi_ddot[self.i]
-
-    def coordinates(self, rates):
-        leg = rates.pose.legs[self.i]
-        c = leg.q, atan2(leg.distal[1], leg.distal[0])
-        return c, (rates._q_dot[self.i], rates.phi_dot[self.i]), (rates.pose.working[..., 1 - self.i], 0)
 
 
 CHARTS = {"auto": Bars(), "task": Task(), "joint": Joint()}

@@ -132,14 +132,17 @@ class Grid(NamedTuple):
 def start_with(robot, reference, controller):
     """Rates of the reference's start in its working modes or the controller's; without a reference at rest at home.
 
-    A plan that is free of modes begins in its own pose.
+    A plan that is free of modes begins in its own pose; of another robot, with its joints in its assembly mode.
 
     ValueError where both have working modes (a plan and a joint controller), and not the same.
     """
     if reference is None:
         return dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
     if hasattr(reference, "accelerations") and reference.working is None:
-        return reference.accelerations(0.0).rates
+        rates = reference.accelerations(0.0).rates
+        if reference.robot == robot:
+            return rates
+        return dkm(dgm(robot, rates.pose.q, int(rates.pose.assembly)), rates.q_dot)
     modes = [tuple(own.working) for own in (reference, controller) if getattr(own, "working", None) is not None]
     if len(set(modes)) > 1:
         raise ValueError(f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same")

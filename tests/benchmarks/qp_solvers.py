@@ -11,12 +11,14 @@ import casadi as ca
 import numpy as np
 
 import fivebar as fb
+from fivebar.control.prediction import SIZE
 from fivebar.control.qp import TOLERANCE, optimality
 from fivebar.control.tracker import Tracker
 from fivebar.simulation.cases import HOME, TASK_2, case
 from fivebar.study.speed_accuracy.charts.trackers import SOLVERS
 
 CONDENSED = "daqp", "qrqp", "qpoases", "osqp", "proxqp", "piqp", "ipqp", "highs"
+W, Z = SIZE + 2, SIZE + 4  # of a stage in states and torques: without and with its own torque
 SPARSE = "hpipm", "qrqp", "osqp", "piqp", "daqp"  # HPIPM has no dense form in CasADi
 
 
@@ -65,39 +67,39 @@ def condensed(problem):
 
 
 def sparse(problem):
-    """The same for the QP in states and torques: stages of (state's deviation (4), torque before (2)), torque (2)."""
-    (_, _, _, _, low, high), (_, _, AB, _, previous, guess), condenser = problem
-    N, scale = len(AB), condenser.known[0, 4, 0]
+    """The same for the QP in states and torques: stages of (state's deviation (8), torque before (2)), torque (2)."""
+    (_, _, _, _, low, high), (_, _, AB, _, previous, guess, _), condenser = problem
+    N, scale = len(AB), condenser.known[0, SIZE, 0]
     H, g = _sparse_cost(problem)
-    A, b = np.zeros((6 * N, len(g))), np.zeros(6 * N)
+    A, b = np.zeros((W * N, len(g))), np.zeros(W * N)
     lower, upper = np.full(len(g), -np.inf), np.full(len(g), np.inf)
     used = np.zeros(H.shape, bool), np.zeros(A.shape, bool)
     for k in range(N):
-        rows, stage, after = slice(6 * k, 6 * k + 6), slice(8 * k, 8 * k + 8), slice(8 * k + 8, 8 * k + 14)
-        F = np.zeros((6, 8))
-        F[:4, :4], F[:4, 6:], F[4:, 6:] = AB[k, :, :4], scale * AB[k, :, 4:], np.eye(2)
-        A[rows, stage], A[rows, after] = F, -np.eye(6)
-        b[6 * k : 6 * k + 4] = F[:4, 6:] @ guess[2 * k : 2 * k + 2]
-        lower[8 * k + 6 : 8 * k + 8], upper[8 * k + 6 : 8 * k + 8] = low[2 * k : 2 * k + 2], high[2 * k : 2 * k + 2]
-        used[0][stage, stage], used[1][rows, stage], used[1][rows, after] = True, True, np.eye(6)
-    used[0][8 * N :, 8 * N :] = True
+        rows, stage, after = slice(W * k, W * k + W), slice(Z * k, Z * k + Z), slice(Z * k + Z, Z * k + Z + W)
+        F = np.zeros((W, Z))
+        F[:SIZE, :SIZE], F[:SIZE, W:], F[SIZE:, W:] = AB[k, :, :SIZE], scale * AB[k, :, SIZE:], np.eye(2)
+        A[rows, stage], A[rows, after] = F, -np.eye(W)
+        b[W * k : W * k + SIZE] = F[:SIZE, W:] @ guess[2 * k : 2 * k + 2]
+        lower[Z * k + W : Z * k + Z], upper[Z * k + W : Z * k + Z] = low[2 * k : 2 * k + 2], high[2 * k : 2 * k + 2]
+        used[0][stage, stage], used[1][rows, stage], used[1][rows, after] = True, True, np.eye(W)
+    used[0][Z * N :, Z * N :] = True
     # The first state is known: its columns go to the right sides.
-    first = np.array([0, 0, 0, 0, *previous])
-    g, b, lower, upper = (g + H[:, :6] @ first)[6:], b - A[:, :6] @ first, lower[6:], upper[6:]
-    H, A, used = H[6:, 6:], A[:, 6:], (used[0][6:, 6:], used[1][:, 6:])
+    first = np.array([*np.zeros(SIZE), *previous])
+    g, b, lower, upper = (g + H[:, :W] @ first)[W:], b - A[:, :W] @ first, lower[W:], upper[W:]
+    H, A, used = H[W:, W:], A[:, W:], (used[0][W:, W:], used[1][:, W:])
     shapes = {name: ca.sparsify(ca.DM(mask.astype(float))).sparsity() for name, mask in zip("ha", used)}
-    zero, torques = np.zeros(len(g)), np.array([[8 * k, 8 * k + 1] for k in range(N)]).ravel()
-    arguments = H.T[used[0].T], g, A.T[used[1].T], b, b, lower, upper, zero, zero, np.zeros(6 * N), zero[:0], zero[:0]
-    options = {"N": N, "nx": [0] + [6] * N, "nu": [2] * N + [0], "ng": [0] * (N + 1)}
+    zero, torques = np.zeros(len(g)), np.array([[Z * k, Z * k + 1] for k in range(N)]).ravel()
+    arguments = H.T[used[0].T], g, A.T[used[1].T], b, b, lower, upper, zero, zero, np.zeros(W * N), zero[:0], zero[:0]
+    options = {"N": N, "nx": [0] + [W] * N, "nu": [2] * N + [0], "ng": [0] * (N + 1)}
     return shapes, options, arguments, lambda result: (result[0][torques], zero[:0])
 
 
 def _sparse_cost(problem):
     """H and g of the residuals of `Condenser`, by stages."""
-    _, (e0, e, AB, C, _, guess), condenser = problem
-    N, scale = len(AB), condenser.known[0, 4, 0]
-    outputs, errors = [np.eye(4)] * (N + 1) if C is None else [np.eye(4), *C], [e0, *e]
-    H, g = np.zeros((8 * N + 6, 8 * N + 6)), np.zeros(8 * N + 6)
+    _, (e0, e, AB, C, _, guess, _), condenser = problem
+    N, scale = len(AB), condenser.known[0, SIZE, 0]
+    outputs, errors = [0 * C[0], *C], [e0, *e]
+    H, g = np.zeros((Z * N + W, Z * N + W)), np.zeros(Z * N + W)
 
     def add(columns, rows, offset):
         H[columns, columns] += rows.T @ rows
@@ -105,15 +107,16 @@ def _sparse_cost(problem):
 
     for k in range(N):
         C, weight = outputs[k + 1], condenser.acceleration[k, 0]
-        change = np.zeros((2, 8))
-        change[:, :4], change[:, 6:] = C[2:] @ AB[k, :, :4] - outputs[k][2:] * (k > 0), scale * C[2:] @ AB[k, :, 4:]
-        offset = errors[k + 1][2:] - errors[k][2:] - change[:, 6:] @ guess[2 * k : 2 * k + 2]
-        add(slice(8 * k, 8 * k + 8), weight * change, weight * offset)
-        add(slice(8 * k + 4, 8 * k + 8), np.sqrt(condenser.first) * np.hstack([np.eye(2), -np.eye(2)]), np.zeros(2))
+        change = np.zeros((2, Z))
+        change[:, :SIZE] = C[2:] @ AB[k, :, :SIZE] - outputs[k][2:]
+        change[:, W:] = scale * C[2:] @ AB[k, :, SIZE:]
+        offset = errors[k + 1][2:] - errors[k][2:] - change[:, W:] @ guess[2 * k : 2 * k + 2]
+        add(slice(Z * k, Z * k + Z), weight * change, weight * offset)
+        add(slice(Z * k + SIZE, Z * k + Z), np.sqrt(condenser.first) * np.hstack([np.eye(2), -np.eye(2)]), np.zeros(2))
         if k:
             weight = condenser.position[k - 1, 0]
-            add(slice(8 * k, 8 * k + 4), weight * outputs[k][:2], weight * errors[k][:2])
-    add(slice(8 * N, 8 * N + 4), condenser.terminal @ outputs[N], condenser.terminal @ errors[N])
+            add(slice(Z * k, Z * k + SIZE), weight * outputs[k][:2], weight * errors[k][:2])
+    add(slice(Z * N, Z * N + SIZE), condenser.terminal @ outputs[N], condenser.terminal @ errors[N])
     return H, g
 
 

@@ -6,9 +6,10 @@ from scipy.linalg import solve_discrete_are
 from scipy.optimize import lsq_linear
 
 import fivebar as fb
-from fivebar.control.prediction import CHARTS, Model, choose_chart
+from fivebar.control.prediction import JOINTS, SIZE, Model
 from fivebar.control.qp import QP, Condenser, Status, optimality, riccati, stage_lengths
 from fivebar.control.tracker import Tracker
+from fivebar.models.four_joints import bars_of, bars_rates
 from fivebar.simulation.cases import CASES, case
 from tests.benchmarks import qp_solvers
 from tests.conftest import UNEQUAL
@@ -28,19 +29,17 @@ def largest(run):
 # Prediction and condensing.
 
 
-def start_in(robot, chart, xi=(0.03, 0.09), xi_dot=(0.05, -0.08)):
-    c, c_dot, modes = chart.coordinates(fb.ikm(fb.igm(robot, xi), xi_dot))
-    return np.array([*c, *c_dot]), np.array(modes, dtype=float)
+def start_in(robot, xi=(0.03, 0.09), xi_dot=(0.05, -0.08)):
+    a, a_dot = bars_of(fb.ikm(fb.igm(robot, xi), xi_dot))
+    return np.array([*a, *a_dot])
 
 
-@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
-def test_prediction_is_the_plant_and_of_second_order(robot, chart):
-    state, modes = start_in(robot, chart)
+def test_prediction_is_the_plant_and_of_second_order(robot):
+    state = start_in(robot)
     tau, errors = np.array([0.01, -0.02]), []
     for h in (0.02, 0.01):
-        model = Model(robot, chart, (h, h), False, False)
-        after = model.step(state, tau, modes)[0].copy()
-        rates = chart.rates(robot, tuple(after[:2].tolist()), tuple(after[2:].tolist()), tuple(int(m) for m in modes))
+        after = Model(robot, (h, h), False).step(state, tau)[0].tolist()
+        rates = bars_rates(robot, tuple(after[:4]), tuple(after[4:]))
         run = fb.simulate(robot, lambda *_: tau, start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
                           duration=h, control_period=h, step=h / 20)  # fmt: skip
         errors.append(np.linalg.norm(np.array(rates._xi_dot) - fb.dkm(fb.dgm(robot, run.q[-1]), run.q_dot[-1]).xi_dot))
@@ -48,37 +47,38 @@ def test_prediction_is_the_plant_and_of_second_order(robot, chart):
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.2)  # of one step
 
 
-@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
-def test_condensed_gradient_is_the_cost_s(robot, chart):
+@pytest.mark.parametrize("elbows", [False, True])
+def test_condensed_gradient_is_the_cost_s(robot, elbows):
     """H v + g at the predicted motion: the derivative of the nonlinear cost, but for the midpoint's inexact slopes."""
     lengths = (1e-3, 1e-3, 2e-3, 3e-3)
     N, scale, weights = len(lengths), 0.05, (1e4, 10.0, 100.0)
-    model = Model(robot, chart, lengths, False, False)
-    condense = Condenser(lengths, *weights, scale)
-    state, modes = start_in(robot, chart)
+    model = Model(robot, lengths, False)
+    condense = Condenser(lengths, *weights, scale, SIZE)
+    state, levers = start_in(robot), np.array([0.09, 0.1])
     rng = np.random.default_rng(3)
     guess, previous = rng.normal(size=2 * N), rng.normal(size=2)
     target = np.array([0.03, 0.09, 0.05, -0.08]) + 1e-3 * rng.normal(size=(N + 1, 4))
     terminal = np.kron(riccati(lengths[0], *weights[:2]), np.eye(2))
 
     def predict(v):
-        states, AB, *more = (a.copy() for a in model.rollout(state, scale * v.reshape(N, 2), modes))
-        motion, C = (states, None) if model.task else (more[0], more[1].reshape(N, 4, 4))
-        return motion, AB.reshape(N, 4, 6), C
+        states, AB, motion, C = (a.copy() for a in model.rollout(state, scale * v.reshape(N, 2)))
+        return motion, AB.reshape(N, SIZE, SIZE + 2), C.reshape(N, 4, SIZE), (states[:, JOINTS] - 0.3) * levers
 
-    now = model.look(state, modes)[0].copy() - target[0]
+    now = model.look(state)[0].copy() - target[0]
 
     def cost(v):
-        e = predict(v)[0] - target[1:]
+        motion, _, _, arcs = predict(v)
+        e = motion - target[1:]
         share = np.array(lengths) / lengths[0]
         acceleration = np.diff(np.vstack([now, e])[:, 2:], axis=0) / np.array(lengths)[:, None]
         total = (share[:-1] * np.sum((weights[0] * e[:-1, :2]) ** 2, axis=1)).sum() + e[-1] @ terminal @ e[-1]
         total += (share * np.sum((weights[1] * acceleration) ** 2, axis=1)).sum()
+        total += (share * np.sum((weights[0] * arcs) ** 2, axis=1)).sum() * elbows
         change = np.diff(np.vstack([previous, v.reshape(N, 2)]), axis=0)
         return 0.5 * (total + np.sum((weights[2] * scale * change) ** 2))
 
-    motion, AB, C = predict(guess)
-    H, g = condense(now, motion - target[1:], AB, C, previous, guess)
+    motion, AB, C, arcs = predict(guess)
+    H, g = condense(now, motion - target[1:], AB, C, previous, guess, (arcs, JOINTS, levers[None]) if elbows else None)
     steps = 1e-3 * np.eye(2 * N)
     central = np.array([(cost(guess + s) - cost(guess - s)) / 2e-3 for s in steps])
     np.testing.assert_allclose(H @ guess + g, central, rtol=0, atol=1e-3 * np.abs(central).max())
@@ -103,15 +103,6 @@ def test_stages_are_never_too_long_to_predict_unless_asked():
     assert max(stage_lengths(20, 0.001)) == pytest.approx(0.14)
     assert sum(stage_lengths(20, 0.01)) == pytest.approx(1.0)
     assert stage_lengths(200, 0.01) == pytest.approx((0.01,) * 200)
-
-
-@pytest.mark.parametrize(
-    ("margins", "present", "chosen"),
-    [((0.9, 0.7), None, 0), ((0.9, 0.1), None, 2), ((0.1, -0.9), None, 1), ((0.9, 0.3), 0, 0), ((0.9, 0.3), 2, 2),
-     ((0.9, 0.2), 0, 2), ((0.3, 0.9), 1, 1), ((0.05, 0.2), 2, 1)],
-)  # fmt: skip
-def test_charts_change_with_hysteresis(margins, present, chosen):
-    assert choose_chart(margins, None if present is None else CHARTS[present]) is CHARTS[chosen]
 
 
 # The QP and the check of it.
@@ -187,7 +178,11 @@ def test_case_is_tracked_better_than_by_computed_torque(name):
         assert np.abs(run.control.commanded).max() <= limit
     if name == "crossing":
         assert largest(run) < 5e-6 and [int(event.type) for event in run.events] == [2]
-        assert set(run.log.chart) == {0, 2}  # the right leg is almost in line there: the left one's are regular
+
+
+def estimated(tracker):
+    a = tracker.estimator.state.tolist()
+    return bars_rates(tracker.robot, tuple(a[:4]), tuple(a[4:])).pose.xi
 
 
 def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
@@ -199,9 +194,7 @@ def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
 
     def controller(t, q, q_dot, reference):
         tau = tracker(t, q, q_dot, reference)
-        known = tracker.estimator
-        c, c_dot = tuple(known.state[:2].tolist()), tuple(known.state[2:].tolist())
-        estimates.append(known.model.chart.rates(ROBOT, c, c_dot, tuple(int(m) for m in known.modes)).pose.xi)
+        estimates.append(estimated(tracker))
         return tau
 
     run = fb.simulate(ROBOT, controller, reference, torque_limit=0.1)
@@ -327,7 +320,7 @@ def test_a_jump_of_the_measurement_is_taken_for_a_new_motion():
     tracker(0.01, home, home, TASK_1)
     elsewhere = fb.igm(ROBOT, (-0.05, 0.12))
     tracker(0.02, elsewhere.q, home, TASK_1)
-    np.testing.assert_allclose(tracker.estimator.state[:2], (-0.05, 0.12), atol=1e-9)
+    np.testing.assert_allclose(estimated(tracker), (-0.05, 0.12), atol=1e-9)
 
 
 def test_full_turns_of_the_measured_angles_do_not_matter():
@@ -349,18 +342,17 @@ def test_warm_start_is_the_last_plan_shifted():
     np.testing.assert_array_equal(tracker.guess[-2:], plans[0][0][-2:])
 
 
-def test_uncertainty_stays_the_same_in_another_chart():
+def test_uncertainty_at_first_is_the_measurement_s_on_the_closed_loop():
+    """Of the end-effector by the joints' Jacobian, an independent way; and none across the closure."""
     tracker = Tracker(ROBOT)
-    for k in range(3):
-        tracker(0.01 * k, np.zeros(2), np.zeros(2), TASK_1)
-    known, seen = tracker.estimator, []
-    for chart in (CHARTS[0], CHARTS[2], CHARTS[1], CHARTS[0]):
-        known.change(chart)
-        C = np.eye(6)
-        C[:4, :4] = known.model.look(known.state, known.modes)[1]
-        seen.append(C @ known.covariance @ C.T)
-    for other in seen[1:]:
-        np.testing.assert_allclose(other, seen[0], rtol=0, atol=1e-9 * np.abs(seen[0]).max())
+    tracker(0.0, np.zeros(2), np.zeros(2), TASK_1)
+    known, rates = tracker.estimator, fb.dkm(fb.dgm(ROBOT, (0.0, 0.0)), (0.0, 0.0))
+    C = tracker.model.look(known.state)[1].reshape(4, 8)
+    J = np.linalg.solve(rates.pose.A, rates.pose.B)
+    expected = np.kron(np.diag([1e-12, 1e-8]), J @ J.T)
+    found = C @ known.covariance[:8, :8] @ C.T
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * expected.max())
+    assert np.linalg.matrix_rank(known.covariance[:8, :8], tol=1e-20) == 4
 
 
 @pytest.mark.parametrize(

@@ -73,16 +73,17 @@ def test_two_poses_of_one_aspect():
     assert plan(1.0)[0] == pytest.approx(goal.xi, abs=1e-6)
 
 
-def test_a_tracker_says_what_it_cannot_follow():
-    """Through Type 2 it goes; where a leg changes its mode it would end beside the goal's pose without a word."""
-    plan = fb.plan(ROBOT, inside(3), inside(4), 2.0)
-    run = fb.simulate(ROBOT, fb.Tracker(ROBOT, assembly=-1), plan)
-    assert {int(event.type) for event in run.events} == {2} and ROBOT.differ(run.q[-1] - inside(4).q) == pytest.approx(
-        0, abs=1e-3
-    )
-    plan = fb.plan(ROBOT, inside(1), inside(10), 2.0)
-    with pytest.raises(ValueError, match=r"leg of this plan passes Type 1 at [\d.]+ s.*FeedForward"):
-        fb.simulate(ROBOT, fb.Tracker(ROBOT), plan)
+@pytest.mark.parametrize(("start", "goal"), [(3, 4), (1, 10), (2, 9), (5, 8)])
+def test_a_tracker_follows_through_both_types(start, goal):
+    """With a payload that the plan does not know of, and a limit; in the goal's own pose, elbows too."""
+    plan = fb.plan(ROBOT, inside(start), inside(goal), 2.0)
+    tracker = fb.Tracker(ROBOT, assembly=int(inside(start).assembly), torque_limit=0.2)
+    run = fb.simulate(fb.FiveBar(m=0.51), tracker, plan, duration=2.5)
+    assert not tracker.log.status.any()
+    crossed = {int(event.type) for event in run.events}
+    assert crossed == ({2} if (start, goal) == (3, 4) else {1, 2})
+    assert np.linalg.norm(run.error[-1]) < 1e-6
+    assert ROBOT.differ(run.q[-1] - inside(goal).q) == pytest.approx(0, abs=1e-5)
 
 
 def test_pictures_of_a_plan_between_poses(tmp_path):
