@@ -60,7 +60,7 @@ def _functions(robot, lengths):
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
     step = ca.Function("tracker_step", [x, tau], ca.cse([sample(robot)(x, tau, lengths[0])[0]]))
     rates = CHART.rates(robot, *_halves(x), None)
-    y = ca.vertcat(*rates.pose.point, *rates._xi_dot)
+    y = ca.vertcat(*rates.pose.point, *rates.components[1])
     look = ca.Function("tracker_look", [x], ca.cse([y, _rows(ca.jacobian(y, x))]))
     after, A, B = sample(robot)(x, tau, h)
     outputs = [after, _rows(ca.horzcat(A, B)), *look(after)]
