@@ -18,7 +18,7 @@ from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, is_number, parameters
+from .variants import PUBLIC_SEED, parameters
 from .worker.live import from_functions
 from .worker.submission import MOST_NOTEBOOK
 
@@ -38,6 +38,8 @@ def run_checks(lab: Lab, program: Program, seed: str) -> Checks:
         code = pytest.main(list(map(str, arguments)), plugins=[checks])
     if checks.interrupted:
         raise KeyboardInterrupt
+    if checks.killed:
+        raise checks.killed
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not checks.trouble:
         checks.trouble.append(f"pytest ended with {code!r}: are there tests in {lab.tests.name}?")
     return checks
@@ -98,12 +100,9 @@ def check(
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
         return grade(lab, Job(Path(submission), seed=seed), home=True)
-    before, scope = time.perf_counter(), {}
-    for function in functions.values():
-        scope |= getattr(function, "__globals__", {})
-    constants = {name: value for name, value in scope.items() if is_number(value)}
-    program = Program(from_functions(**functions), None, frozenset(constants), constants)
-    return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
+    before = time.perf_counter()
+    checks = run_checks(lab, Program(from_functions(**functions), None), seed)
+    return _report(lab, checks, before, True, submission="this session")
 
 
 def _report(lab, checks, before, home, **rest):
@@ -117,7 +116,7 @@ def _report(lab, checks, before, home, **rest):
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,
+        notes=_notes(lab, robot, student.constants), faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip

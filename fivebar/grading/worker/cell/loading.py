@@ -1,4 +1,7 @@
-"""Brings a student's file to life statement by statement, as far as it goes; standard library only."""
+"""Brings a student's file to life statement by statement, as far as it goes; standard library only.
+
+Where a check sets the robot's numbers, the file is run again with them, so that what it computes from them follows.
+"""
 
 import __future__
 
@@ -8,9 +11,11 @@ import sys
 import types
 from collections.abc import Callable
 
-from answers import failure
+from answers import failure, plain
 
 FILE = "<student>"
+_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp,
+           ast.GeneratorExp)  # fmt: skip
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 _CALCULATORS = {"math", "np", "numpy"}
 _START = re.compile(r"[A-Za-z_@(\[\"']")
@@ -18,18 +23,19 @@ _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
 def load(
-    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None]
-) -> tuple[types.ModuleType, dict | None]:
-    """(module, first trouble or None) after running the statements that are not in `skip`.
+    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None], constants: dict | None = None
+) -> tuple[types.ModuleType, dict | None, dict[str, float]]:
+    """(module, first trouble or None, numbers) after running the statements that are not in `skip`.
 
-    announce(index, line) is called before each, so that one that kills the process is known.
+    announce(index, line) is called before each, so that one that kills the process is known. numbers: those that the
+    file's own statements give a name; constants: other values for some of them, from the statement on that does.
     """
     module = types.ModuleType("student")
     sys.modules["student"] = module
     body, trouble = _statements(source)
     if notebook:
         body = [node for node in body if _is_definition(node)]
-    flags = 0
+    flags, numbers, constants = 0, {}, constants or {}
     for index, node in enumerate(body):
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
             for alias in node.names:
@@ -42,7 +48,31 @@ def load(
             exec(code, module.__dict__)
         except BaseException as error:
             trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, FILE).items() if v is not None}
-    return module, trouble
+        for name in _stored(node) & vars(module).keys():
+            numbers[name] = _number(vars(module)[name])
+            if name in constants and numbers[name] is not None:
+                vars(module)[name] = constants[name]
+    return module, trouble, {name: number for name, number in numbers.items() if number is not None}
+
+
+def _stored(node):
+    """The names that a statement gives a value in the module itself."""
+    if isinstance(node, _SCOPES):
+        return set()
+    if isinstance(node, ast.Name):
+        return {node.id} if isinstance(node.ctx, ast.Store) else set()
+    return set().union(*map(_stored, ast.iter_child_nodes(node)))
+
+
+def _number(value):
+    """A plain number, None for anything else: a module or a function may have a constant's name."""
+    try:
+        value = plain(value)
+        if isinstance(value, dict) and value.get("shape") == []:
+            value = value["data"][0]
+        return float(value) if type(value) in (int, float) and abs(value) < float("inf") else None
+    except Exception:
+        return None
 
 
 def _statements(source):
