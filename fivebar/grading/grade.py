@@ -20,7 +20,7 @@ from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
 from .worker.live import from_functions
-from .worker.submission import MOST_NOTEBOOK
+from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
@@ -70,14 +70,14 @@ def _forget(lab):
 
 def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
     """Report on one file; home: the inputs are public and the report says that others exist."""
-    before, digest = time.perf_counter(), file_hash(job.path)  # a file replaced from now on is graded again
+    before, digest = time.perf_counter(), job_hash(job)  # a file replaced from now on is graded again
     program = job.open()
     try:
         checks = run_checks(lab, program, job.seed)
     finally:
         program.student.close()
     return _report(
-        lab, checks, before, home, submission=job.path.name, student=job.student, isolate=job.isolate,
+        lab, checks, before, home, submission=job.name, student=job.student, isolate=job.isolate,
         submission_hash=digest,
     )  # fmt: skip
 
@@ -116,7 +116,8 @@ def _report(lab, checks, before, home, **rest):
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=_notes(lab, robot, student.constants), faults=tuple(checks.trouble), output=student.output,
+        notes=(*filter(None, [program.remark]), *_notes(lab, robot, student.constants)),
+        faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip
@@ -132,11 +133,20 @@ def _notes(lab, robot, constants):
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
+def job_hash(job: Job) -> str:
+    """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is none."""
+    own = file_hash(job.path)
+    if not own or not (job.member or job.siblings):
+        return own
+    beside = [(file.member, file_hash(file.path)) for file in job.siblings]
+    return hashlib.sha256(repr((own, job.member, beside)).encode("utf-8", "surrogatepass")).hexdigest()
+
+
 def file_hash(path: str | Path) -> str:
     """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to be read."""
     try:
         status = os.lstat(path)
-        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_NOTEBOOK:
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_ARCHIVE:
             return ""
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..models.robots import Robot
+from .intake.hand_in import ProgramFile, imported
 from .labs import Lab
 from .variants import PUBLIC_SEED, robot_from
 from .worker.live import Live
@@ -35,12 +36,13 @@ class Program:
     """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
 
     robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
-    where: a line's number in its author's words.
+    where: a line's number in its author's words; remark: how the file was read, where that is worth a sentence.
     """
 
     student: Student | Live | NoProgram
     robot: Robot | None = None
     where: Callable[[int], str] = "line {}".format
+    remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
 
     def robot_in(self, lab: Lab) -> Robot:
@@ -53,7 +55,8 @@ class Program:
 class Job:
     """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
 
-    trouble: why there is no file to grade; all its checks then earn nothing.
+    member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so that all its checks
+    earn nothing.
     """
 
     path: Path
@@ -63,17 +66,24 @@ class Job:
     isolate: str = "process"
     limit: float | None = None
     trouble: str = ""
+    member: str = ""
+    siblings: tuple[ProgramFile, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return f"{self.path.name}/{self.member}" if self.member else self.path.name
 
     def open(self) -> Program:
         """The Program in a process of its own, or NoProgram where it cannot be read. Raises IsolationError."""
         if self.trouble:
             return Program(NoProgram(self.trouble), self.robot)
         try:
-            submission = read_submission(self.path)
+            submission = read_submission(self.path, self.member)
         except SubmissionError as error:
             return Program(NoProgram(str(error)), self.robot)
         limits = {}
         if self.limit is not None:
             limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
-        student = Student(submission, isolate=self.isolate, **limits)
-        return Program(student, self.robot, submission.where)
+        modules = imported(submission.source, self.siblings)
+        student = Student(submission, isolate=self.isolate, modules=modules, **limits)
+        return Program(student, self.robot, submission.where, submission.remark)

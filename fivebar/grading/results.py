@@ -71,7 +71,7 @@ class Report:
 
     student, seed, robot, isolate, lab_hash, submission_hash: what was graded and how; trouble: what kept the file from
     being read or run to its end; notes: on the whole file; faults: of the lab itself; output: what the student's
-    program printed; home: the inputs were public.
+    program printed; home: the inputs were public; ungraded: why there are no checks, which is nobody's 0 points.
     """
 
     lab: str
@@ -89,6 +89,7 @@ class Report:
     output: str = ""
     seconds: float = 0.0
     home: bool = False
+    ungraded: str = ""
     # To the one who grades, of this machine: not part of the result.
     warnings: tuple[str, ...] = field(default=(), repr=False)
 

@@ -15,8 +15,13 @@ from ..models.robots import Biglide, FiveBar, Robot
 PUBLIC_SEED = "public"
 
 
+def id_key(student: str) -> str:
+    """What of an id counts: neither case nor surrounding blanks, nor how an accent is coded."""
+    return unicodedata.normalize("NFC", student).strip().casefold()
+
+
 def _drawn(secret, *words):
-    text = "\0".join(unicodedata.normalize("NFC", word).strip().casefold() for word in words)
+    text = "\0".join(map(id_key, words))
     return hmac.digest(secret, text.encode("utf-8", "surrogatepass"), "sha256")
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 
 import numpy as np
@@ -36,7 +37,7 @@ def without(source, name):
     "change",
     [
         lambda s: without(s, "m") + "# of mass m\n",
-        lambda s: without(s, "m").replace("from math import", "import math as m\nfrom math import"),
+        lambda s: "import math as m\n" + re.sub(r"\b(cos|sin|sqrt|hypot)\(", r"m.\1(", without(s, "m")),
         lambda s: s.replace("d = 0.118\n", "d = 0.118\nhalf = d / 2\n").replace("d / 2,", "half,"),
         lambda s: s.replace("d = 0.118\n", "d = 118\nd /= 1000\n"),
         lambda s: s.replace("l11 = 0.09\nl12 = 0.09\n", "l11, l12 = 90e-3, 90 / 1000\n"),

@@ -19,6 +19,7 @@ CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
     "misconception", "wrong", "rows", "off",
 )  # fmt: skip
+_HALF_WRITTEN = re.compile(r"\..{1,40}\.[0-9a-f]{12}", re.DOTALL)
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
@@ -38,6 +39,11 @@ def write_whole(path: str | Path, text: str) -> None:
     except BaseException:
         os.unlink(name)
         raise
+
+
+def is_half_written(name: str) -> bool:
+    """Whether a file's name is one that `write_whole` gives until all is written."""
+    return _HALF_WRITTEN.fullmatch(name) is not None
 
 
 def json_text(report: Report) -> str:

@@ -29,7 +29,8 @@ class Student:
     """A submission's functions, called in a worker process. A context manager.
 
     isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap" (also hides the disk
-    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes. `names`: the functions found;
+    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes; modules: name -> source of those
+    beside the file that it may import. `names`: the functions found;
     `constants`: the numbers to which the file itself gives a name; `trouble`: Reply of the first statement that failed
     when the file was run, or None; `output`: what it printed; `notes`: sentences for the one who grades. The thread
     that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the worker cannot be
@@ -44,6 +45,7 @@ class Student:
         total: float = 10.0,
         memory: int = 1 << 30,
         cpu: int = 60,
+        modules: dict[str, str] | None = None,
     ):
         if isolate not in ("process", "bwrap"):
             raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
@@ -54,6 +56,7 @@ class Student:
         self._submission, self._isolate = submission, isolate
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
+        self._modules = modules or {}
         self._skip, self._losses, self._killed = [], {}, 0
         self._budget = MOST_LOSSES * LOAD_LIMIT + MOST_CALLS * limit
         self._worker, self._hopeless = None, False
@@ -165,7 +168,8 @@ class Student:
                 end = start + LOAD_LIMIT
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
-                self._worker.send(request | {"notebook": self._submission.kind == "notebook"}, LOAD_LIMIT)
+                request |= {"notebook": self._submission.kind == "notebook", "modules": self._modules}
+                self._worker.send(request, LOAD_LIMIT)
                 while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":
                     at = data
                 self._loaded(data)

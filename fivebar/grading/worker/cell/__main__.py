@@ -14,7 +14,7 @@ import sys
 
 from answers import call
 from confine import confine
-from loading import FILE, load
+from loading import FILE, Siblings, load
 
 MOST_LINE = 1_000_000  # bytes of a message
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
@@ -70,7 +70,10 @@ def main() -> None:
     request = receive()
     nonce = request["n"]
     file = request["source"], request["notebook"], set(request["skip"])
+    siblings = Siblings(request["modules"])
+    sys.meta_path.insert(0, siblings)
     module, trouble, numbers = load(*file, lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}))
+    trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
     names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
     send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
 
@@ -80,6 +83,7 @@ def main() -> None:
         asked, absent = module, sorted(set(constants) - set(numbers))
         if constants and not absent:
             with contextlib.redirect_stdout(io.StringIO()):  # what it prints is known
+                siblings.forget(constants)
                 asked = load(*file, lambda index, line: None, constants)[0]
         function = vars(asked).get(request["function"])
         if absent or not callable(function):

@@ -6,6 +6,7 @@ Where a check sets the robot's numbers, the file is run again with them, so that
 import __future__
 
 import ast
+import importlib.machinery
 import re
 import sys
 import types
@@ -32,10 +33,45 @@ def load(
     """
     module = types.ModuleType("student")
     sys.modules["student"] = module
-    body, trouble = _statements(source)
+    return module, *_run(module, FILE, source, notebook, skip, announce, constants or {})
+
+
+class Siblings:
+    """Finds the modules that lie beside the student's file, and runs them as that file is run.
+
+    trouble: of the first one that had any; numbers: as `load` gives them, of all.
+    """
+
+    def __init__(self, sources: dict[str, str]):
+        self.sources, self.constants, self.trouble, self.numbers = sources, {}, None, {}
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> object:
+        return importlib.machinery.ModuleSpec(name, self) if name in self.sources else None
+
+    def create_module(self, spec: object) -> None:
+        return None
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        file, source = f"<{module.__name__}.py>", self.sources[module.__name__]
+        trouble, numbers = _run(module, file, source, False, set(), lambda index, line: None, self.constants)
+        self.numbers |= numbers
+        if trouble and not self.trouble:
+            line = f", line {trouble['l']}" if trouble.get("l") else ""
+            self.trouble = {"k": trouble["k"], "t": f"{module.__name__}.py{line}: {trouble.get('t', '')}"}
+
+    def forget(self, constants: dict) -> None:
+        """Let all be run anew with these constants."""
+        self.constants = constants
+        for name in self.sources:
+            sys.modules.pop(name, None)
+
+
+def _run(module, file, source, notebook, skip, announce, constants):
+    """(first trouble or None, numbers) after running a source in a module."""
+    body, trouble = _statements(source, file)
     if notebook:
         body = [node for node in body if _is_definition(node)]
-    flags, numbers, constants = 0, {}, constants or {}
+    flags, numbers = 0, {}
     for index, node in enumerate(body):
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
             for alias in node.names:
@@ -44,15 +80,15 @@ def load(
             continue
         announce(index, node.lineno)
         try:
-            code = compile(ast.Module([node], []), FILE, "exec", flags, dont_inherit=True)
+            code = compile(ast.Module([node], []), file, "exec", flags, dont_inherit=True)
             exec(code, module.__dict__)
         except BaseException as error:
-            trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, FILE).items() if v is not None}
+            trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, file).items() if v is not None}
         for name in _stored(node) & vars(module).keys():
             numbers[name] = _number(vars(module)[name])
             if name in constants and numbers[name] is not None:
                 vars(module)[name] = constants[name]
-    return module, trouble, {name: number for name, number in numbers.items() if number is not None}
+    return trouble, {name: number for name, number in numbers.items() if number is not None}
 
 
 def _stored(node):
@@ -75,14 +111,14 @@ def _number(value):
         return None
 
 
-def _statements(source):
+def _statements(source, file):
     try:
-        return ast.parse(source, FILE).body, None
+        return ast.parse(source, file).body, None
     except Exception as error:
-        return _pieces(source), failure(error, FILE)
+        return _pieces(source, file), failure(error, file)
 
 
-def _pieces(source):
+def _pieces(source, file):
     """The top-level statements of a file with syntax errors that can be read by themselves."""
     lines = [f"{line}\n" for line in source.split("\n")]
     starts = [
@@ -93,7 +129,7 @@ def _pieces(source):
     body = []
     for start, stop in zip(starts, [*starts[1:], len(lines)]):
         try:
-            piece = ast.parse("".join(lines[start:stop]), FILE)
+            piece = ast.parse("".join(lines[start:stop]), file)
         except Exception:
             continue
         body += ast.increment_lineno(piece, start).body
