@@ -1,12 +1,12 @@
 """`fivebar check` at home, `fivebar grade` for one submission or a folder of them."""
 
-import codecs
-import json
+import datetime
 import os
 import sys
 from pathlib import Path
 
 from ..errors import UsageError
+from .grade_folder import grade_folder, hand_out, isolation
 
 SECRET = "FIVEBAR_SECRET"
 
@@ -35,6 +35,8 @@ def add_parsers(commands):
     grade.add_argument("--gradescope", type=Path, metavar="FILE", help="write Gradescope's results.json")
     grade.add_argument("--csv", type=Path, metavar="FILE", help="write a row per check")
     folder = grade.add_argument_group("a folder of submissions")
+    folder.add_argument("--gradebook", type=Path, metavar="CSV", help="Moodle's or Canvas' sheet, to be filled")
+    folder.add_argument("--column", metavar="TITLE", help="of the marks in that sheet (default: the one that fits)")
     folder.add_argument("--jobs", type=int, default=1, metavar="N", help="graded at a time (default: %(default)s)")
     folder.add_argument("--out", type=Path, metavar="DIR", help="results, each as it comes; a second run goes on there")
     folder.add_argument("--hand-out", type=Path, metavar="IDS.txt", help="write each student's own student.py to --out")
@@ -45,6 +47,7 @@ def _common(parser):
     parser.add_argument("lab", metavar="LAB", help="lab1 ... or its full name")
     parser.add_argument("--labs", type=Path, metavar="DIR", help="a folder with labs of your own")
     parser.add_argument("--file", dest="program", metavar="NAME", help="which of several files is meant (a pattern)")
+    parser.add_argument("--hints-from", metavar="DATE", help="until this day reports show points and no explanations")
     parser.add_argument("--time-limit", type=float, metavar="S", help="of one call (default: 2)")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the report as a page, with figures")
     parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
@@ -55,13 +58,15 @@ def _check(arguments):
     from ..grading.intake.hand_in import ProgramFile
     from ..grading.labs import find_lab
     from ..grading.program import Job
+    from ..grading.results import withheld
 
     lab, limit = find_lab(arguments.lab, arguments.labs), _limit(arguments)
     program, siblings = _program(arguments, lab)
     if arguments.file == program.path:  # one's own folder
         siblings = [ProgramFile(path, "", path.name) for path in sorted(arguments.file.parent.glob("*.py"))]
-    job = Job(program.path, limit=limit, member=program.member, siblings=tuple(siblings))
-    _show(arguments, grade(lab, job, home=True))
+    hints = hints_from(arguments, lab)
+    job = Job(program.path, limit=limit, member=program.member, siblings=tuple(siblings), hints_from=hints)
+    _show(arguments, withheld(grade(lab, job, home=True)))
 
 
 def _grade(arguments):
@@ -72,21 +77,25 @@ def _grade(arguments):
 
     lab, secret, limit = find_lab(arguments.lab, arguments.labs), _secret(arguments.secret_file), _limit(arguments)
     if arguments.hand_out:
-        return _hand_out(arguments, lab, secret)
+        return hand_out(arguments, lab, secret)
     if arguments.file is None:
         raise UsageError("what is to be graded? Name a file or a folder")
     seed = arguments.seed or (hidden_seed(secret, lab.name) if secret else None)
     if arguments.file.is_dir() and not arguments.gradescope:
-        return _cohort(arguments, lab, secret, seed, limit)
+        reports = grade_folder(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
+        return _must_reach(arguments, reports)
     program, siblings = _program(arguments, lab)
     if arguments.out:
         raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem
     robot, isolate = robot_for(student, secret, lab.robot()), arguments.isolate or "process"
     seed = seed or os.urandom(8).hex()
-    job = Job(program.path, student, seed, robot, isolate, limit, member=program.member, siblings=tuple(siblings))
+    job = Job(
+        program.path, student, seed, robot, isolate, limit, "", program.member, tuple(siblings),
+        hints_from(arguments, lab),
+    )  # fmt: skip
     report = grade(lab, job)
-    for line in (_isolation(isolate), *report.warnings):
+    for line in (isolation(isolate), *report.warnings):
         print(line, file=sys.stderr)
     if arguments.gradescope:
         from ..grading.report.outputs import gradescope_text
@@ -124,24 +133,15 @@ def _program(arguments, lab):
     return program, beside(program, programs)
 
 
-def _isolation(isolate):
-    from ..grading.worker.places import bwrap_trouble
-
-    if isolate == "bwrap":
-        return "isolation: bwrap (a disk, processes and network of its own)"
-    trouble = " ".join(bwrap_trouble().split())[:200]
-    why = f"bubblewrap does not work here: {trouble}" if trouble else "bubblewrap works here and hides more: --isolate"
-    return f"isolation: process ({why})"
-
-
 def _show(arguments, report):
     from ..grading.report.outputs import json_text
     from ..grading.report.text import report_text
 
     if arguments.html:
         from ..grading.report.page import report_page
+        from ..grading.results import withheld
 
-        _write(arguments.html, report_page(report))
+        _write(arguments.html, report_page(withheld(report)))
     if arguments.json:
         print(json_text(report), end="")
     else:
@@ -149,88 +149,6 @@ def _show(arguments, report):
         print(report_text(report, colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ))
     if report.faults:
         raise RuntimeError(f"the lab itself has a fault, so this result does not count: {'; '.join(report.faults)}")
-
-
-def _cohort(arguments, lab, secret, seed, limit):
-    from ..grading.course.cohort import alone, begin, run_cohort
-    from ..grading.course.cohort_page import write_summary
-    from ..grading.course.items import summary_text
-    from ..grading.intake.cohort_folder import find_submissions
-    from ..grading.worker.places import bwrap_trouble
-
-    folder, out = arguments.file, arguments.out
-    if out is None:
-        raise UsageError("a folder of submissions needs --out DIR for the results")
-    if arguments.student or arguments.html or arguments.csv:
-        raise UsageError("--student, --html and --csv are for one submission; a folder's files go to --out")
-    if arguments.jobs < 1:
-        raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
-    if folder.resolve() in (out.resolve(), *out.resolve().parents):
-        raise UsageError(
-            f"--out {out} lies within the submissions, where the results would be taken for a student's: give a folder "
-            f"beside {folder}"
-        )
-    entries, left = find_submissions(folder, lab, arguments.program, secret is not None)
-    _say_what_is_left(entries, left)
-    if not entries:
-        raise UsageError(f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student")
-    isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
-    print(_isolation(isolate), file=sys.stderr)
-    with alone(out):
-        cohort = begin(lab, out, seed, secret, isolate, limit)
-        reports = run_cohort(cohort, entries, arguments.jobs)
-        write_summary(out, lab.name, entries, reports, left)
-    graded = [report for report in reports if not report.ungraded]
-    if arguments.json:
-        print(json.dumps([report.as_json() for report in reports], indent=1))
-    else:
-        print(summary_text(lab.name, graded))
-        print(out / "summary.html")
-    faults = dict.fromkeys(fault for report in reports for fault in report.faults)
-    if faults:
-        raise RuntimeError(f"the lab itself has a fault, so the results do not count: {'; '.join(faults)}")
-    if lost := [report.student for report in reports if report.ungraded]:
-        raise RuntimeError(f"{len(lost)} of {len(reports)} not graded: {', '.join(lost[:5])}; run it again")
-    _must_reach(arguments, graded)
-
-
-def _say_what_is_left(entries, left):
-    from ..grading.report.text import printable
-
-    for item in left:
-        print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
-    for entry in entries:
-        if entry.left:
-            words = "; ".join(f"{item.name} ({item.word})" for item in entry.left[:6])
-            more = f" and {len(entry.left) - 6} more" if len(entry.left) > 6 else ""
-            print(f"{printable(entry.student)}: also there, not graded: {printable(words)}{more}", file=sys.stderr)
-
-
-def _hand_out(arguments, lab, secret):
-    from ..grading.report.outputs import file_name, write_whole
-    from ..grading.variants import id_key, robot_for, with_constants
-
-    if arguments.out is None or secret is None:
-        raise UsageError("--hand-out needs --out DIR and the course's secret")
-    try:
-        lines = _ids(arguments.hand_out.read_bytes())
-        source = (lab.folder / "student.py").read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"--hand-out: {error}") from None
-    students = {}
-    for line in filter(None, map(str.strip, lines)):
-        students.setdefault(id_key(line), line)
-    for student in students.values():
-        path = arguments.out / file_name(student) / "student.py"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, with_constants(source, robot_for(student, secret, lab.robot())))
-        print(path)
-
-
-def _ids(data):
-    """The lines of a list of ids, also as Windows' editors save it, with a mark at its start."""
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    return data.decode("utf-16" if wide else "utf-8-sig").splitlines()
 
 
 def _secret(path):
@@ -243,6 +161,16 @@ def _secret(path):
     if (path or given) and len(secret) < 8:
         raise UsageError(f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess")
     return secret or None
+
+
+def hints_from(arguments, lab):
+    """The day of the hints where it is to come, else ""; by the option, else by the lab."""
+    given = arguments.hints_from or lab.hints_from()
+    try:
+        day = datetime.date.fromisoformat(given) if given else None
+    except ValueError:
+        raise UsageError(f"--hints-from: {given!r} is no day; write it as 2027-01-31") from None
+    return given if day and datetime.date.today() < day else ""
 
 
 def _limit(arguments):

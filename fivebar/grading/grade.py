@@ -18,7 +18,7 @@ from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, parameters
+from .variants import PUBLIC_SEED, lengths, parameters
 from .worker.live import from_functions
 from .worker.submission import MOST_ARCHIVE
 
@@ -27,6 +27,7 @@ _OPTIONS = (
     *("-c", os.devnull, "--noconftest", "--import-mode=importlib", "--assert=plain", "--capture=sys"),
     *(f"-pno:{name}" for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")),
 )
+OTHER_ROBOT = "The constants of your file are another robot's"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
@@ -78,7 +79,7 @@ def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
         program.student.close()
     return _report(
         lab, checks, before, home, submission=job.name, student=job.student, isolate=job.isolate,
-        submission_hash=digest,
+        submission_hash=digest, hints_from=job.hints_from,
     )  # fmt: skip
 
 
@@ -116,7 +117,7 @@ def _report(lab, checks, before, home, **rest):
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=(*filter(None, [program.remark]), *_notes(lab, robot, student.constants)),
+        notes=(*filter(None, [program.remark]), *(_notes(lab, robot, student.constants) or _absent(robot, checks))),
         faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
@@ -128,9 +129,17 @@ def _notes(lab, robot, constants):
     numbers = parameters(robot).items()
     other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
     if other:
-        return (f"The constants of your file are another robot's: {', '.join(other)}.",)
+        return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
     own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
+
+
+def _absent(robot, checks):
+    """Points that were lost may be so because lengths cannot be set."""
+    constants = checks.program.student.constants
+    absent = ", ".join(name for name in lengths(robot) if name not in constants)
+    if absent and constants and any(check.share < 1 for check in checks.found):
+        yield f"Your file gives no number to {absent}, so that checks with other lengths cannot set them there."
 
 
 def job_hash(job: Job) -> str:

@@ -56,7 +56,7 @@ class Job:
     """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
 
     member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so that all its checks
-    earn nothing.
+    earn nothing; hints_from: as in Report.
     """
 
     path: Path
@@ -68,6 +68,7 @@ class Job:
     trouble: str = ""
     member: str = ""
     siblings: tuple[ProgramFile, ...] = ()
+    hints_from: str = ""
 
     @property
     def name(self) -> str:

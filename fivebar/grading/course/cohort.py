@@ -18,7 +18,7 @@ from pathlib import Path
 from ...errors import UsageError
 from ...models.robots import Robot
 from ...progress import progress
-from ..grade import job_hash
+from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import PACKAGE, Lab
 from ..program import Job
@@ -47,6 +47,7 @@ class Cohort:
     secret: bytes | None
     isolate: str
     limit: float | None
+    hints_from: str = ""
 
     def robot(self, entry: Entry) -> Robot:
         return robot_for(entry.student, self.secret, self.lab.robot())
@@ -54,7 +55,7 @@ class Cohort:
     def job(self, entry: Entry) -> Job:
         return Job(
             entry.path, entry.student, self.seed, self.robot(entry), self.isolate, self.limit, entry.trouble,
-            entry.member, entry.siblings,
+            entry.member, entry.siblings, self.hints_from,
         )  # fmt: skip
 
     def file(self, entry: Entry, suffix: str) -> Path:
@@ -68,7 +69,8 @@ class Cohort:
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
         now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, asdict(self.robot(entry))
-        return report if key == now and report.submission_hash and not report.faults else None
+        kept = key == now and report.submission_hash and not report.faults and report.hints_from == self.hints_from
+        return report if kept else None
 
 
 @contextmanager
@@ -89,7 +91,15 @@ def alone(out: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def begin(lab: Lab, out: Path, seed: str | None, secret: bytes | None, isolate: str, limit: float | None) -> Cohort:
+def begin(
+    lab: Lab,
+    out: Path,
+    seed: str | None,
+    secret: bytes | None,
+    isolate: str,
+    limit: float | None,
+    hints_from: str = "",
+) -> Cohort:
     """The Cohort of a folder of results, with the seed of its earlier run where none is given."""
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
@@ -104,7 +114,7 @@ def begin(lab: Lab, out: Path, seed: str | None, secret: bytes | None, isolate: 
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, secret, isolate, limit)
+    return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
@@ -166,6 +176,8 @@ def trouble_of(report: Report) -> str:
     """What an instructor wants to hear at once of a submission, "" where nothing."""
     if report.ungraded or report.trouble:
         return report.ungraded or report.trouble
+    if other := [note for note in report.notes if note.startswith(OTHER_ROBOT)]:
+        return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
     return ", ".join(f"{reason} in {lost.count(reason)} checks" for reason in dict.fromkeys(lost))
 

@@ -13,6 +13,7 @@ from ..intake.hand_in import ProgramFile
 from ..labs import Lab
 from ..program import Job
 from ..report.page import report_page
+from ..results import withheld
 from ..worker.sandbox import IsolationError, KilledError
 
 
@@ -39,7 +40,7 @@ def _graded(request):
         request["siblings"] = tuple(ProgramFile(_path(path), *rest) for path, *rest in request["siblings"])
         robot = replace(lab.robot(), **request.pop("robot"))
         report = grade(lab, Job(_path(request.pop("path")), robot=robot, **request))
-        return {"report": report.as_json(), "page": report_page(report), "warnings": report.warnings}
+        return {"report": report.as_json(), "page": report_page(withheld(report)), "warnings": report.warnings}
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}
     except KilledError as error:

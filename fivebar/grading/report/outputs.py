@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from ..results import Report
-from .text import check_lines, closing, headlines, printable, word
+from ..results import Report, withheld
+from .text import headlines, printable, told, word
 
 CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
@@ -83,7 +83,11 @@ def check_rows(report: Report) -> Iterator[tuple]:
 
 
 def gradescope_text(report: Report) -> str:
-    """The results.json that Gradescope's harness reads; all of it plain text."""
+    """The results.json that Gradescope's harness reads; all of it plain text.
+
+    Students see it, and may hand in again: it tells no input, and no text or number that came from their program.
+    """
+    report = withheld(report)
     tests = [
         {
             "name": printable(check.title),
@@ -91,7 +95,7 @@ def gradescope_text(report: Report) -> str:
             "score": check.points,
             "max_score": check.max_points,
             "status": "passed" if check.outcome == "right" else "failed",
-            "output": "\n".join(check_lines(check, 100)[1:]),
+            "output": "\n".join(f"{label}: {printable(words)}" for label, words in told(check)),
             "output_format": "text",
             "visibility": "visible",
         }
@@ -100,7 +104,7 @@ def gradescope_text(report: Report) -> str:
     result = {
         "score": report.points,
         "execution_time": report.seconds,
-        "output": "\n".join(map(printable, (*headlines(report), *closing(report)))),
+        "output": "\n".join(map(printable, headlines(report))),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",
