@@ -22,8 +22,11 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     for line in sys.stdin:
-        answers.write(json.dumps(_graded(json.loads(line))) + "\n")
-        answers.flush()
+        try:
+            answers.write(json.dumps(_graded(json.loads(line))) + "\n")
+            answers.flush()
+        except BrokenPipeError:
+            os._exit(0)  # who asked was killed: there is nobody to answer
 
 
 def request_line(job: Job, lab: Lab) -> str:
