@@ -23,7 +23,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))
 STRICT = """import warnings
 warnings.simplefilter("error")
 warnings.filterwarnings("default", category=PendingDeprecationWarning, module="ipykernel")"""
-WIDEST, COLOURS = 900, 40  # of a stored picture: pixels, and entries of its palette
+WIDEST, COLOURS = 800, 128  # of a stored picture: pixels, and entries of its palette
 # Cells whose numbers and curves are times of the machine that runs them.
 TIMED = re.compile(r"seconds\(|solve_time|perf_counter|\bjit\b|\.2f\} s; largest")
 NUMBER = re.compile(r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
