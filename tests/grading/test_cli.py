@@ -19,6 +19,7 @@ from fivebar.grading.labs import known_labs
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses
 from fivebar.grading.variants import hidden_seed, robot_of
 from tests.helpers import ROOT
+from tests.helpers.instructors import contents, pack
 
 from ..helpers.grading_lab import CONSTANTS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 
@@ -225,8 +226,18 @@ def test_an_installed_wheel_finds_the_labs(tmp_path):
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert json.loads(run.stdout)["points"] == 20
+    packed = {path.read_bytes() for path in (tmp_path / "site").rglob("*") if path.is_file()}
+    assert not packed & {path.read_bytes() for name, path in contents().items() if name != "course.md"}
     inside = {path.parent.name for path in (tmp_path / "site" / "fivebar" / "_labs").glob("*/test_lab.py")}
     assert inside == {lab.name for lab in known_labs()}
+
+
+def test_the_instructors_package_has_every_solution_and_every_answer(tmp_path):
+    assert pack(tmp_path / "i.zip") == len(contents())
+    with zipfile.ZipFile(tmp_path / "i.zip") as archive:
+        names = set(archive.namelist())
+    assert {f"solutions/lab{k}.py" for k in range(1, 8)} | {f"answers/{k:02d}.md" for k in range(13)} <= names
+    assert "course.md" in names
 
 
 def test_the_default_robot_is_the_handouts():
