@@ -13,10 +13,11 @@ from ..checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
+from .faces import faces
 from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
-from .regions import Arc, beside, crossings, faces, inside, off_border, roomiest
+from .regions import Arc, beside, crossings, inside, off_border, roomiest
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
@@ -63,9 +64,9 @@ class Aspect:
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
-    Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
-    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997. ValueError for a
-    biglide, whose aspects have no ends.
+    Areas are integrals along the loci. A mode in which every pose is singular has none. Parts that meet in a point only
+    are two. ArithmeticError where an aspect fails its proof, by areas and signs of det A: no such robot is known.
+    Wenger and Chablat 1997. ValueError for a biglide, whose aspects have no ends.
     """
     loci = singularity_loci(robot)
     if not robot.turns:
@@ -91,8 +92,8 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
-            "aspects: loci of this robot touch so closely that they cannot be told apart: the modes' areas are "
-            f"{sums} mm^2 and should be equal; lengths that differ by 1e-4 of their size may help"
+            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm^2 and should be equal; please "
+            "report this robot; lengths that differ by 1e-4 of their size may help"
         )
     return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
 
