@@ -13,13 +13,15 @@ from ..checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
+from .faces import faces
 from .loci import singularity_loci
-from .locus import MODES, pairs
+from .locus import MODES, Vertex, pairs
 from .margins import Singularity
-from .regions import Arc, crossings, faces, inside, roomiest
+from .regions import Arc, beside, crossings, inside, off_border, roomiest
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
-JOINED = 3e-8  # ends closer than this share of the robot's size are one vertex: so well circles meet that almost touch
+SAMPLES = 120  # of a border, for an aspect's point
+SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +64,9 @@ class Aspect:
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
 
-    Areas are integrals along the loci. A mode in which every pose is singular has none. ArithmeticError for some robots
-    whose circles touch from inside, where the parts were not all found. Wenger and Chablat 1997. ValueError for a
-    biglide, whose aspects have no ends.
+    Areas are integrals along the loci. A mode in which every pose is singular has none. Parts that meet in a point only
+    are two. ArithmeticError where an aspect fails its proof, by areas and signs of det A: no such robot is known.
+    Wenger and Chablat 1997. ValueError for a biglide, whose aspects have no ends.
     """
     loci = singularity_loci(robot)
     if not robot.turns:
@@ -90,8 +92,8 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
-            "aspects: loci of this robot touch so closely that they cannot be told apart: the modes' areas are "
-            f"{sums} mm^2 and should be equal; lengths that differ by 1e-4 of their size may help"
+            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm^2 and should be equal; please "
+            "report this robot; lengths that differ by 1e-4 of their size may help"
         )
     return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
 
@@ -107,50 +109,61 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
 
 def _in_mode(robot, loci, working, size):
     """The aspects of one working mode: all but their numbers, unsorted."""
-    tolerance = JOINED * size
     active = [piece for piece in loci.task if working in piece.working]
-    isolated = np.array([piece.points[0] @ (1, 1j) for piece in active if len(piece.points) == 1], dtype=complex)
-    arcs = _arcs(robot, [piece for piece in active if len(piece.points) > 1], tolerance)
-    isolated = np.unique(isolated)
+    edges = _edges([piece for piece in active if len(piece.points) > 1], loci.touches)
+    isolated = np.unique([piece.points[0] @ (1, 1j) for piece in active if len(piece.points) == 1]).astype(complex)
+    ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
-        isolated = isolated[[all(abs(end - z) > tolerance for arc in arcs for end in arc.z[[0, -1]]) for z in isolated]]
-    for area, boundary in faces(arcs, size, tolerance):
+        isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
+    for area, boundary in faces(edges, size):
         punctures = isolated[crossings(boundary, isolated)]
-        found = roomiest(boundary, punctures, area)
-        if not found:
-            continue
-        point, clearance = found[0]
+        found = roomiest(boundary, punctures, area, samples=SAMPLES)
+        exact = found and inside(boundary, np.array([found[0][0]]))[0]  # of slivers the samples may tell it wrong
+        point, clearance = found[0] if exact else off_border(boundary, size)
         det_a = float(_det_a(robot, np.array([point]), working)[0])
         if abs(det_a) > SINGULAR:  # it is nan in the faces that are holes of the workspace
             assembly = -1 if det_a > 0 else 1
+            z = beside(boundary, clearance / 4)
+            signs = -assembly * np.sign(_det_a(robot, z[inside(boundary, z)], working))
+            if not (signs > 0).all():
+                raise ArithmeticError(
+                    f"aspects: in working modes {working} a locus was lost: det A has both signs around "
+                    f"({point.real:.6g}, {point.imag:.6g}) m; please report this robot"
+                )
             yield working, assembly, area, pairs(np.array(point)), clearance, boundary, pairs(punctures)
 
 
-def _arcs(robot, pieces, tolerance):
-    """The pieces cut where others end on them: on the circles, which the other loci touch or meet only there."""
+def _edges(pieces, touches):
+    """(arc, vertex where it starts, where it ends): the pieces, circles cut where others end on them or touch them."""
     # Where a leg is in line on a Type-2 locus all along, this is one of the circles.
     pieces = [piece for piece in pieces if piece.type != Singularity.SERIAL | Singularity.PARALLEL]
-    ends = [end for piece in pieces for end in piece.points[[0, -1]] @ (1, 1j)]
-    # Two circles can touch in a point on the line of the bases, and it may take two such points to part the workspace.
-    for drive, bar in zip(robot.drives, robot.distal):
-        ends += [drive.x + side * (drive.length + sign * bar) for side in (1, -1) for sign in (1, -1)]
-    circles, arcs = [], []
+    ends = {vertex for piece in pieces for vertex in piece.vertices} | set(touches)
+    circles, edges, same = [], [], {}
     for piece in pieces:
-        low, high = piece.interval
-        whole = Arc(piece, low, high)
-        cuts = [low, high]
-        if piece.type == Singularity.SERIAL:
+        whole = Arc(piece, *piece.interval)
+        first, last = piece.vertices or [Vertex(complex(whole.z[0]))] * 2
+        cuts = [(whole.start, first), (whole.end, last)]
+        if piece.circle:
             if any(_same(whole, other) for other in circles):
                 continue
             circles.append(whole)
-            feet = [whole.feet(end, within=tolerance) for end in ends]
-            inner = np.sort(np.concatenate([s[distance <= tolerance] for s, distance in feet]))
-            for s, z in zip(inner, whole.at(inner)):
-                if (np.abs(whole.at(np.array(cuts)) - z) > 2 * tolerance).all():
-                    cuts.append(float(s))
-        cuts.sort()
-        arcs += [Arc(piece, *pair) for pair in zip(cuts, cuts[1:])]
-    return arcs
+            passed = [vertex for vertex in ends - {first, last} if piece.circle in vertex.circles]
+            cuts += [(s, vertex) for vertex in passed if (s := _parameter(whole, vertex.z)) is not None]
+            cuts.sort(key=lambda cut: cut[0])
+        for (low, one), (high, other) in zip(cuts, cuts[1:]):
+            if high - low <= SEPARATE**2:
+                same[one] = same.get(other, other)
+            else:
+                edges.append((Arc(piece, low, high), one, other))
+    return [(arc, same.get(one, one), same.get(other, other)) for arc, one, other in edges]
+
+
+def _parameter(circle, z):
+    """Where a circle passes a point, None where its arc does not."""
+    on, tangent = circle.curve(0.0)
+    radius = tangent / 1j
+    s = circle.start + (np.angle((z - on + radius) / radius) - circle.start) % (2 * np.pi)
+    return float(s) if s <= circle.end else None
 
 
 def _same(circle, other):

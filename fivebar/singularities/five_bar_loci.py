@@ -10,15 +10,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from .._backend import EPS
 from ..models.robots import FiveBar
 from .four_bar_motion import FourBarMotion, Turning, closures
-from .locus import MODES, Locus, TypeThree, modes_of, pairs, pieces_of, type_of, values_of
+from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pairs, pieces_of, type_of, values_of
 from .margins import Singularity
 
+TOUCH = 1e-14  # lengths whose sum is a smaller share of the robot's size are one length: circles touch then
+NEAR = 1e-6  # of the size: as far a touching point can be from where it is computed, which is a double root
 SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
 
 
@@ -65,17 +68,31 @@ class CouplerCurve:
         return np.array([*cuts, cuts[0] + period] if cuts else [0.0, period])
 
     @cached_property
+    def _in_line(self):
+        """Per leg, at the edges: +1 where it is stretched, -1 where it is folded, 0 where it is not in line."""
+        bars, _ = self._bars(self.edges)
+        cosines = [u1.conj() * u2 for u1, u2 in (bars[:2], bars[2:])]
+        return [np.where(np.abs(each.imag) <= SHORTEST, np.sign(each.real), 0).astype(int) for each in cosines]
+
+    @cached_property
     def corners(self) -> np.ndarray:
         """The end-effector at the edges, from the leg in line there: within its reach to the last digits."""
-        robot, (bars, _) = self.robot, self._bars(self.edges)
-        xi = self.task(self.edges)[0]
-        for base, l1, l2, u1, u2 in (
-            (-robot.d / 2, robot.l11, robot.l12, *bars[:2]),
-            (robot.d / 2, robot.l21, robot.l22, *bars[2:]),
-        ):
-            cosine = u1.conj() * u2
-            xi = np.where(np.abs(cosine.imag) <= SHORTEST, base + (l1 + np.sign(cosine.real) * l2) * u1, xi)
+        (bars, _), xi = self._bars(self.edges), self.task(self.edges)[0]
+        for drive, bar, u1, sides in zip(self.robot.drives, self.robot.distal, bars[::2], self._in_line):
+            xi = np.where(sides == 0, xi, drive.x + (drive.length + sides * bar) * u1)
         return xi
+
+    def vertices(self, shared: list[Vertex], near: float) -> list[Vertex]:
+        """At the edges; where both legs are in line, or one is folded on its base joint, one of those that are shared.
+
+        near: m, how far that may be from where it is computed.
+        """
+        found = []
+        for z, *sides in zip(self.corners[:-1], *self._in_line):
+            circles = tuple((leg, side) for leg, side in enumerate(sides) if side)
+            same = [v for v in shared if v.circles == circles and abs(v.z - z) <= near]
+            found.append(same[0] if same else Vertex(complex(z), circles))
+        return [*found, found[0]]
 
     @cached_property
     def modes(self) -> np.ndarray:
@@ -131,13 +148,33 @@ class FiveBarLoci:
         return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self._scale else ()
 
     @cached_property
+    def touches(self) -> tuple[Vertex, ...]:
+        """Where circles of both legs touch, on the line of the bases, and those of no radius."""
+        tolerance, found = TOUCH * self._scale, {}
+        left, right = ([(side, _circle(self.robot, leg, side)) for side in (1, -1)] for leg in (0, 1))
+        for leg, circles in enumerate((left, right)):
+            found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
+        if self.robot.d > tolerance:
+            for (one, a), (other, b) in product(left, right):
+                for x, y in product(
+                    (a.center - a.radius, a.center + a.radius), (b.center - b.radius, b.center + b.radius)
+                ):
+                    if abs(x - y) <= tolerance:
+                        found[(0, one), (1, other)] = x
+        return tuple(
+            Vertex(complex(x), own) for own, x in found.items() if not any(set(own) < set(more) for more in found)
+        )
+
+    @cached_property
     def task(self) -> tuple[Locus, ...]:
-        pieces = [piece for leg in (0, 1) for side in (1, -1) for piece in _circle_arcs(self.robot, leg, side)]
+        corners: dict = {}
+        pieces = [p for leg in (0, 1) for side in (1, -1) for p in _circle_arcs(self.robot, leg, side, corners)]
         for kind, chain in self._chains:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
             label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
-            pieces += pieces_of(chain.task, chain.edges, label, self._scale, chain.corners)
+            vertices = chain.vertices(self.touches, NEAR * self._scale) if chain.motion.aligned else None
+            pieces += pieces_of(chain.task, chain.edges, label, self._scale, chain.corners, vertices=vertices)
         return tuple(pieces)
 
     @cached_property
@@ -189,24 +226,46 @@ def _serial_chains(robot, leg, side):
     return [CouplerCurve(robot, motion, bars) for motion in motions]
 
 
-def _circle_arcs(robot, leg, side):
-    """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches."""
-    l1, l2, other1, other2 = (
-        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+def _circle(robot, leg, side):
+    drive, bar = robot.drives[leg], robot.distal[leg]
+    return Circle(drive.x, (1, -1)[leg] * abs(drive.length + side * bar))  # its parameter counts from the other base
+
+
+def _circle_arcs(robot, leg, side, corners):
+    """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches.
+
+    corners: {what is in line, above or below the bases: Vertex} of circles that cross, which this adds to.
+    """
+    circle, d, scale = (
+        _circle(robot, leg, side),
+        robot.d,
+        sum((*robot.distal, *(c.length for c in robot.drives), robot.d)),
     )
-    radius, d, towards = abs(l1 + side * l2), robot.d, 1 if leg == 0 else -1
-    scale = l1 + l2 + other1 + other2 + d
-    tolerance = 8 * EPS * scale
+    radius, tolerance = abs(circle.radius), TOUCH * scale
+    other1, other2 = robot.drives[1 - leg].length, robot.distal[1 - leg]
     low, high = max(abs(other1 - other2), abs(d - radius)), min(other1 + other2, d + radius)
     if high < low - tolerance:
         return []
-    kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
-    circle = Circle(-towards * d / 2, towards * radius)
-    label = Singularity.SERIAL, kind, MODES, ()
+    label = Singularity.SERIAL, f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}", MODES, ()
+
+    def arc(span, reaches=()):
+        """Between two parameters, at which the other leg is in line, stretched (1) or folded (-1)."""
+        vertices = []
+        for t, reach in zip(span, reaches):
+            z = complex(circle.task(np.array([t]))[0][0])
+            key = (side, reach)[:: (1, -1)[leg]], z.imag > 0
+            vertices.append(corners.setdefault(key, Vertex(z, ((leg, side), (1 - leg, reach)))))
+        return pieces_of(
+            circle.task, np.array(span, dtype=float), [label], scale, vertices=vertices, circle=(leg, side)
+        )
+
     if radius <= tolerance:
-        return pieces_of(circle.task, np.zeros(2), [label], scale)
+        return arc((0, 0))
     if d <= tolerance:
-        return pieces_of(circle.task, np.array([0, 2 * np.pi]), [label], scale)
+        return arc((0, 2 * np.pi))
+    if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases
+        angle = math.pi if low > abs(d - radius) + tolerance else 0.0
+        return arc((angle, angle))
     # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
     first, last = (
         2
@@ -218,11 +277,9 @@ def _circle_arcs(robot, leg, side):
     )
     whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
     if whole_in and whole_out:
-        spans = [(0, 2 * np.pi)]
-    elif whole_in:
-        spans = [(-last, last)]
-    elif whole_out:
-        spans = [(first, 2 * np.pi - first)]
-    else:
-        spans = [(first, last), (-last, -first)]
-    return [piece for span in spans for piece in pieces_of(circle.task, np.array(span, dtype=float), [label], scale)]
+        return arc((0, 2 * np.pi))
+    if whole_in:
+        return arc((-last, last), (1, 1))
+    if whole_out:
+        return arc((first, 2 * np.pi - first), (-1, -1))
+    return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]

@@ -21,6 +21,17 @@ FINEST = 1e-8  # chords of a smaller share of the robot's size (of a full turn, 
 
 
 @dataclass(frozen=True, eq=False)
+class Vertex:
+    """Where pieces of loci end or touch: the same object is the same place.
+
+    z: m; circles: of the legs that are in line there, as (leg, side), side 1 where stretched, -1 where folded.
+    """
+
+    z: complex
+    circles: tuple = ()
+
+
+@dataclass(frozen=True, eq=False)
 class Locus:
     """A piece of a locus along which its labels do not change.
 
@@ -44,6 +55,8 @@ class Locus:
     _curve: Callable = field(repr=False)
     _angles: bool = field(default=False, repr=False)
     unbounded: bool = False
+    vertices: tuple = field(default=(), repr=False)  # the first and the last one, in task space
+    circle: tuple = field(default=(), repr=False)  # (leg, side) where it is a circle of that leg
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -107,6 +120,8 @@ def pieces_of(
     scale: float,
     corners: np.ndarray | None = None,
     angles: bool = False,
+    vertices: list | None = None,
+    circle: tuple = (),
 ) -> list[Locus]:
     """The Locus of each label between its edges.
 
@@ -115,7 +130,8 @@ def pieces_of(
     labels: n times the type, kind, working and assembly modes of a Locus;
     scale: a length, m (or angle, rad), of which 1e-13 is rounding error;
     corners: the points at the edges, where they are known better than by the curve;
-    angles: whether points are angles, which may have jumps of full turns.
+    angles: whether points are angles, which may have jumps of full turns;
+    vertices: n + 1 of them, at the edges; circle: as in Locus.
     """
     t, z = trace(curve, edges, scale, angles)
     where = np.searchsorted(t, edges)
@@ -123,16 +139,20 @@ def pieces_of(
         z[where] = corners
     points = pairs(z)
     if len(t) == 1:
-        return [Locus(*labels[0], points, t, False, curve, angles)]
+        return [Locus(*labels[0], points, t, False, curve, angles, circle=circle)]
     gap = points[-1] - points[0]
     turns = np.round(gap / (2 * np.pi)) * (2 * np.pi) if angles else 0.0
     closes = np.abs(gap - turns).max() <= 1e-12 * scale
     if closes:
         points[-1] = points[0] + turns
+    ends = zip(vertices, vertices[1:]) if vertices else [()] * len(labels)
     return [
-        Locus(*label, points[i : j + 1], t[i : j + 1], bool(closes and len(labels) == 1), curve, angles)
-        for label, i, j in zip(labels, where, where[1:])
-    ]
+        Locus(
+            *label, points[i : j + 1], t[i : j + 1], bool(closes and len(labels) == 1), curve, angles, vertices=own,
+            circle=circle,
+        )
+        for label, i, j, own in zip(labels, where, where[1:], ends)
+    ]  # fmt: skip
 
 
 def trace(curve: Callable, edges: np.ndarray, scale: float, angles: bool = False) -> tuple[np.ndarray, np.ndarray]:

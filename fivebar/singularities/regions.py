@@ -1,4 +1,4 @@
-"""Regions of the plane bounded by exact curves: arcs, the faces of their graph, and what lies inside.
+"""Regions of the plane bounded by exact curves: arcs, and what lies inside of them.
 
 Points are complex numbers, x + i y, m.
 """
@@ -9,17 +9,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import QhullError, Voronoi
 
 from .._backend import EPS
-from .locus import Locus, divided
+from .locus import Locus
 from .roots import rising_zeros
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+TAIL = (np.polynomial.legendre.legvander(NODES, 11) * WEIGHTS[:, None] * (np.arange(12) + 0.5))[:, 10:]
+HALVINGS = 60  # of a panel where speed and direction change in a small part of it, at most
 PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
-SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,21 +30,30 @@ class Arc:
     end: float
 
     @cached_property
-    def s(self) -> np.ndarray:
-        """Parameters (n,) in running order between which the direction turns by less than 1 degree."""
+    def _samples(self):
         low, high = sorted((self.start, self.end))
         own = self.locus.parameters
-        s = np.concatenate([[low], own[(own > low) & (own < high)], [high]])
-        return s if self.start <= self.end else s[::-1]
+        inner = (own > low) & (own < high)
+        first, last = self.locus._curve(np.array([low, high]))[0]
+        s = np.concatenate([[low], own[inner], [high]])
+        z = np.concatenate([[first], self.locus.points[inner] @ (1, 1j), [last]])
+        return (s, z) if self.start <= self.end else (s[::-1], z[::-1])
 
-    @cached_property
+    @property
+    def s(self) -> np.ndarray:
+        """Parameters (n,) in running order between which the direction turns by less than 1 degree."""
+        return self._samples[0]
+
+    @property
     def z(self) -> np.ndarray:
         """Points (n,) of these parameters."""
-        return self.at(self.s)
+        return self._samples[1]
 
     @property
     def reversed(self) -> Arc:
-        return Arc(self.locus, self.end, self.start)
+        twin = Arc(self.locus, self.end, self.start)
+        twin.__dict__.update(_samples=tuple(each[::-1] for each in self._samples), moment=-self.moment)
+        return twin
 
     def curve(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and their derivative by the parameter, turned into the running direction."""
@@ -61,17 +69,29 @@ class Arc:
     @cached_property
     def moment(self) -> float:
         """Line integral of (x dy - y dx) / 2: the area swept from the origin."""
-        s = self.s[np.unique(np.append(np.arange(0, len(self.s), PANEL), len(self.s) - 1))]
-        half = np.diff(s)[:, None] / 2
-        nodes = s[:-1, None] + half * (1 + NODES)
-        z, dz = self.curve(nodes.ravel())
-        swept = (z.conj() * dz).imag.reshape(nodes.shape)
-        return float((swept * WEIGHTS * np.abs(half)).sum() / 2)
+        edges = self.s[np.unique(np.append(np.arange(0, len(self.s), PANEL), len(self.s) - 1))]
+        low, high, total = edges[:-1], edges[1:], 0.0
+        least = 4 * EPS * np.abs(self.z).max() ** 2
+        for _ in range(HALVINGS):
+            half = (high - low)[:, None] / 2
+            nodes = low[:, None] + half * (1 + NODES)
+            z, dz = self.curve(nodes.ravel())
+            swept = (z.conj() * dz).imag.reshape(nodes.shape) * np.abs(half) / 2
+            # The last Legendre coefficients say how far the polynomial through the nodes is off.
+            rough = np.abs(swept @ TAIL).sum(axis=1) > least
+            total += float((swept @ WEIGHTS)[~rough].sum())
+            if not rough.any():
+                break
+            low, high = low[rough], high[rough]
+            middle = (low + high) / 2
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        return total
 
     def dense(self, spacing: float) -> np.ndarray:
-        """Points on the arc not much farther apart than `spacing`, its start but not its end among them."""
-        counts = np.maximum(np.ceil(np.abs(np.diff(self.z)) / spacing), 1).astype(int)
-        return self.at(divided(self.s, counts)[:-1])
+        """Points on the arc about this far apart, its start but not its end among them."""
+        along = np.append(0.0, np.cumsum(np.abs(np.diff(self.z))))
+        even = np.linspace(0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)[:-1]
+        return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
         """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
@@ -136,63 +156,6 @@ class Arc:
         return complex(self.at(high))
 
 
-def faces(arcs: list[Arc], size: float, tolerance: float) -> list[tuple[float, tuple]]:
-    """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the face on their left.
-
-    size: of the whole, m; tolerance: ends closer than this are one vertex. The first loop is the outer one. A hole
-    belongs to the innermost outer loop around it.
-    """
-    vertices, corners = [], []
-    for arc in arcs:
-        for z in (arc.z[0], arc.z[-1]):
-            near = [k for k, vertex in enumerate(vertices) if abs(vertex - z) <= tolerance]
-            corners.append(near[0] if near else len(vertices))
-            vertices += [] if near else [z]
-    edges = coo_array((np.ones(len(arcs)), (corners[::2], corners[1::2])), shape=(len(vertices), len(vertices)))
-    parts = connected_components(edges, directed=False)[1]
-    sides = [side for arc in arcs for side in (arc, arc.reversed)]  # side k starts at corners[k], its twin is k ^ 1
-    outer, holes = [], []
-    for cycle in _cycles(sides, corners, size):
-        loop = tuple(sides[k] for k in cycle)
-        area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
-        if area > SLIVER * size**2:
-            outer.append((area, part, [loop]))
-        else:
-            holes.append((area, part, loop))
-    inner = [0.0] * len(outer)
-    for area, part, loop in holes:
-        start = loop[0].z[:1]
-        around = [k for k, other in enumerate(outer) if other[1] != part and crossings(other[2][:1], start)[0]]
-        if around:
-            owner = min(around, key=lambda k: outer[k][0])
-            outer[owner][2].append(loop)
-            inner[owner] += area
-    found = [(area + hole, tuple(loops)) for (area, _, loops), hole in zip(outer, inner)]
-    return [(area, loops) for area, loops in found if area > SLIVER * size**2]
-
-
-def _cycles(sides, corners, size):
-    """Closed walks along the sides that keep the face on their left: at a vertex, the first side clockwise."""
-    at = {}
-    for k in range(len(sides)):
-        at.setdefault(corners[k], []).append(k)
-    follows = {}
-    for outgoing in at.values():
-        # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are told apart.
-        radius = min(1e-3 * size, 0.3 * min(np.abs(sides[k].z - sides[k].z[0]).max() for k in outgoing))
-        order = sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))
-        for k, clockwise in zip(order, [order[-1], *order[:-1]]):
-            follows[k ^ 1] = clockwise
-    cycles, left = [], set(range(len(sides)))
-    while left:
-        cycle = [min(left)]
-        while follows[cycle[-1]] != cycle[0]:
-            cycle.append(follows[cycle[-1]])
-        left -= set(cycle)
-        cycles.append(cycle)
-    return cycles
-
-
 def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd number of times."""
     found = np.zeros(len(z), dtype=bool)
@@ -238,25 +201,28 @@ def _left_of_nearest(arcs, z):
     return left
 
 
-def roomiest(loops: tuple, obstacles: np.ndarray, area: float, count: int = 1) -> list[tuple[complex, float]]:
+def roomiest(
+    loops: tuple, obstacles: np.ndarray, area: float, count: int = 1, samples: int = 500
+) -> list[tuple[complex, float]]:
     """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
 
-    At most `count`, the best first, each a Voronoi vertex of samples of the boundary: good to their spacing.
+    At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary, of a thin face
+    more: good to their spacing.
     """
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
-    spacing = max(min(length / 500, area / length), length / 4000)
-    samples = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
+    spacing = max(min(length / samples, area / length), length / (8 * samples))
+    border = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
     try:
-        diagram = Voronoi(np.stack([samples.real, samples.imag], axis=-1))
+        diagram = Voronoi(np.stack([border.real, border.imag], axis=-1))
     except QhullError:  # a face so flat that it has no inside
         return []
     # Any ridge names two samples and the vertices equally far from them.
-    ridges = np.array([(v, pair[0]) for pair, ends in zip(diagram.ridge_points, diagram.ridge_vertices) for v in ends])
-    ridges = ridges[ridges[:, 0] >= 0]
+    vertices, points = np.array(diagram.ridge_vertices), np.repeat(diagram.ridge_points[:, :1], 2, axis=1)
+    points, vertices = points[vertices >= 0], vertices[vertices >= 0]
     z = diagram.vertices @ (1, 1j)
-    distance = np.full(len(z), 0.0)
-    distance[ridges[:, 0]] = np.abs(z[ridges[:, 0]] - samples[ridges[:, 1]])
+    distance = np.zeros(len(z))
+    distance[vertices] = np.abs(z[vertices] - border[points])
     order = np.argsort(-distance)
     found = []
     for first in range(0, len(order), 256):
@@ -267,3 +233,27 @@ def roomiest(loops: tuple, obstacles: np.ndarray, area: float, count: int = 1) -
                 if len(found) == count:
                     return found
     return found
+
+
+def beside(loops: tuple, most: float) -> np.ndarray:
+    """Points (n,) beside the middle of each arc, to where the face is: by `most`, of a short arc less."""
+    found = []
+    for loop in loops:
+        for arc in loop:
+            on, tangent = arc.curve((arc.start + arc.end) / 2)
+            off = min(most, 0.05 * np.abs(np.diff(arc.z)).sum())
+            found.append(complex(on + 1j * off * tangent / np.abs(tangent)))
+    return np.array(found)
+
+
+def off_border(loops: tuple, size: float) -> tuple[complex, float]:
+    """A point inside the loops, off the middle of an arc, and its distance from them: of a face however thin."""
+    arcs = sorted((arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum())
+    for arc in arcs:
+        on, tangent = arc.curve((arc.start + arc.end) / 2)
+        z = on + 1j * tangent / np.abs(tangent) * size * 0.25 ** np.arange(1, 24)
+        z = z[inside(loops, z)]
+        if len(z):
+            distance = np.min([each.nearest(z)[1] for each in arcs], axis=0)
+            return complex(z[distance.argmax()]), float(distance.max())
+    raise ArithmeticError(f"no point was found inside a face whose border is {len(arcs)} arcs")

@@ -17,9 +17,15 @@ def browser():
     return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
+def firefox():
+    """A Firefox's path, None if there is none."""
+    return shutil.which("firefox-esr") or shutil.which("firefox")
+
+
 # What a test may need -> (() -> whether it is here, what brings it).
 NEEDED = {
     "chromium": (browser, "apt-get install chromium"),
+    "firefox": (firefox, "apt-get install firefox-esr"),
     "bubblewrap": (
         lambda: not bwrap_trouble(),
         "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",

@@ -31,7 +31,9 @@ def bars(page, number=-1):
     """(b, 2, 2): the ends of a mechanism's bars as drawn, m; the last mechanism unless a number is given."""
     ends = page.evaluate(
         """number => [...[...document.querySelectorAll(".mechanism")].at(number).querySelectorAll(".bar")]
-            .map(bar => ["x1", "y1", "x2", "y2"].map(name => +bar.getAttribute(name)))""",
+            .map(bar => ["x1", "y1", "x2", "y2"].map(name => +bar.getAttribute(name)))
+            .flatMap(([x1, y1, x2, y2]) => [[x1, y1], [x2, y2]])
+            .map(([x, y]) => [(x - scene.origin[0]) / scene.scale, (scene.origin[1] - y) / scene.scale])""",
         number,
     )
     return np.array(ends).reshape(-1, 2, 2)

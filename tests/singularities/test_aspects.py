@@ -182,8 +182,19 @@ def test_no_aspect_in_a_point_or_where_all_is_singular(found):
     assert not only.contains((0.0, 0.0)) and only.contains((1e-6, 0.0))
 
 
-@pytest.mark.parametrize("lengths", [(0.05, 0.12, 0.05, 0.09, 0.03), (0.1, 0.2, 0.1, 0.3, 0.1)])
-def test_lost_parts_are_refused(lengths):
-    """The outer circles touch from inside on a Type-2 locus: no answer is better than a wrong one."""
-    with pytest.raises(ArithmeticError, match="loci of this robot touch so closely"):
-        aspects(fb.FiveBar(*lengths))
+@pytest.mark.parametrize(
+    ("lengths", "areas"),
+    [
+        ((0.15, 0.07, 0.22, 0.19, 0.05), (0.0870, 0.0449)),
+        ((0.11, 0.13, 0.12, 0.02, 0.08), (0.0233, 0.00685)),
+        ((0.05, 0.12, 0.05, 0.09, 0.03), None),
+        ((0.1, 0.2, 0.1, 0.3, 0.1), None),
+    ],
+)
+def test_circles_that_touch_on_a_type_2_locus(lengths, areas):
+    """A Type-2 locus leaves the touching point and comes back to it."""
+    parts = aspects(fb.FiveBar(*lengths))
+    totals = [sum(part.area for part in in_mode(parts, working)) for working in MODES]
+    assert totals == pytest.approx([totals[0]] * 4, rel=1e-12)
+    if areas:
+        assert [part.area for part in in_mode(parts, (1, 1))] == pytest.approx(areas, rel=5e-3)

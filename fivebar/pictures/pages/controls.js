@@ -83,7 +83,8 @@ const draw = oncePerFrame(() => {
   plots.forEach((plot, number) => {
     plot.cursor.style.transform = `translateX(${plot.pixels(x)[0] - 1}px)`;
     panels[number].curves.forEach((curve, k) => {
-      plot.outputs[k].textContent = readable(plot.values[k][shownAt(subjects[curve.subject])]);
+      const value = plot.values[k][shownAt(subjects[curve.subject])];
+      plot.outputs[k].textContent = readable(Math.abs(value) < plot.floor ? 0 : value);
     });
   });
   slider.value = at;

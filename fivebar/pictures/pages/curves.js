@@ -22,6 +22,7 @@ const plots = panels.map((panel, number) => {
   // a limit far from the curves would flatten them
   const [, largest] = extent(plot.values.map(values => values.map(Math.abs)));
   if (largest < Math.max(...plot.limits) / 5) plot.limits = [];
+  plot.floor = 1e-9 * largest;  // what is less is rounding, and read as 0
   plot.rules = plot.limits.map(limit =>
     new Bokeh.Span({location: limit, dimension: "width", line_dash: dash(2), line_width: 1.3}));
   plot.marks = subjects.flatMap(subject => subject.marks.map(([t]) =>

@@ -1,5 +1,5 @@
-// The mechanism in the plane: its bars in metres inside of a transform, with strokes as wide on the screen at any zoom;
-// paths in pixels, of no more points than are seen: a browser takes seconds for a stroke of ten thousand.
+// The mechanism in the plane, in pixels: strokes are as wide on the screen at any zoom, and joints are round in every
+// browser. Paths have no more points than are seen: a browser takes seconds for a stroke of ten thousand.
 
 class Picture {
   constructor(parent, bounds) {
@@ -22,7 +22,7 @@ class Picture {
 
   // A stroke whose colour is a name of the theme.
   stroke(tag, parent, ink, width, attributes = {}) {
-    const part = element(tag, {"stroke-width": width, "vector-effect": "non-scaling-stroke", ...attributes});
+    const part = element(tag, {"stroke-width": width, ...attributes});
     this.parts.push([part, ink]);
     parent.append(part);
     return part;
@@ -79,24 +79,23 @@ class Picture {
     const good = points.every(point => point.every(Number.isFinite));
     mechanism.group.setAttribute("visibility", good ? "visible" : "hidden");
     mechanism.points = good ? points : [];
-    if (good)
-      for (const [i, j, line] of mechanism.lines) {
-        line.setAttribute("x1", points[i][0]);
-        line.setAttribute("y1", points[i][1]);
-        line.setAttribute("x2", points[j][0]);
-        line.setAttribute("y2", points[j][1]);
-      }
-    this.write(mechanism);
+    this.draw(mechanism);
     return good;
   }
 
-  write({texts, points}) {
+  draw({lines, texts, points}) {
+    for (const [, text] of texts) text.setAttribute("visibility", points.length ? "visible" : "hidden");
+    if (!points.length || !this.origin) return;
+    const on = points.map(point => this.onScreen(point));
+    for (const [i, j, line] of lines) {
+      line.setAttribute("x1", on[i][0]);
+      line.setAttribute("y1", on[i][1]);
+      line.setAttribute("x2", on[j][0]);
+      line.setAttribute("y2", on[j][1]);
+    }
     for (const [k, text] of texts) {
-      text.setAttribute("visibility", points.length ? "visible" : "hidden");
-      if (!points.length || !this.origin) continue;
-      const [x, y] = this.onScreen(points[k]);
-      text.setAttribute("x", x + 11);
-      text.setAttribute("y", y - 10);
+      text.setAttribute("x", on[k][0] + 11);
+      text.setAttribute("y", on[k][1] - 10);
     }
   }
 
@@ -111,9 +110,8 @@ class Picture {
     const [x, y] = this.zoom > 1 && centre ? centre : [(x0 + x1) / 2, (y0 + y1) / 2];
     this.origin = [width / 2 - this.scale * x, height / 2 + this.scale * y];
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    this.world.setAttribute("transform", `translate(${this.origin}) scale(${this.scale} ${-this.scale})`);
     for (const curve of this.curves) this.trace(curve);
-    for (const mechanism of this.mechanisms) this.write(mechanism);
+    for (const mechanism of this.mechanisms) this.draw(mechanism);
     const most = 0.3 * width / this.scale, step = 10 ** Math.floor(Math.log10(most));
     const length = step * ([5, 2].find(factor => factor * step <= most) ?? 1);
     const power = Math.floor(Math.log10(length) + 1e-9);

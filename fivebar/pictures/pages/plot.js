@@ -20,6 +20,8 @@ class Range {
   }
 }
 
+const FONT = "system-ui, sans-serif";
+
 class Plot {
   constructor(parent, options, ranges) {
     this.ranges = ranges;
@@ -50,6 +52,7 @@ class Plot {
   }
 
   layGlass() {
+    if (!this.view) return;  // another plot of the page was shown first
     const {left, top, width, height} = this.view.frame.bbox;
     Object.assign(this.glass.style, {left: left + "px", top: top + "px", width: width + "px", height: height + "px"});
   }
@@ -77,7 +80,8 @@ class Plot {
     for (const axis of [...figure.xaxes, ...figure.yaxes])
       axis.setv({axis_line_color: quiet, major_tick_line_color: quiet, minor_tick_line_color: null,
         major_label_text_color: ink, axis_label_text_color: ink, axis_label_text_font_style: "normal",
-        major_label_text_font_size: "12px", axis_label_text_font_size: "13px"});
+        major_label_text_font_size: "12px", axis_label_text_font_size: "13px", major_label_text_font: FONT,
+        axis_label_text_font: FONT});
     for (const grid of [...figure.xgrids, ...figure.ygrids]) grid.setv({grid_line_color: theme("--grid")});
   }
 

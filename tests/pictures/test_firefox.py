@@ -1,0 +1,82 @@
+"""The pages in Firefox: nothing fails there, joints are round, and what is seen is what Chromium shows."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from scipy import ndimage
+
+import fivebar as fb
+from tests.helpers.browsing import chromium, offline, settle, until
+from tests.helpers.firefox import opened
+
+ROBOT = fb.FiveBar()
+SIZE = {"width": 1200, "height": 900}
+WORDS = "[document.title, ...[...document.querySelectorAll('h2')].map(head => head.textContent)]"
+LINES = """[...document.querySelectorAll("svg.scene line:is(.joint, .motor, .bar)")].map(line =>
+    [line.getAttribute("class"), ...["x1", "y1", "x2", "y2"].map(name => +line.getAttribute(name))])"""
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """{what it shows: its file}."""
+    folder = tmp_path_factory.mktemp("pages")
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.0, 0.1), 2.0))
+    subjects = {
+        "run": run,
+        "biglide": fb.simulate(fb.Biglide(), duration=0.2),
+        "map": fb.singularity_map(ROBOT, shape=(61, 61)),
+    }
+    for name, subject in subjects.items():
+        fb.page(subject, folder / f"{name}.html")
+    return {name: folder / f"{name}.html" for name in subjects}
+
+
+@pytest.fixture(scope="module")
+def firefox(tmp_path_factory):
+    with opened(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.mark.parametrize("name", ["run", "biglide", "map"])
+def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
+    firefox.open(pages[name], **SIZE)
+    assert firefox.errors == []
+    words, mine = firefox.evaluate(WORDS), firefox.evaluate(LINES)
+    with chromium("--disable-gpu") as browser, offline(browser) as open_file:
+        page = open_file(pages[name], viewport=SIZE)
+        until(page, "document.body.dataset.ready")
+        settle(page)
+        assert words == page.evaluate(WORDS)
+        theirs = page.evaluate(LINES)
+    assert [part[0] for part in mine] == [part[0] for part in theirs] and len(mine) > 5
+    # Fonts differ, and with them the room for the picture: its bars lie alike, up to its scale.
+    vectors = [np.array([part[3:] for part in parts]) - [part[1:3] for part in parts] for parts in (mine, theirs)]
+    one, other = (each / np.abs(each).max() for each in vectors)
+    np.testing.assert_allclose(one, other, atol=1e-6)
+
+
+def test_joints_are_round(firefox, pages):
+    """Ink of their colour that is no bar: as wide as high, and filled as a disc is."""
+    firefox.open(pages["run"], **SIZE)
+    box = firefox.evaluate("(({x, y, width, height}) => [x, y, width, height])(scene.svg.getBoundingClientRect())")
+    x, y, width, height = map(int, box)
+    picture = firefox.picture()[y : y + height, x : x + width]
+    places = firefox.evaluate("scene.mechanisms[0].points.map(point => scene.onScreen(point))")
+    ink = np.abs(picture - to_rgb(firefox.evaluate("theme('--ink')"))).max(axis=-1) < 0.25
+    labels, _ = ndimage.label(ink)
+    seen = 0
+    for column, row in np.round(places).astype(int):
+        around = labels[row - 12 : row + 13, column - 12 : column + 13]
+        for label in set(around[around > 0].tolist()):
+            rows, columns = np.nonzero(labels == label)
+            spans = np.ptp(rows) + 1, np.ptp(columns) + 1
+            if max(spans) > 4:  # the rest is the edge of something else
+                assert abs(spans[0] - spans[1]) <= 2 and max(spans) <= 20, spans
+                seen += 1
+    assert seen >= 5
+
+
+def test_the_first_value_is_no_rounding_error(firefox, pages):
+    firefox.open(pages["run"], **SIZE)
+    outputs = firefox.evaluate("[...document.querySelectorAll('figure output')].map(output => output.textContent)")
+    assert outputs[:3] == ["0", "0", "0"]
