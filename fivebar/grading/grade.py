@@ -14,11 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from .labs import Lab, find_lab
+from ..models.robots import Biglide
+from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, lengths, parameters
+from .variants import PUBLIC_SEED, parameters
 from .worker.live import from_functions
 from .worker.submission import MOST_ARCHIVE
 
@@ -137,9 +138,12 @@ def _notes(lab, robot, constants):
 def _absent(robot, checks):
     """Points that were lost may be so because lengths cannot be set."""
     constants = checks.program.student.constants
-    absent = ", ".join(name for name in lengths(robot) if name not in constants)
+    absent = ", ".join(name for name in parameters(robot) if name not in constants)
     if absent and constants and any(check.share < 1 for check in checks.found):
-        yield f"Your file gives no number to {absent}, so that checks with other lengths cannot set them there."
+        yield f"Your file gives no number to {absent}: it is judged as if it had the robot's, and no check sets others."
+        own = "amoro-biglide" if isinstance(robot, Biglide) else "amoro"
+        if "l" in constants and own in {lab.name for lab in known_labs()}:
+            yield f"It looks like the AMORO lab's own file: `fivebar check {own}` takes that."
 
 
 def job_hash(job: Job) -> str:

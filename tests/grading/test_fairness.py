@@ -69,6 +69,25 @@ def test_what_a_file_computes_from_the_robots_numbers_follows_them():
         assert program.ask("f", [(1,)], {"m": 0.5})[0].text == "the file has no constant m"
 
 
+def test_a_notebook_computes_what_its_functions_read_and_no_more():
+    source = (
+        "l = 0.09\ndef half(x): return x / 2\nR = half(l)\nQ = R * half(4)\nQ *= 2\nresult = open('data.txt').read()\n"
+        "x = open('data.txt')\nshown = f(1.0)\ndef f(x):\n    y = x\n    return [l, Q * y]\n"
+    )
+    with Student(Submission("a.ipynb", source, "notebook")) as program:
+        assert program.trouble is None
+        assert np.allclose(program.ask("f", [(1.0,)])[0].value, [0.09, 0.18])
+        assert np.allclose(program.ask("f", [(1.0,)], {"l": 0.2})[0].value, [0.2, 0.4])
+
+
+def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
+    source = re.sub(r"\bl[12]{2}\b", "l", LAB1)
+    report = points("lab1", tmp_path, source)
+    assert 0 < report.points < 20 and "gives no number to l11, l12, l21, l22" in report.notes[0]
+    report = points("lab1", tmp_path, without(LAB1, "m"))
+    assert report.points == 20 and report.notes == ()
+
+
 def test_a_robot_whose_numbers_are_computed_is_the_files_at_home(tmp_path):
     source = RIGHT.replace("0.118", "120 / 1000")
     lab = find_lab("elbow", write_lab(tmp_path / "mylabs"))
@@ -158,6 +177,7 @@ def killed(monkeypatch, moments):
 
         def _strike(self, moment):
             if self.moment == moment:
+                self.moment = None
                 if self._first is None:
                     os.kill(self._process.pid, signal.SIGKILL)
                 else:
@@ -175,7 +195,7 @@ def test_a_worker_killed_from_outside_is_asked_again(tmp_path, monkeypatch, isol
     when = {1: "start", 2: "load", 3: "ask", 4: "ask"}
     made = killed(monkeypatch, when.get)
     report = points("lab1", tmp_path, LAB1, isolate=isolate)
-    assert (report.points, report.trouble, len(made)) == (20, "", 5)
+    assert (report.points, report.trouble, len(made)) == (20, "", 5), [(c.title, c.text) for c in report.checks]
 
 
 def test_and_is_no_result_where_it_is_killed_again_and_again(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -143,10 +144,10 @@ class _Shown:
         self.bar, self.troubles, self.full, self.seen = bar, 0, 0, set()
 
     def add(self, entry, report):
-        for warning in report.warnings:  # the machine is the same for all
-            if warning not in self.seen:
+        for warning in report.warnings:  # the machine is the same for all, though each has a user of its own
+            if (kind := re.sub(r"\d+", "", warning)) not in self.seen:
                 self.bar.write(warning, file=sys.stderr)
-        self.seen |= set(report.warnings)
+                self.seen.add(kind)
         if trouble := trouble_of(report):
             self.troubles += 1
             text = f"{printable(entry.student)}: {printable(trouble)}"

@@ -70,7 +70,8 @@ def _run(module, file, source, notebook, skip, announce, constants):
     """(first trouble or None, numbers) after running a source in a module."""
     body, trouble = _statements(source, file)
     if notebook:
-        body = [node for node in body if _is_definition(node)]
+        used = _used(body)
+        body = [node for node in body if _is_definition(node) or node in used]
     flags, numbers = 0, {}
     for index, node in enumerate(body):
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
@@ -134,6 +135,27 @@ def _pieces(source, file):
             continue
         body += ast.increment_lineno(piece, start).body
     return body
+
+
+def _used(body):
+    """A notebook's assignments of names that its functions read, or that such an assignment reads."""
+    assignments = [node for node in body if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)]
+    wanted = set().union(*(_read(node) for node in body if isinstance(node, _SCOPES)))
+    used = []
+    while new := [node for node in assignments if node not in used and _stored(node) & wanted]:
+        used += new
+        wanted = wanted.union(*map(_read, new))
+    return used
+
+
+def _read(node):
+    """Names that a statement reads, and that are not its own: arguments, or assigned in it."""
+    parts = list(ast.walk(node))
+    names = {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
+    own = {part.arg for part in parts if isinstance(part, ast.arg)}
+    if isinstance(node, _SCOPES):
+        own |= {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+    return names - own
 
 
 def _is_definition(node):
