@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 import fivebar
 
 FLOORS = [
-    {"_backend", "checks", "errors", "progress", "tables"},
+    {"_backend", "checks", "described", "errors", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures"},

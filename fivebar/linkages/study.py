@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._backend import finite_numbers
 from ..checks import optional, positive, strings, takes, text, two_numbers, whole
+from ..described import one_line
 from ..errors import SingularityError
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
@@ -50,6 +51,16 @@ class Study:
     columns: dict
     lock: tuple | None
     _arguments: dict = field(repr=False)
+
+    def __repr__(self) -> str:
+        kind = type(self.linkage).__name__
+        return one_line(
+            "Study",
+            kind,
+            f"{self.t[-1]:g} s in {len(self.t)} rows",
+            f"{len(self.columns)} quantities",
+            "locks" if self.lock else "",
+        )
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity (n,) by its name, of the table or not; angles are continuous."""

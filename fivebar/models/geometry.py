@@ -11,6 +11,7 @@ import numpy as np
 
 from .._backend import atan2, check_modes, is_symbolic, pack, pack_matrix, sign, unpack
 from ..checks import robot as must_be_robot
+from ..described import one_line, single, vector
 from .dyads import RRR, SINGULAR, cross
 from .robots import KINDS
 from .unreachable import refuse_open
@@ -87,6 +88,19 @@ class Pose:
     point: tuple
     _build: Callable  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
     _from_dgm: bool = False
+
+    def __repr__(self) -> str:
+        return one_line("Pose", *self._words())
+
+    def _words(self):
+        words, place = self.robot.words, [vector("xi", self.point, "m")]
+        if single(self.point):
+            left, right = map(int, self.working)
+            place += [
+                vector("q", tuple(leg.q for leg in self.legs), words.unit),
+                f"working ({left:+d}, {right:+d})", f"assembly {int(self.assembly):+d}",
+            ]  # fmt: skip
+        return (*place, words.title)
 
     @cached_property
     def _built(self):

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._backend import first_index, is_symbolic, pack, unpack_for
 from ..checks import instance
+from ..described import one_line, vector
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
 from .geometry import Pose, ReachedLeg
@@ -30,6 +31,14 @@ class Rates:
     _q_dot: tuple
     _xi_dot: tuple
     _from_task: bool = field(default=False, kw_only=True)  # xi' was given
+
+    def __repr__(self) -> str:
+        return one_line("Rates", *self._words())
+
+    def _words(self):
+        pose = self.pose
+        own = vector("xi'", self._xi_dot, "m/s"), vector("q'", self._q_dot, f"{pose.robot.words.unit}/s")
+        return (*own, *pose._words())
 
     @cached_property
     def _swing(self):
@@ -123,6 +132,11 @@ class Accelerations:
     _q_ddot: tuple
     _xi_ddot: tuple
     _from_task: bool = field(default=False, kw_only=True)  # xi'' was given
+
+    def __repr__(self) -> str:
+        unit = f"{self.rates.pose.robot.words.unit}/s^2"
+        own = vector("xi''", self._xi_ddot, "m/s^2"), vector("q''", self._q_ddot, unit)
+        return one_line("Accelerations", *own, *self.rates._words())
 
     @cached_property
     def q_ddot(self) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..described import one_line
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
@@ -56,6 +57,12 @@ class Plan:
     solve_time: float = math.nan
     tried: int = 1
     start = 0.0
+
+    def __repr__(self) -> str:
+        aims = " + ".join(name for name, weight in self.problem.weights.items() if weight)
+        modes = "free of modes" if self.working is None else f"working {self.working}"
+        solved = f"{aims} {self.objective:.4g}", f"{len(self.pieces.xi)} intervals", self.status
+        return one_line("Plan", self.robot.words.title, f"{self.duration:g} s", modes, *solved)
 
     @property
     def robot(self) -> Robot:

@@ -12,6 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..checks import not_negative, number, positive, seconds, shown, two_numbers
+from ..described import one_line, vector
 from ..tables import TextFile, opened
 
 
@@ -26,6 +27,11 @@ class Trajectory:
     start: float
     duration: float
     _motion: Callable[[np.ndarray], np.ndarray]  # times (n,) inside -> (n, 6)
+
+    def __repr__(self) -> str:
+        end = self.start + self.duration
+        places = [vector(name, tuple(self(t)[0]), "m") for name, t in (("from", self.start), ("to", end))]
+        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places)
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..described import one_line
 from ..models.geometry import igm
 from ..models.robots import Robot, robot_of
 from ..pictures.pages import page
@@ -72,6 +73,12 @@ class Run:
     events: tuple = ()
     step_error: float | None = None
     log: object | None = None
+
+    def __repr__(self) -> str:
+        tracked = self.xi_ref is not None
+        error = f"error at most {1e6 * np.linalg.norm(self.error, axis=1).max():.4g} um" if tracked else ""
+        crossings = f"{len(self.events)} crossings" if self.events else ""
+        return one_line("Run", self.robot.words.title, f"{self.t[-1]:g} s in {len(self.t)} rows", error, crossings)
 
     @cached_property
     def error(self) -> np.ndarray:

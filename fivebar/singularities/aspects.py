@@ -34,7 +34,7 @@ class Aspect:
     singular points inside.
     """
 
-    robot: FiveBar
+    robot: FiveBar = field(repr=False)
     number: int
     working: tuple[int, int]
     assembly: int
@@ -42,7 +42,7 @@ class Aspect:
     point: np.ndarray
     clearance: float
     boundary: tuple = field(repr=False)
-    punctures: np.ndarray
+    punctures: np.ndarray = field(repr=False)
 
     @cached_property
     def polygons(self) -> tuple[np.ndarray, ...]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import robot as must_be_robot
 from ..checks import shown, takes
+from ..described import one_line
 from ..models.geometry import joint_pose, task_pose
 from ..models.robots import Robot, robot_of
 from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
@@ -57,6 +58,12 @@ class Map:
     y: np.ndarray
     modes: tuple[tuple[int, int], ...] | tuple[int, ...]
     values: np.ndarray
+
+    def __repr__(self) -> str:
+        nodes = f"{len(self.x)} x {len(self.y)} nodes"
+        return one_line(
+            "Map", self.description, f"{self.space} space", nodes, f"{len(self.modes)} modes", self.robot.words.title
+        )
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from .._backend import is_symbolic
 from ..checks import not_negative, takes
+from ..described import one_line, vector
 from ..models.dyads import dot
 from ..models.geometry import Pose
 
@@ -45,6 +46,10 @@ class Margins:
     """
 
     pose: Pose
+
+    def __repr__(self) -> str:
+        names = self.pose.robot.words.sines
+        return one_line("Margins", vector(", ".join(names), (*self.pose.sines, self.pose.det_A), ""), repr(self.pose))
 
     @cached_property
     def _b(self):

@@ -1,0 +1,43 @@
+"""What results say of themselves: one line each, with numbers for one pose and shapes for batches."""
+
+import casadi
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar import linkages
+
+ROBOT = fb.FiveBar()
+POSE = fb.igm(ROBOT, (0.05, 0.09))
+RATES = fb.ikm(POSE, (0.1, 0.0))
+LINE = fb.line((0.05, 0.09), (0.0, 0.1), 1.0)
+RUN = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), LINE)
+
+
+def symbols():
+    return fb.igm(ROBOT, casadi.SX.sym("xi", 2))
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: POSE, "<Pose: xi = (0.05, 0.09) m, q = (0.022595, 0.626149) rad, working (-1, -1), assembly -1"),
+        (lambda: fb.igm(ROBOT, np.full((4, 2), 0.09)), "<Pose: xi (4, 2), five-bar robot>"),
+        (lambda: fb.igm(ROBOT, (1.0, 1.0), unreachable="nan"), "q = (nan, nan) rad"),
+        (symbols, "<Pose: xi of symbols, five-bar robot>"),
+        (lambda: fb.dgm(fb.Biglide(), (0.0, 0.1)), "q = (0, 0.1) m"),
+        (lambda: RATES, "<Rates: xi' = (0.1, 0) m/s, q' = "),
+        (lambda: fb.dkm2(RATES, (1.0, -2.0)), "q'' = (1, -2) rad/s^2"),
+        (lambda: fb.singularity_margins(POSE), "<Margins: sin q12, sin q22, det A = (0.97"),
+        (lambda: RUN, "<Run: five-bar robot, 1 s in 1001 rows, error at most "),
+        (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),
+        (lambda: fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0), "five-bar robot, 1 s, working (-1, -1), effort "),
+        (lambda: fb.plan(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1)), 1.0), "free of modes"),
+        (lambda: fb.singularity_map(ROBOT, shape=(20, 30)), "task space, 20 x 30 nodes, 4 modes"),
+        (lambda: fb.aspects(ROBOT)[0], "Aspect(number=1, working=(1, 1), assembly=-1"),
+        (lambda: linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14)), "<Study: FourBar, 1 s in "),
+    ],
+)  # fmt: skip
+def test_an_object_says_in_one_line_what_it_is(made, words):
+    said = repr(made())
+    assert words in said and "\n" not in said and len(said) < 250
