@@ -20,7 +20,7 @@ from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
-from .worker.live import from_functions
+from .worker.live import Live, from_functions
 from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
@@ -139,8 +139,9 @@ def _absent(robot, checks):
     """Points that were lost may be so because lengths cannot be set."""
     constants = checks.program.student.constants
     absent = ", ".join(name for name in parameters(robot) if name not in constants)
-    if absent and constants and any(check.share < 1 for check in checks.found):
-        yield f"Your file gives no number to {absent}: it is judged as if it had the robot's, and no check sets others."
+    if absent and constants and any(check.reason == "value" for check in checks.found):
+        what = "session" if isinstance(checks.program.student, Live) else "file"
+        yield f"Your {what} gives no number to {absent}: it is judged as if it had the robot's; no check sets others."
         own = "amoro-biglide" if isinstance(robot, Biglide) else "amoro"
         if "l" in constants and own in {lab.name for lab in known_labs()}:
             yield f"It looks like the AMORO lab's own file: `fivebar check {own}` takes that."
