@@ -24,7 +24,7 @@ BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `demo` and `track` to the program's commands."""
-    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
+    demo = commands.add_parser("demo")
     demo.add_argument(
         "--out",
         type=Path,
@@ -34,7 +34,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     )
     demo.set_defaults(run=_demo)
 
-    track = commands.add_parser("track", help="track a path; or compare controllers on one of the shipped cases")
+    track = commands.add_parser("track")
     path = track.add_argument_group("path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s")
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
     path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
