@@ -108,7 +108,8 @@ def _run(arguments, build):
             raise ValueError(f"--plot must end in .png, .svg or .pdf, not {arguments.plot.name!r}")
     except ValueError as error:
         raise UsageError(error) from None
-    if (longest := max(v for v in vars(linkage).values() if isinstance(v, float))) > LONG:
+    longest = max((v for v in vars(linkage).values() if isinstance(v, float)), default=0.0)
+    if longest > LONG:
         print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)
     options.pop("branch", None)
     if options.get("drive") != "swing":
