@@ -71,8 +71,11 @@ def _demo(arguments):
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
     _print_table(robot, figures)
-    for path in (*_write(run, arguments.out), _write_page(run, arguments.out / "page.html")):
-        print(path)
+    files = _write(run, arguments.out)
+    error = 1e6 * figures["max_error_m"]
+    page = _write_page(run, arguments.out / "page.html", f"AMORO lab, control task 1: within {error:.0f} µm")
+    print(f"{page}  (open it in a browser, and point at any curve)")
+    print(*files, sep="\n")
 
 
 def _track(arguments):
@@ -202,8 +205,8 @@ def _write(run, folder):
     return paths
 
 
-def _write_page(subject, path):
+def _write_page(subject, path, title=None):
     from ..pictures.pages import page
 
-    page(subject, path)
+    page(subject, path, title=title)
     return path
