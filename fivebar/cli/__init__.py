@@ -3,16 +3,40 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
+from decimal import Decimal
+from difflib import get_close_matches
+from importlib import import_module
+from importlib.metadata import version
 
 from ..errors import UsageError
-from . import chart, grade, linkage, map, script, track
+
+# Command -> (the file that has it, read when it is asked for, what it does).
+COMMANDS = {
+    "demo": ("track", "the AMORO lab's control task 1: table, CSV, picture, animation, page"),
+    "track": ("track", "track a path; or compare controllers on one of the shipped cases"),
+    "map": ("map", "singularity map: exact loci, a margin's field, aspects"),
+    "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
+    "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
+    "run": ("script", "run a script of the AMORO lab without ROS"),
+    "check": ("grade", "check your own solution of a lab, with hints"),
+    "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
+}
+SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes for an option
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
-    arguments = _parser().parse_args(argv)
+    words = list(sys.argv[1:] if argv is None else argv)
+    parser = _parser(words[0] if words else "")
+    if not words:
+        parser.print_help()
+        return 2
+    if words[0] != "run":  # whose arguments are the script's
+        words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
+    arguments = parser.parse_args(words)
     try:
         arguments.run(arguments)
     except UsageError as error:
@@ -33,11 +57,33 @@ def _complain(error, code):
     return code
 
 
-def _parser():
-    parser = argparse.ArgumentParser(
-        prog="fivebar", description="The five-bar parallel robot: models, control, singularities."
-    )
+class _Parser(argparse.ArgumentParser):
+    """Says what was perhaps meant."""
+
+    def error(self, message):
+        wrong = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)|unrecognized arguments: (--\S+)", message)
+        if wrong:
+            known = re.findall(r"[\w.-]+", wrong[2]) if wrong[2] else self._option_string_actions
+            near = get_close_matches(wrong[1] or wrong[3].split("=")[0], known, 1)
+            message += f"; did you mean {near[0]}?" if near else ""
+        super().error(message)
+
+    def parse_args(self, args=None, namespace=None):
+        arguments, unknown = self.parse_known_args(args, namespace)
+        if unknown:  # the command knows its own options
+            getattr(arguments, "parser", self).error(f"unrecognized arguments: {' '.join(unknown)}")
+        return arguments
+
+
+def _parser(asked):
+    parser = _Parser(prog="fivebar", description="The five-bar parallel robot: models, control, singularities.")
+    parser.add_argument("--version", action="version", version=f"fivebar {version('fivebar')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (track, map, linkage, chart, script, grade):
-        module.add_parsers(commands)
+    if asked in COMMANDS:
+        import_module(f".{COMMANDS[asked][0]}", __package__).add_parsers(commands)
+        for own in commands.choices.values():
+            own.set_defaults(parser=own)
+    else:
+        for name, (_, words) in COMMANDS.items():
+            commands.add_parser(name, help=words)
     return parser

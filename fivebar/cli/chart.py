@@ -9,7 +9,7 @@ from pathlib import Path
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `chart` to the program's commands."""
-    parser = commands.add_parser("chart", help="speed against accuracy: measure methods, and draw their charts")
+    parser = commands.add_parser("chart")
     parser.add_argument("name", metavar="NAME", help="a chart, or all; an unknown name lists them")
     parser.add_argument("--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)")
     parser.add_argument("--quick", action="store_true", help="every other point, and less time for each")

@@ -13,12 +13,12 @@ SECRET = "FIVEBAR_SECRET"
 
 def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
-    check = commands.add_parser("check", help="check your own solution of a lab, with hints")
+    check = commands.add_parser("check")
     _common(check)
     check.add_argument("file", type=Path, metavar="FILE", help="your .py file or notebook, or a folder or zip with it")
     check.set_defaults(run=_check)
 
-    grade = commands.add_parser("grade", help="grade a submission, or a folder of them, on hidden inputs")
+    grade = commands.add_parser("grade")
     _common(grade)
     grade.add_argument(
         "file",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from argparse import _SubParsersAction
 from dataclasses import fields, replace
 from pathlib import Path
@@ -29,14 +30,13 @@ from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
 
+LONG = 20.0  # m: hardly a linkage's, but likely in mm
 SIX_BAR_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `linkage` to the program's commands."""
-    linkage = commands.add_parser(
-        "linkage", help="four-bars and other linkages: what turns, what locks; motion studies"
-    )
+    linkage = commands.add_parser("linkage")
     kinds = linkage.add_subparsers(dest="kind", required=True, metavar="KIND")
 
     four_bar = _kind(kinds, "four-bar", "four-bar A B C D: lengths in m", _four_bar)
@@ -108,6 +108,9 @@ def _run(arguments, build):
             raise ValueError(f"--plot must end in .png, .svg or .pdf, not {arguments.plot.name!r}")
     except ValueError as error:
         raise UsageError(error) from None
+    longest = max((v for v in vars(linkage).values() if isinstance(v, float)), default=0.0)
+    if longest > LONG:
+        print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)
     options.pop("branch", None)
     if options.get("drive") != "swing":
         options.pop("between", None)

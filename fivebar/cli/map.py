@@ -15,7 +15,7 @@ from .robot_options import add_robot_options, chosen_robot
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `map` to the program's commands."""
-    parser = commands.add_parser("map", help="singularity map: exact loci, a margin's field, aspects")
+    parser = commands.add_parser("map")
     parser.add_argument("--space", choices=("task", "joint"), default="task", help="(default: %(default)s)")
     parser.add_argument(
         "--field", choices=FIELDS, default="parallel", metavar="MARGIN", help=f"one of {', '.join(FIELDS)}"

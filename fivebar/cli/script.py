@@ -24,7 +24,6 @@ def add_parsers(commands):
         "run",
         parents=[options],
         allow_abbrev=False,
-        help="run a script of the AMORO lab without ROS",
         description="Run a script written for the AMORO lab's ROS class as `python3 SCRIPT ARGS` would, on the "
         "simulated five-bar or biglide. Options may stand before or after the script; what follows -- is the script's.",
     )

@@ -24,7 +24,7 @@ BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `demo` and `track` to the program's commands."""
-    demo = commands.add_parser("demo", help="the AMORO lab's control task 1: table, CSV, picture, animation, page")
+    demo = commands.add_parser("demo")
     demo.add_argument(
         "--out",
         type=Path,
@@ -34,7 +34,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     )
     demo.set_defaults(run=_demo)
 
-    track = commands.add_parser("track", help="track a path; or compare controllers on one of the shipped cases")
+    track = commands.add_parser("track")
     path = track.add_argument_group("path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s")
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
     path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
@@ -71,8 +71,11 @@ def _demo(arguments):
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
     _print_table(robot, figures)
-    for path in (*_write(run, arguments.out), _write_page(run, arguments.out / "page.html")):
-        print(path)
+    files = _write(run, arguments.out)
+    error = 1e6 * figures["max_error_m"]
+    page = _write_page(run, arguments.out / "page.html", f"AMORO lab, control task 1: within {error:.0f} µm")
+    print(f"{page}  (open it in a browser, and point at any curve)")
+    print(*files, sep="\n")
 
 
 def _track(arguments):
@@ -202,8 +205,8 @@ def _write(run, folder):
     return paths
 
 
-def _write_page(subject, path):
+def _write_page(subject, path, title=None):
     from ..pictures.pages import page
 
-    page(subject, path)
+    page(subject, path, title=title)
     return path

@@ -3,11 +3,12 @@
 import json
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
 import fivebar as fb
-from fivebar.cli import main
+from fivebar.cli import COMMANDS, main
 
 LINE = ["track", "--from", "0.09", "0.06796322", "--to", "0", "0.1", "--duration", "2"]
 
@@ -143,3 +144,45 @@ def test_controllers_and_cases(tmp_path, capsys):
     assert len(alone["peak_torque_Nm"]) == 2 and figures["ctc"]["peak_torque_Nm"] == pytest.approx(
         alone["peak_torque_Nm"], rel=1e-12
     )
+
+
+def test_alone_it_shows_its_help(capsys):
+    assert main([]) == 2
+    shown = capsys.readouterr().out
+    assert all(f"\n    {command}" in shown for command in COMMANDS)
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["--version"])
+    assert end.value.code == 0 and capsys.readouterr().out == f"fivebar {version('fivebar')}\n"
+
+
+@pytest.mark.parametrize(
+    ("argv", "meant"),
+    [
+        (["trakc", "path.csv"], "did you mean track?"),
+        (["track", "--tourque-limit=1"], "did you mean --torque-limit?"),
+        (["linkage", "for-bar"], "did you mean four-bar?"),
+    ],
+)
+def test_what_was_perhaps_meant(argv, meant, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(argv)
+    assert end.value.code == 2 and meant in capsys.readouterr().err
+
+
+def test_small_negative_numbers_are_no_options(tmp_path, capsys):
+    lines = [["--from", x, "0.1", "--to", "2E-2", "0.1"] for x in ("-1e-3", "-.001")]
+    figures = []
+    for line in lines:
+        assert main(["track", *line, "--duration", "1", "--json", "--out", str(tmp_path)]) == 0
+        figures.append(json.loads(capsys.readouterr().out)["max_error_m"])
+    assert figures[0] == figures[1]
+
+
+def test_lengths_that_may_be_millimetres(capsys):
+    assert main(["linkage", "four-bar", "200", "60", "160", "140"]) == 0
+    assert "the longest 200 m: were they meant in mm?" in capsys.readouterr().err
+    assert main(["linkage", "four-bar", "2", "0.6", "1.6", "1.4"]) == 0
+    assert capsys.readouterr().err == ""

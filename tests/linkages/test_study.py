@@ -216,7 +216,7 @@ def test_coupler_curves_in_one_figure_by_colour():
 def run_cli(argv, monkeypatch):
     parser = argparse.ArgumentParser(prog="fivebar")
     linkage_cli.add_parsers(parser.add_subparsers(dest="command", required=True))
-    monkeypatch.setattr(cli, "_parser", lambda: parser)
+    monkeypatch.setattr(cli, "_parser", lambda asked: parser)
     return cli.main(["linkage", *argv])
 
 
