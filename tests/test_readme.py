@@ -47,7 +47,7 @@ def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
     words = shlex.split(command)[1:]
     before = set(tmp_path.iterdir())
     try:
-        arguments = _parser().parse_args(words)
+        arguments = _parser(words[0]).parse_args(words)
     except SystemExit as stop:  # --help
         assert stop.code == 0 and "usage" in capsys.readouterr().out
         return
