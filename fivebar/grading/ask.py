@@ -39,8 +39,8 @@ class Asked:
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, program: Program, lab: Lab, hopeless: dict[str, Reply]):
-        self._program, self._hopeless = program, hopeless
+    def __init__(self, program: Program, lab: Lab, hopeless: dict[str, Reply], order: np.random.Generator):
+        self._program, self._hopeless, self._order = program, hopeless, order
         self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
         self.record = []
 
@@ -66,7 +66,7 @@ class Ask:
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
-        wanted = {} if own else {k: v for k, v in parameters(robot).items() if k in self._program.words}
+        wanted = {} if own else {k: v for k, v in parameters(robot).items() if k in self._program.student.constants}
         replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
         if own and robot != self._standard:
             exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
@@ -100,10 +100,13 @@ class Ask:
     def _replies(self, name, rows, constants, limit):
         if name in self._hopeless:
             return [self._hopeless[name]] * len(rows)
-        replies = self._program.student.ask(name, rows, constants=constants or None, limit=limit)
+        # In an order that no program can count on; a row keeps its place in the verdict.
+        order = self._order.permutation(len(rows)).tolist()
+        came = self._program.student.ask(name, [rows[i] for i in order], constants=constants or None, limit=limit)
+        replies = [reply for _, reply in sorted(zip(order, came), key=lambda pair: pair[0])]
         kinds = {reply.kind for reply in replies}
         if len(kinds) == 1 and kinds <= set(LOST):
-            last = replies[-1]
+            last = came[-1]
             text = "so did every call of an earlier check"
             self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
         return replies

@@ -14,19 +14,21 @@ from pathlib import Path
 
 import pytest
 
-from .labs import Lab, find_lab
+from ..models.robots import Biglide
+from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, is_number, parameters
-from .worker.live import from_functions
-from .worker.submission import MOST_NOTEBOOK
+from .variants import PUBLIC_SEED, parameters
+from .worker.live import Live, from_functions
+from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
     *("-c", os.devnull, "--noconftest", "--import-mode=importlib", "--assert=plain", "--capture=sys"),
     *(f"-pno:{name}" for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")),
 )
+OTHER_ROBOT = "The constants of your file are another robot's"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
@@ -38,6 +40,8 @@ def run_checks(lab: Lab, program: Program, seed: str) -> Checks:
         code = pytest.main(list(map(str, arguments)), plugins=[checks])
     if checks.interrupted:
         raise KeyboardInterrupt
+    if checks.killed:
+        raise checks.killed
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not checks.trouble:
         checks.trouble.append(f"pytest ended with {code!r}: are there tests in {lab.tests.name}?")
     return checks
@@ -68,15 +72,15 @@ def _forget(lab):
 
 def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
     """Report on one file; home: the inputs are public and the report says that others exist."""
-    before, digest = time.perf_counter(), file_hash(job.path)  # a file replaced from now on is graded again
+    before, digest = time.perf_counter(), job_hash(job)  # a file replaced from now on is graded again
     program = job.open()
     try:
         checks = run_checks(lab, program, job.seed)
     finally:
         program.student.close()
     return _report(
-        lab, checks, before, home, submission=job.path.name, student=job.student, isolate=job.isolate,
-        submission_hash=digest,
+        lab, checks, before, home, submission=job.name, student=job.student, isolate=job.isolate,
+        submission_hash=digest, hints_from=job.hints_from,
     )  # fmt: skip
 
 
@@ -98,12 +102,9 @@ def check(
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
         return grade(lab, Job(Path(submission), seed=seed), home=True)
-    before, scope = time.perf_counter(), {}
-    for function in functions.values():
-        scope |= getattr(function, "__globals__", {})
-    constants = {name: value for name, value in scope.items() if is_number(value)}
-    program = Program(from_functions(**functions), None, frozenset(constants), constants)
-    return _report(lab, run_checks(lab, program, seed), before, True, submission="this session")
+    before = time.perf_counter()
+    checks = run_checks(lab, Program(from_functions(**functions), None), seed)
+    return _report(lab, checks, before, True, submission="this session")
 
 
 def _report(lab, checks, before, home, **rest):
@@ -117,7 +118,8 @@ def _report(lab, checks, before, home, **rest):
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
-        notes=_notes(lab, robot, program.constants), faults=tuple(checks.trouble), output=student.output,
+        notes=(*filter(None, [program.remark]), *(_notes(lab, robot, student.constants) or _absent(robot, checks))),
+        faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip
@@ -128,16 +130,37 @@ def _notes(lab, robot, constants):
     numbers = parameters(robot).items()
     other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
     if other:
-        return (f"The constants of your file are another robot's: {', '.join(other)}.",)
+        return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
     own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
+
+
+def _absent(robot, checks):
+    """Points that were lost may be so because lengths cannot be set."""
+    constants = checks.program.student.constants
+    absent = ", ".join(name for name in parameters(robot) if name not in constants)
+    if absent and constants and any(check.reason == "value" for check in checks.found):
+        what = "session" if isinstance(checks.program.student, Live) else "file"
+        yield f"Your {what} gives no number to {absent}: it is judged as if it had the robot's; no check sets others."
+        own = "amoro-biglide" if isinstance(robot, Biglide) else "amoro"
+        if "l" in constants and own in {lab.name for lab in known_labs()}:
+            yield f"It looks like the AMORO lab's own file: `fivebar check {own}` takes that."
+
+
+def job_hash(job: Job) -> str:
+    """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is none."""
+    own = file_hash(job.path)
+    if not own or not (job.member or job.siblings):
+        return own
+    beside = [(file.member, file_hash(file.path)) for file in job.siblings]
+    return hashlib.sha256(repr((own, job.member, beside)).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def file_hash(path: str | Path) -> str:
     """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to be read."""
     try:
         status = os.lstat(path)
-        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_NOTEBOOK:
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_ARCHIVE:
             return ""
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

@@ -36,6 +36,10 @@ class Lab:
         """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
         return self._content().get("ROBOT", FiveBar())
 
+    def hints_from(self) -> str:
+        """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is none."""
+        return str(self._content().get("HINTS_FROM", ""))
+
     def _content(self):
         path = self.folder / "exercises.py"
         if not path.exists():

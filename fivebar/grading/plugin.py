@@ -22,7 +22,7 @@ from .program import Job, Program
 from .report.text import check_lines, number
 from .results import checked
 from .variants import PUBLIC_SEED, robot_for
-from .worker.sandbox import IsolationError
+from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey()
 
@@ -67,7 +67,7 @@ class Checks:
 
     def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
-        self.found, self.trouble, self.interrupted = [], [], False
+        self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
         self._hopeless = {}
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -79,7 +79,7 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request: pytest.FixtureRequest) -> Ask:
-        ask = Ask(self.program, Lab(request.path.parent), self._hopeless)
+        ask = Ask(self.program, Lab(request.path.parent), self._hopeless, self._drawn("order", request))
         request.node.stash[_ASK] = ask
         return ask
 
@@ -89,14 +89,19 @@ class Checks:
 
     @pytest.fixture
     def draw(self, request: pytest.FixtureRequest) -> np.random.Generator:
-        text = f"{self.seed}\0{request.path.parent.name}\0{request.node.name}"
+        return self._drawn("", request)
+
+    def _drawn(self, what, request):
+        text = "\0".join([self.seed, request.path.parent.name, request.node.name, *filter(None, [what])])
         return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Iterator:
         report = yield
         error = call.excinfo.value if call.excinfo else None
-        if self.program is not None and (report.when == "call" or error is not None):
+        if isinstance(error, KilledError):
+            self.killed, item.session.shouldstop = error, str(error)
+        elif self.program is not None and (report.when == "call" or error is not None):
             self._record(item, report, error)
         return report
 

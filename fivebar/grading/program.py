@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..models.robots import Robot
+from .intake.hand_in import ProgramFile, imported
 from .labs import Lab
-from .variants import PUBLIC_SEED, constants_in, robot_from
+from .variants import PUBLIC_SEED, robot_from
 from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import Student
@@ -19,7 +19,7 @@ from .worker.submission import SubmissionError, read_submission
 class NoProgram:
     """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
 
-    output, notes = "", ()
+    output, notes, constants = "", (), {}
 
     def __init__(self, text: str):
         self.trouble = Reply("import", text=text)
@@ -36,28 +36,27 @@ class Program:
     """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
 
     robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
-    words: all names in its source, of which a check may set those of a robot; constants: names with plain numbers;
-    where: a line's number in its author's words.
+    where: a line's number in its author's words; remark: how the file was read, where that is worth a sentence.
     """
 
     student: Student | Live | NoProgram
     robot: Robot | None = None
-    words: frozenset[str] = frozenset()
-    constants: dict[str, float] = field(default_factory=dict)
     where: Callable[[int], str] = "line {}".format
+    remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
 
     def robot_in(self, lab: Lab) -> Robot:
         if self.robot_from_standard:
             return self.robot_from_standard(lab.robot())
-        return self.robot or robot_from(lab.robot(), self.constants)
+        return self.robot or robot_from(lab.robot(), self.student.constants)
 
 
 @dataclass(frozen=True)
 class Job:
     """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
 
-    trouble: why there is no file to grade; all its checks then earn nothing.
+    member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so that all its checks
+    earn nothing; hints_from: as in Report.
     """
 
     path: Path
@@ -67,18 +66,25 @@ class Job:
     isolate: str = "process"
     limit: float | None = None
     trouble: str = ""
+    member: str = ""
+    siblings: tuple[ProgramFile, ...] = ()
+    hints_from: str = ""
+
+    @property
+    def name(self) -> str:
+        return f"{self.path.name}/{self.member}" if self.member else self.path.name
 
     def open(self) -> Program:
         """The Program in a process of its own, or NoProgram where it cannot be read. Raises IsolationError."""
         if self.trouble:
             return Program(NoProgram(self.trouble), self.robot)
         try:
-            submission = read_submission(self.path)
+            submission = read_submission(self.path, self.member)
         except SubmissionError as error:
             return Program(NoProgram(str(error)), self.robot)
-        source, limits = submission.source, {}
+        limits = {}
         if self.limit is not None:
             limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
-        student = Student(submission, isolate=self.isolate, **limits)
-        words = frozenset(re.findall(r"\w+", source))
-        return Program(student, self.robot, words, constants_in(source), submission.where)
+        modules = imported(submission.source, self.siblings)
+        student = Student(submission, isolate=self.isolate, modules=modules, **limits)
+        return Program(student, self.robot, submission.where, submission.remark)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 
 from .ask import Asked, Wrong
 from .report.pose_figure import pose_figure
@@ -71,7 +71,8 @@ class Report:
 
     student, seed, robot, isolate, lab_hash, submission_hash: what was graded and how; trouble: what kept the file from
     being read or run to its end; notes: on the whole file; faults: of the lab itself; output: what the student's
-    program printed; home: the inputs were public.
+    program printed; home: the inputs were public; ungraded: why there are no checks, which is nobody's 0 points;
+    hints_from: the day from which students are told why, "" where that is not in the future.
     """
 
     lab: str
@@ -89,6 +90,8 @@ class Report:
     output: str = ""
     seconds: float = 0.0
     home: bool = False
+    ungraded: str = ""
+    hints_from: str = ""
     # To the one who grades, of this machine: not part of the result.
     warnings: tuple[str, ...] = field(default=(), repr=False)
 
@@ -121,3 +124,15 @@ class Report:
         checks = tuple(Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"])
         lists = {name: tuple(data[name]) for name in ("notes", "faults")}
         return cls(**{name: value for name, value in data.items() if name in names} | lists | {"checks": checks})
+
+
+def withheld(report: Report) -> Report:
+    """What a student is shown: all of it, or before the day of the hints the points alone."""
+    if not report.hints_from:
+        return report
+    bare = tuple(
+        Check(c.name, c.title, c.max_points, c.points, c.share, c.outcome, reason="withheld" if c.share < 1 else "")
+        for c in report.checks
+    )
+    note = f"Explanations are given from {report.hints_from} on."
+    return replace(report, checks=bare, notes=(*report.notes, note), output="")

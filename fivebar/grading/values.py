@@ -6,6 +6,8 @@ import numpy as np
 
 from .exercise import Exercise
 
+ROUNDING = 1e-12  # of a complex number its imaginary part at most, where a real one was asked
+
 
 class Unfit(ValueError):
     """A returned value that cannot be read as the answer; `reason` is "shape" or "type"."""
@@ -20,6 +22,15 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
     names = exercise.returns
     if value is None:
         raise Unfit("type", "returned None: is a return missing?")
+    remarks = []
+    if isinstance(value, dict) and value.get("~") == "dict":
+        given = {key: part for key, part in value["pairs"] if isinstance(key, str)}
+        if set(given) != set(names) or len(value["pairs"]) != len(names):
+            raise Unfit(
+                "shape", f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are asked"
+            )
+        remarks.append("came as a dict")
+        value = [given[name] for name in names] if len(names) > 1 else given[names[0]]
     if len(names) == 1:
         parts = [value]
     elif isinstance(value, np.ndarray) and value.size == len(names) and not exercise.shapes:
@@ -30,7 +41,6 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
             raise Unfit("shape", f"returned {len(parts)} values where {_listed(names)} are asked")
     else:
         raise Unfit("shape", f"returned one {_kind(value)} where {_listed(names)} are asked")
-    remarks = []
     if isinstance(value, np.ndarray) and len(names) > 1:
         remarks.append(f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}")
     numbers = [_numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)]
@@ -55,7 +65,9 @@ def _array(name, part):
     except ValueError:
         raise Unfit("shape", f"{name} is a list of lists of different lengths") from None
     if array.dtype.kind == "c":
-        raise Unfit("type", f"{name} is complex: the square root of a negative number?")
+        if np.any(np.abs(array.imag) > ROUNDING * np.abs(array)):
+            raise Unfit("type", f"{name} is complex: the square root of a negative number?")
+        array = array.real
     if array.dtype.kind not in "bif":
         raise Unfit("type", f"{name} holds something that is not a number")
     return array.astype(float)
@@ -66,4 +78,6 @@ def _listed(names):
 
 
 def _kind(value):
-    return {"dict": "object", "str": "string"}.get(type(value).__name__, "number")
+    if isinstance(value, dict):
+        return "dict" if value["~"] == "dict" else "object"
+    return "string" if isinstance(value, str) else "number"

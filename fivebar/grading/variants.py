@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import hmac
 import re
-import sys
 import unicodedata
 from dataclasses import fields, replace
 
@@ -15,14 +13,15 @@ from ..errors import UsageError
 from ..models.robots import Biglide, FiveBar, Robot
 
 PUBLIC_SEED = "public"
-MOST_READ, LONGEST_LINE = (
-    200_000,
-    2_000,
-)  # characters: Python's parser takes minutes for long lines, and has no limit here
+
+
+def id_key(student: str) -> str:
+    """What of an id counts: neither case nor surrounding blanks, nor how an accent is coded."""
+    return unicodedata.normalize("NFC", student).strip().casefold()
 
 
 def _drawn(secret, *words):
-    text = "\0".join(unicodedata.normalize("NFC", word).strip().casefold() for word in words)
+    text = "\0".join(map(id_key, words))
     return hmac.digest(secret, text.encode("utf-8", "surrogatepass"), "sha256")
 
 
@@ -66,26 +65,6 @@ def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
     if secret is None:
         return standard
     return (biglide_of if isinstance(standard, Biglide) else robot_of)(secret, student)
-
-
-def constants_in(source: str) -> dict[str, float]:
-    """Names that a file gives plain numbers at its top level, name -> value; none where it is enormous."""
-    if len(source) > MOST_READ or max(map(len, source.split("\n"))) > LONGEST_LINE:
-        return {}
-    try:
-        body = ast.parse(source).body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return {}
-    found = {}
-    for node in body:
-        if isinstance(node, ast.Assign) and is_number(getattr(node.value, "value", None)):
-            found |= {target.id: node.value.value for target in node.targets if isinstance(target, ast.Name)}
-    return found
-
-
-def is_number(value: object) -> bool:
-    """Whether it is a plain number that a float can hold."""
-    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def parameters(robot: Robot) -> dict[str, float]:

@@ -181,6 +181,13 @@ def test_missing_force(ask, robot, draw):
     ask("missing_force", *crossing_tasks(robot, draw, 8), tolerance=1e-6)
 
 
+def crossings(assembly):
+    """Pairs of neighbouring samples with a crossing between them; a sample on the locus itself, 0, is on no side."""
+    regular = np.flatnonzero(assembly)
+    k = np.flatnonzero(np.diff(assembly[regular]))
+    return list(zip(regular[k].tolist(), regular[k + 1].tolist()))
+
+
 def wrong_motion(task, motion, beside, pose):
     """Why this motion (position, velocity, acceleration) is none that robot and task allow, or "".
 
@@ -193,7 +200,7 @@ def wrong_motion(task, motion, beside, pose):
         (np.abs([velocity[0], velocity[-1]]).max() > 1e-6, "it is not at rest at its ends"),
         (reason := wrong_derivative(*beside), reason),
         (np.isnan(pose.q).any(), "it leaves the reach of a leg"),
-        (np.sum(np.diff(pose.assembly) != 0) != 1, "it does not cross the Type-2 locus exactly once"),
+        (len(crossings(pose.assembly)) != 1, "it does not cross the Type-2 locus exactly once"),
     )
     return next((reason for wrong, reason in problems if wrong), "")
 
@@ -233,8 +240,8 @@ def judge_crossing(ask, robot, draw, task):
     reason = wrong_motion(task, motion, [at(some + shift) for shift in (-SHORTLY, SHORTLY)], pose)
     if reason:
         ask.verdict(0.0, reason, asked)
-    k = int(np.flatnonzero(np.diff(pose.assembly))[0])
-    low, high = t[k], t[k + 1]
+    ((k, beyond),) = crossings(pose.assembly)
+    low, high = t[k], t[beyond]
     for _ in range(24):
         middle = (low + high) / 2
         same = fb.igm(robot, at([middle])[0][0], unreachable="nan").assembly == pose.assembly[k]

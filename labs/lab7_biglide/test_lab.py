@@ -218,10 +218,11 @@ def crossing_of(robot, c, task):
     sines = np.abs(np.array(pose.sines))
     if np.isnan(sines).any() or sines.min() < 0.05:
         return None, "it leaves the space that both bars reach, or comes close to its edge (Type 1)"
-    changes = np.flatnonzero(pose.det_A[1:] * pose.det_A[:-1] <= 0)
+    regular = np.flatnonzero(pose.det_A)  # a time on the locus itself is on neither side
+    changes = np.flatnonzero(pose.det_A[regular[1:]] * pose.det_A[regular[:-1]] < 0)
     if len(changes) != 1:
         return None, f"it meets Type 2 {len(changes)} times, not once"
-    low, high = t[changes[0]], t[changes[0] + 1]
+    low, high = t[regular[changes[0]]], t[regular[changes[0] + 1]]
     start = pose.det_A[0]
     for _ in range(60):
         middle = (low + high) / 2

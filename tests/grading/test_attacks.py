@@ -115,7 +115,9 @@ def test_what_reads_only_finds_nothing(isolate, scene):
     for name, empty in (("modules", []), ("own environment", []), ("inherited descriptors", 0)):
         with Student(Submission("evil.py", scene.source(ATTACKS[name][0])), isolate) as student:
             assert student.ask("evil", [(1.0,)])[0].value == empty, name
-    for name in ("always pleased", "an endless generator", "a class of a strange name"):
+    with Student(Submission("evil.py", scene.source(ATTACKS["always pleased"][0])), isolate) as student:
+        assert type(came := student.ask("evil", [(1.0,)])[0].value) is float and came == 0.0
+    for name in ("an endless generator", "a class of a strange name"):
         with Student(Submission("evil.py", scene.source(ATTACKS[name][0])), isolate) as student:
             assert student.ask("evil", [(1.0,)])[0].value["~"] == "other"
 

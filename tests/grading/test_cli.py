@@ -19,6 +19,7 @@ from fivebar.grading.labs import known_labs
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses
 from fivebar.grading.variants import hidden_seed, robot_of
 from tests.helpers import ROOT
+from tests.helpers.instructors import contents, pack
 
 from ..helpers.grading_lab import CONSTANTS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 
@@ -80,7 +81,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
         (["grade", "lab1", "my.py", "--out", "o"], "--out is for a folder of submissions"),
         (["grade", "lab1", ".", "--out", "o", "--csv", "x.csv"], "a folder's files go to --out"),
         (["grade", "lab1", "my.py", "--secret-file", "short"], "fewer than 8 bytes"),
-        (["grade", "lab1", "empty", "--gradescope", "r.json"], "must hold one .py file or notebook, not: none"),
+        (["grade", "lab1", "empty", "--gradescope", "r.json"], "empty: there is no .py, .ipynb or .zip with one"),
         (
             ["grade", "lab1", "--hand-out", "ids.txt", "--out", "o"],
             "--hand-out needs --out DIR and the course's secret",
@@ -132,7 +133,10 @@ def test_a_fault_of_the_lab_is_a_failure(run, labs):
 
 def test_a_robot_for_each_student(run, labs, tmp_path, capsys, monkeypatch):
     student = written(Path(labs) / "elbow" / "student.py", UNTOUCHED.replace("l11 = 0.09", "l11 = 0.09  # left"))
-    secret, ids = written(tmp_path / "secret", "a secret\n"), written(tmp_path / "ids.txt", "anna\n\nBob Meier\nanna\n")
+    secret, ids = (
+        written(tmp_path / "secret", "a secret\n"),
+        written(tmp_path / "ids.txt", "\ufeffanna\n\nBob Meier\nANNA \n"),
+    )
     out = tmp_path / "handout"
     options = ["--labs", labs, "--hand-out", str(ids), "--secret-file", str(secret), "--out", str(out)]
     assert main(["grade", "elbow", *options]) == 0
@@ -222,8 +226,18 @@ def test_an_installed_wheel_finds_the_labs(tmp_path):
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert json.loads(run.stdout)["points"] == 20
+    packed = {path.read_bytes() for path in (tmp_path / "site").rglob("*") if path.is_file()}
+    assert not packed & {path.read_bytes() for name, path in contents().items() if name != "course.md"}
     inside = {path.parent.name for path in (tmp_path / "site" / "fivebar" / "_labs").glob("*/test_lab.py")}
     assert inside == {lab.name for lab in known_labs()}
+
+
+def test_the_instructors_package_has_every_solution_and_every_answer(tmp_path):
+    assert pack(tmp_path / "i.zip") == len(contents())
+    with zipfile.ZipFile(tmp_path / "i.zip") as archive:
+        names = set(archive.namelist())
+    assert {f"solutions/lab{k}.py" for k in range(1, 8)} | {f"answers/{k:02d}.md" for k in range(13)} <= names
+    assert "course.md" in names
 
 
 def test_the_default_robot_is_the_handouts():
@@ -234,9 +248,10 @@ def test_the_default_robot_is_the_handouts():
 
 def test_no_message_moves_the_cursor(labs, tmp_path, capsys):
     for name in ("\x1b[31mred\u202e.py", "b.py"):
-        written(tmp_path / "folder" / name, UNTOUCHED)
+        written(tmp_path / "folder" / name, f"{UNTOUCHED}# {len(name)}\n")
     out = ["--labs", str(labs), "--isolate", "process", "--out", str(tmp_path / "out"), "--fail-under", "50"]
     assert main(["grade", "elbow", str(tmp_path / "folder"), *out]) == 1
-    assert main(["grade", "elbow", str(tmp_path / "folder"), "--labs", str(labs), "--gradescope", "x.json"]) == 2
+    scope = ["--labs", str(labs), "--gradescope", str(tmp_path / "x.json")]
+    assert main(["grade", "elbow", str(tmp_path / "folder"), *scope]) == 0  # the one that can be read
     text = "".join(capsys.readouterr())
     assert text.count("\\x1b[31mred\\u202e") >= 3 and "\x1b[31m" not in text and "\u202e" not in text

@@ -11,11 +11,12 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.grading import Student, read_submission
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_biglide
-from fivebar.grading.variants import biglide_of, constants_in, robot_from, with_constants
+from fivebar.grading.variants import biglide_of, robot_from, with_constants
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
 RIGHT = (SOLUTIONS / "lab7.py").read_text()
@@ -121,7 +122,8 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     options = ["--secret-file", str(secret), "--out"]
     assert main(["grade", "lab7", "--hand-out", str(ids), *options, str(folder)]) == 0
     file, robot = Path(capsys.readouterr().out.strip()), biglide_of(b"a secret", "ann")
-    assert robot_from(HANDOUT, constants_in(file.read_text())) == robot != biglide_of(b"a secret", "bob")
+    with Student(read_submission(file)) as program:
+        assert robot_from(HANDOUT, program.constants) == robot != biglide_of(b"a secret", "bob")
     file.write_text(with_constants(RIGHT, robot))
     assert main(["grade", "lab7", str(folder), "--json", "--jobs", "1", *options, str(tmp_path / "out")]) == 0
     (ann,) = json.loads(capsys.readouterr().out)

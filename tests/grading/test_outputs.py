@@ -14,6 +14,8 @@ import pytest
 from fivebar.grading.course.cohort_page import write_summary
 from fivebar.grading.course.items import items, misconceptions, scores, summary_text
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.cohort_folder import Entry
+from fivebar.grading.intake.hand_in import Left
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.report import outputs
@@ -169,7 +171,10 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
     hostile = hostile_report()
     for text in (report_text(hostile, 80), outputs.gradescope_text(hostile), outputs.json_text(hostile)):
         assert "\x1b" not in text and "\u202e" not in text and "\r" not in text
-    write_summary(tmp_path, "lab", [hostile, hostile])
+    left = [Left(HOSTILE, HOSTILE)]
+    entry = Entry(HOSTILE, tmp_path / "a.py", left=tuple(left))
+    lost = replace(hostile, ungraded=HOSTILE, checks=())
+    write_summary(tmp_path, "lab", [entry] * 3, [hostile, hostile, lost], left)
     for html in (report_page(hostile), fragment(hostile), (tmp_path / "summary.html").read_text(encoding="utf-8")):
         tags = Tags(html)
         assert "script" not in tags.tags and not any(name.startswith("on") for name in tags.attributes)

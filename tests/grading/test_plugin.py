@@ -137,8 +137,8 @@ def inputs(lab, program, seed):
 class Recorder:
     trouble, output, notes = None, "", ()
 
-    def __init__(self, kind="exception"):
-        self.asked, self.kind = [], kind
+    def __init__(self, kind="exception", constants=None):
+        self.asked, self.kind, self.constants = [], kind, constants or {}
 
     def ask(self, function, rows, constants=None, limit=None):
         self.asked.append((function, rows, constants))
@@ -153,8 +153,9 @@ def test_the_seed_decides_the_inputs(elbow):
 
 
 def test_a_robot_is_set_where_the_file_names_it(elbow):
-    program = Program(None, fb.FiveBar(), words=frozenset({"l11", "m", "q"}))
-    asked = inputs(elbow, program, "a")
+    student = Recorder(constants={"l11": 0.09, "m": 0.5, "q": 1.0})
+    run_checks(elbow, Program(student, fb.FiveBar()), "a")
+    asked = student.asked
     assert asked[0][2] is None and asked[1][2] == {"l11": 0.1, "m": 0.5}
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import zipfile
 
 import pytest
 
@@ -59,8 +60,10 @@ REFUSED = {
     "pipe": "a.py is not a regular file",
     "missing": "a.py cannot be opened: No such file",
     "too large": "a.py is larger than 1 MB",
-    "not UTF-8": r"a.py is not UTF-8 text \(byte 0xe9 in line 2\): save it as UTF-8",
-    "UTF-16": "a.py is not UTF-8 text",
+    "not what it states": r"a.py is not ASCII text \(byte 0xe9 in line 2\): save it as UTF-8",
+    "half of UTF-16": "a.py is not UTF-16 text",
+    "member of no zip": "a.zip is no zip that can be read",
+    "no such member": "b.zip holds no a.py",
     "costly encoding": "states the encoding 'punycode': save it as UTF-8",
     "unknown encoding": "states the encoding 'klingon'",
     "not a notebook": "a.ipynb is not a notebook of version 4",
@@ -89,8 +92,10 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
         "pipe": lambda: os.mkfifo(file) or file,
         "missing": lambda: file,
         "too large": lambda: file.write_bytes(b"#" * (MOST_SOURCE + 1)) and file,
-        "not UTF-8": lambda: file.write_bytes(b"l = 1\n# \xe9\n") and file,
-        "UTF-16": lambda: file.write_bytes("l = 1".encode("utf-16")) and file,
+        "not what it states": lambda: file.write_bytes(b"# coding: ascii\n# \xe9\n") and file,
+        "half of UTF-16": lambda: file.write_bytes("l = 1".encode("utf-16")[:-1]) and file,
+        "member of no zip": lambda: (tmp_path / "a.zip").write_text("PK") and tmp_path / "a.zip",
+        "no such member": lambda: zipfile.ZipFile(tmp_path / "b.zip", "w").close() or tmp_path / "b.zip",
         "costly encoding": lambda: file.write_bytes(b"#!python\n# coding: punycode\n") and file,
         "unknown encoding": lambda: file.write_bytes(b"# vim: set fileencoding=klingon :\n") and file,
         "not a notebook": lambda: book.write_text("l = 1") and book,
@@ -106,7 +111,7 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
         "other kind": lambda: tmp_path / "a.txt",
     }[case]()
     with pytest.raises(SubmissionError, match=REFUSED[case]) as refusal:
-        read_submission(path)
+        read_submission(path, "a.py" if path.suffix == ".zip" else "")
     assert str(refusal.value).isprintable() and len(str(refusal.value)) < 400
 
 

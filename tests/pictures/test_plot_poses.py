@@ -10,8 +10,15 @@ MODES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 
 
 def drawn(axes):
-    """The legs, each base, elbow, end-effector in mm, as they were drawn."""
-    return [np.stack(line.get_data(), axis=-1) for line in axes.lines if line.get_linewidth() == 3]
+    """The legs, each base, elbow, end-effector in mm, as drawn: bar by bar from the base, no two of a colour."""
+    lines = [line for line in axes.lines if line.get_linewidth() == 3]
+    assert len({line.get_color() for line in lines}) == len(lines)
+    bars = [np.stack(line.get_data(), axis=-1) for line in lines]
+    first = [bar for bar in bars if not any(np.allclose(bar[0], other[1]) for other in bars)]
+    return [
+        np.concatenate([bar, *(other[1:] for other in bars if np.allclose(other[0], bar[1]) and other is not bar)])
+        for bar in sorted(first, key=lambda bar: bar[0, 0])
+    ]
 
 
 def test_bars_are_where_they_should_be(tmp_path):

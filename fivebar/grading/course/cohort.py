@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
+import re
 import subprocess
 import sys
 import textwrap
 import threading
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from ...errors import UsageError
 from ...models.robots import Robot
 from ...progress import progress
-from ..grade import file_hash
+from ..grade import OTHER_ROBOT, job_hash
+from ..intake.cohort_folder import Entry
 from ..labs import PACKAGE, Lab
-from ..report.outputs import file_name, write_whole
+from ..program import Job
+from ..report.outputs import file_name, is_half_written, write_whole
 from ..report.text import printable
 from ..results import Report
 from ..variants import robot_for
-from .submissions import Entry
+from .worker_loop import request_line
 
 STATE = "grading.json"
+TRIES = 3  # that one submission may cost a process that grades
 SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
 
 
@@ -41,16 +48,16 @@ class Cohort:
     secret: bytes | None
     isolate: str
     limit: float | None
+    hints_from: str = ""
 
     def robot(self, entry: Entry) -> Robot:
         return robot_for(entry.student, self.secret, self.lab.robot())
 
-    def request(self, entry: Entry) -> dict:
-        return {
-            "lab": str(self.lab.folder), "path": os.fsencode(entry.path).hex(), "student": entry.student,
-            "seed": self.seed, "robot": asdict(self.robot(entry)), "isolate": self.isolate, "limit": self.limit,
-            "trouble": entry.trouble,
-        }  # fmt: skip
+    def job(self, entry: Entry) -> Job:
+        return Job(
+            entry.path, entry.student, self.seed, self.robot(entry), self.isolate, self.limit, entry.trouble,
+            entry.member, entry.siblings, self.hints_from,
+        )  # fmt: skip
 
     def file(self, entry: Entry, suffix: str) -> Path:
         return self.out / "students" / (file_name(entry.student) + suffix)
@@ -62,11 +69,38 @@ class Cohort:
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = entry.student, file_hash(entry.path), self.lab.hash(), self.seed, asdict(self.robot(entry))
-        return report if key == now and report.submission_hash and not report.faults else None
+        now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, asdict(self.robot(entry))
+        kept = key == now and report.submission_hash and not report.faults and report.hints_from == self.hints_from
+        return report if kept else None
 
 
-def begin(lab: Lab, out: Path, seed: str | None, secret: bytes | None, isolate: str, limit: float | None) -> Cohort:
+@contextmanager
+def alone(out: Path) -> Iterator[None]:
+    """Keep other graders out of a folder of results, and clear away what one that was killed had begun to write."""
+    (out / "students").mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(out, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
+        for folder in (out, out / "students"):
+            for path in folder.iterdir():
+                if is_half_written(path.name):
+                    path.unlink()
+        yield
+    except BlockingIOError:
+        raise UsageError(f"another grading writes to {out}: wait for its end, or give another --out") from None
+    finally:
+        os.close(descriptor)
+
+
+def begin(
+    lab: Lab,
+    out: Path,
+    seed: str | None,
+    secret: bytes | None,
+    isolate: str,
+    limit: float | None,
+    hints_from: str = "",
+) -> Cohort:
     """The Cohort of a folder of results, with the seed of its earlier run where none is given."""
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
@@ -81,66 +115,92 @@ def begin(lab: Lab, out: Path, seed: str | None, secret: bytes | None, isolate: 
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, secret, isolate, limit)
+    return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
-    """Reports in the order of the entries; those of an earlier run are kept."""
+    """Reports in the order of the entries; those of an earlier run are kept.
+
+    Where a machine is short of memory it may kill what grades: who was not graded in turn is tried once more alone. Who
+    still is not has a Report that says so, without checks, and without a file: the next run tries again.
+    """
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
     if kept := len(reports):
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
-    pool, workers, troubles, full = ThreadPoolExecutor(jobs), _Workers(), 0, 0
     with progress(total=len(left), unit="student") as bar:
-        futures = {pool.submit(_one, cohort, entry, workers): entry for entry in left}
-        try:
-            for future in as_completed(futures):
-                entry, report = futures[future], future.result()
-                if len(reports) == kept + 1:  # the machine is the same for all
-                    for warning in report.warnings:
-                        bar.write(warning, file=sys.stderr)
-                reports[entry] = report
-                if trouble := trouble_of(report):
-                    troubles += 1
-                    text = f"{printable(entry.student)}: {printable(trouble)}"
-                    bar.write(textwrap.shorten(text, 160, placeholder=" ..."), file=sys.stderr)
-                full += report.points == report.max_points
-                bar.set_postfix_str(f"all points {full}, in trouble {troubles}")
-                bar.update()
-        except KeyboardInterrupt:
-            raise RuntimeError(
-                f"interrupted: {len(reports)} of {len(entries)} are graded; the same command goes on from there"
-            ) from None
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            workers.stop()
-            pool.shutdown()
+        shown = _Shown(bar)
+        _grade_all(cohort, left, jobs, reports, shown)
+        again = [entry for entry in left if reports[entry].ungraded]
+        if again and jobs > 1:
+            _grade_all(cohort, again, 1, reports, shown)
     return [reports[entry] for entry in entries]
+
+
+class _Shown:
+    """What a run shows of its course."""
+
+    def __init__(self, bar):
+        self.bar, self.troubles, self.full, self.seen = bar, 0, 0, set()
+
+    def add(self, entry, report):
+        for warning in report.warnings:  # the machine is the same for all, though each has a user of its own
+            if (kind := re.sub(r"\d+", "", warning)) not in self.seen:
+                self.bar.write(warning, file=sys.stderr)
+                self.seen.add(kind)
+        if trouble := trouble_of(report):
+            self.troubles += 1
+            text = f"{printable(entry.student)}: {printable(trouble)}"
+            self.bar.write(textwrap.shorten(text, 160, placeholder=" ..."), file=sys.stderr)
+        self.full += not report.ungraded and report.points == report.max_points
+        self.bar.set_postfix_str(f"all points {self.full}, in trouble {self.troubles}")
+        self.bar.update()
+
+
+def _grade_all(cohort, entries, jobs, reports, shown):
+    """Grade the entries with so many processes at a time; each of the `reports` is added as it comes."""
+    pool, workers = ThreadPoolExecutor(jobs), _Workers()
+    futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
+    try:
+        for future in as_completed(futures):
+            reports[futures[future]] = future.result()
+            shown.add(futures[future], future.result())
+    except KeyboardInterrupt:
+        raise RuntimeError(f"interrupted: {len(reports)} are graded; the same command goes on from there") from None
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        workers.stop()
+        pool.shutdown()
 
 
 def trouble_of(report: Report) -> str:
     """What an instructor wants to hear at once of a submission, "" where nothing."""
-    if report.trouble:
-        return report.trouble
+    if report.ungraded or report.trouble:
+        return report.ungraded or report.trouble
+    if other := [note for note in report.notes if note.startswith(OTHER_ROBOT)]:
+        return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
     return ", ".join(f"{reason} in {lost.count(reason)} checks" for reason in dict.fromkeys(lost))
 
 
 def _one(cohort, entry, workers):
-    """Grade one entry and put its files on disk."""
-    request = cohort.request(entry)
-    try:
-        answer = workers.ask(request)
-    except EOFError:
-        answer = {"failed": "ended"}
-    if "failed" in answer:
-        request["trouble"] = f"the grader's own process {answer['failed']} while grading it: look at it by hand"
-        answer = workers.ask(request)
-    if trouble := answer.get("error") or answer.get("failed"):
-        raise GraderError(f"{entry.path.name}: {trouble}")
-    write_whole(cohort.file(entry, ".html"), answer["page"])
-    write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
-    return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
+    """Grade one entry and put its files on disk; a Report that says why where that cannot be done."""
+    why = ""
+    for _ in range(TRIES):
+        try:
+            answer = workers.ask(cohort.job(entry), cohort.lab)
+        except EOFError:
+            why = f"the grader's own process was killed, {TRIES} times: was the machine out of memory?"
+            continue
+        if "error" in answer:
+            raise GraderError(f"{entry.path.name}: {answer['error']}")
+        if "report" not in answer:
+            why = answer["failed"]
+            break
+        write_whole(cohort.file(entry, ".html"), answer["page"])
+        write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
+        return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
+    return Report(cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}")
 
 
 class _Workers:
@@ -150,13 +210,13 @@ class _Workers:
         self._own, self._all, self._stopped = threading.local(), [], False
         self._lock = threading.Lock()
 
-    def ask(self, request):
-        """Its answer to a request. Raises EOFError where the process ended instead."""
+    def ask(self, job, lab):
+        """Its answer: a report, why there is none, or why there can be none. Raises EOFError where it ended instead."""
         process = getattr(self._own, "process", None)
         if process is None or process.poll() is not None:
             process = self._own.process = self._start()
         try:
-            process.stdin.write(json.dumps(request) + "\n")
+            process.stdin.write(request_line(job, lab))
             process.stdin.flush()
             line = process.stdout.readline()
         except BrokenPipeError:

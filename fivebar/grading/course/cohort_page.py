@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from urllib.parse import quote
 
+from ..intake.cohort_folder import Entry
+from ..intake.hand_in import Left
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
 from ..report.text import number
@@ -39,12 +42,20 @@ TELLS = (
 )
 
 
-def write_summary(out: Path, lab: str, reports: list[Report]) -> None:
-    """checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html in the folder `out`."""
+def write_summary(out: Path, lab: str, entries: list[Entry], reports: list[Report], left: list[Left]) -> None:
+    """checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html in the folder `out`.
+
+    left: what was found and is nobody's. Who was not graded has no points in scores.csv, and is in none of the others.
+    """
+    all_reports, reports = reports, [report for report in reports if not report.ungraded]
     rows = [row for report in reports for row in check_rows(report)]
     write_whole(out / "checks.csv", csv_text(CHECK_COLUMNS, rows))
-    columns = "student", "submission", "points", "max_points", "percent", "trouble"
-    rows = [(r.student, r.submission, r.points, r.max_points, round(r.percent, 2), trouble_of(r)) for r in reports]
+    columns = "student", "submission", "points", "max_points", "percent", "word", "trouble", "not graded"
+    rows = [
+        (*_score(report), word_of(entry, report), trouble_of(report), left_text(entry.left))
+        for entry, report in zip(entries, all_reports)
+    ]
+    rows += [("", item.name, None, None, None, "ignored", item.word, "") for item in left]
     write_whole(out / "scores.csv", csv_text(columns, rows))
     columns = "check", "title", "max_points", "students", "pass_rate", "mean_share", "discrimination"
     rows = [
@@ -54,7 +65,41 @@ def write_summary(out: Path, lab: str, reports: list[Report]) -> None:
     write_whole(out / "items.csv", csv_text(columns, rows))
     rows = [(*key, count) for key, count in misconceptions(reports)]
     write_whole(out / "misconceptions.csv", csv_text(("function", "misconception", "students"), rows))
-    write_whole(out / "summary.html", page(f"{lab}: {len(reports)} students", _body(lab, reports), STYLE))
+    beside = [(entry.student, item) for entry in entries for item in entry.left] + [("", item) for item in left]
+    ungraded = [report for report in all_reports if report.ungraded]
+    body = _body(lab, reports) if reports else f"<h1>{text(lab)}</h1>"
+    body += _ungraded(ungraded) + _left(beside)
+    write_whole(out / "summary.html", page(f"{lab}: {len(reports)} students", body, STYLE))
+
+
+def word_of(entry: Entry, report: Report) -> str:
+    """What became of an entry, in a word or two."""
+    return "not graded" if report.ungraded else "no program" if entry.trouble else "graded"
+
+
+def left_text(left: Iterable[Left]) -> str:
+    return "; ".join(f"{item.name}: {item.word}" for item in left)
+
+
+def _score(report):
+    if report.ungraded:
+        return report.student, report.submission, None, None, None
+    return report.student, report.submission, report.points, report.max_points, round(report.percent, 2)
+
+
+def _ungraded(reports):
+    rows = [f"<tr><td>{text(r.student)}</td><td>{text(r.ungraded)}</td></tr>" for r in reports]
+    return f"<h2>Not graded: run it again</h2>{_table((('Student', ''), ('', '')), rows)}" if rows else ""
+
+
+def _left(beside):
+    if not beside:
+        return ""
+    rows = [
+        f"<tr><td>{text(student)}</td><td>{text(item.name)}</td><td>{text(item.word)}</td></tr>"
+        for student, item in beside
+    ]
+    return f"<h2>Found and not graded</h2>{_table((('Student', ''), ('File', ''), ('', '')), rows)}"
 
 
 def _or_none(value):

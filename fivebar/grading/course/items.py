@@ -63,6 +63,8 @@ def scores(reports: list[Report]) -> dict[str, float]:
 
 def summary_text(lab: str, reports: list[Report]) -> str:
     """The cohort in one terminal table."""
+    if not reports:
+        return f"{lab}: nobody is graded"
     of = scores(reports)
     middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"
     lines = [

@@ -12,13 +12,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from ..results import Report
-from .text import check_lines, closing, headlines, printable, word
+from ..results import Report, withheld
+from .text import headlines, printable, told, word
 
 CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
     "misconception", "wrong", "rows", "off",
 )  # fmt: skip
+_HALF_WRITTEN = re.compile(r"\..{1,40}\.[0-9a-f]{12}", re.DOTALL)
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
@@ -38,6 +39,11 @@ def write_whole(path: str | Path, text: str) -> None:
     except BaseException:
         os.unlink(name)
         raise
+
+
+def is_half_written(name: str) -> bool:
+    """Whether a file's name is one that `write_whole` gives until all is written."""
+    return _HALF_WRITTEN.fullmatch(name) is not None
 
 
 def json_text(report: Report) -> str:
@@ -77,7 +83,11 @@ def check_rows(report: Report) -> Iterator[tuple]:
 
 
 def gradescope_text(report: Report) -> str:
-    """The results.json that Gradescope's harness reads; all of it plain text."""
+    """The results.json that Gradescope's harness reads; all of it plain text.
+
+    Students see it, and may hand in again: it tells no input, and no text or number that came from their program.
+    """
+    report = withheld(report)
     tests = [
         {
             "name": printable(check.title),
@@ -85,7 +95,7 @@ def gradescope_text(report: Report) -> str:
             "score": check.points,
             "max_score": check.max_points,
             "status": "passed" if check.outcome == "right" else "failed",
-            "output": "\n".join(check_lines(check, 100)[1:]),
+            "output": "\n".join(f"{label}: {printable(words)}" for label, words in told(check)),
             "output_format": "text",
             "visibility": "visible",
         }
@@ -94,7 +104,7 @@ def gradescope_text(report: Report) -> str:
     result = {
         "score": report.points,
         "execution_time": report.seconds,
-        "output": "\n".join(map(printable, (*headlines(report), *closing(report)))),
+        "output": "\n".join(map(printable, headlines(report))),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",

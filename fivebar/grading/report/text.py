@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import builtins
 import shutil
 import textwrap
 from collections.abc import Iterator
 
 from ..results import Check, Report
+from ..worker.replies import KINDS
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
+OUTCOMES = {
+    "value": "wrong value", "nan": "nan or infinity", "shape": "not as many numbers as are asked", "type": "no number",
+    "accepted": "gave an answer where none exists: raise an error, or return nan or None",
+}  # fmt: skip
 PRINTED = 20  # lines of the program's own
 HOME = (
     "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
@@ -58,7 +64,7 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
             .removeprefix("is not defined: ")
             .removeprefix("NotImplementedError: "),
         )
-    else:
+    elif check.text:
         yield "why", check.text
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
@@ -75,9 +81,31 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         yield "hint", check.hint
 
 
+def told(check: Check) -> Iterator[tuple[str, str]]:
+    """(label, text) of what may be told where inputs are hidden: nothing that the program itself could have chosen."""
+    if check.outcome == "broken":
+        yield from facts(check)
+    elif not_started(check):
+        yield "task", "not filled in yet"
+    elif check.outcome != "right" and check.reason != "withheld":
+        name = check.text.removeprefix(KINDS["exception"]).strip(": ").split(":")[0]
+        known = check.reason == "exception" and isinstance(getattr(builtins, name, None), type)
+        yield "why", OUTCOMES.get(check.reason) or KINDS.get(check.reason, "not right") + (f": {name}" if known else "")
+        if check.rows > 1:
+            yield "how many", f"{check.wrong} of {check.rows} calls"
+        if check.misconception:
+            yield "looks like", check.misconception
+            yield "hint", check.hint
+
+
 def same_fault(check: Check) -> tuple | None:
     """What two checks share if reading one of their explanations is enough."""
-    if check.outcome in ("right", "broken") or check.reason in ("value", "accepted") and not check.misconception:
+    if (
+        check.outcome in ("right", "broken")
+        or check.reason == "withheld"
+        or check.reason in ("value", "accepted")
+        and not check.misconception
+    ):
         return None
     if check.misconception:
         return check.function, check.misconception

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import linecache
+import sys
 from collections.abc import Callable
+
+import numpy as np
 
 from .cell.answers import call
 from .replies import Reply
@@ -27,6 +30,8 @@ class Live:
             raise TypeError(f"{strange[0]} is a {type(functions[strange[0]]).__name__}, not a function")
         self._functions = functions
         self.names = tuple(functions)
+        scopes = [getattr(function, "__globals__", {}) for function in functions.values()]
+        self.constants = {name: float(value) for scope in scopes for name, value in scope.items() if _is_number(value)}
 
     def __enter__(self):
         return self
@@ -43,7 +48,7 @@ class Live:
             return [Reply("missing", text=f"no function {function}")] * len(rows)
         called = self._functions[function]
         space, constants = getattr(called, "__globals__", {}), constants or {}
-        absent = sorted(set(constants) - set(space))
+        absent = sorted(set(constants) - {name for name in space if _is_number(space[name])})
         if absent:
             return [Reply("missing", text=f"the session has no constant {', '.join(absent)}")] * len(rows)
         kept = {name: space[name] for name in constants}
@@ -52,6 +57,11 @@ class Live:
             return [_reply(called, row) for row in rows]
         finally:
             space.update(kept)
+
+
+def _is_number(value):
+    """Whether it is a plain number that a float can hold."""
+    return type(value) in (int, float, np.float64) and abs(value) <= sys.float_info.max
 
 
 def _reply(function, row):

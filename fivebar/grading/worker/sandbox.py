@@ -10,24 +10,31 @@ import signal
 import subprocess
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 from .launch import launch
 from .wire import MOST_LINE, Garbled, clean, message
 
 MOST_OUTPUT = 64_000  # bytes kept of what a program prints
 START_LIMIT = 20.0  # s, for the interpreter itself
+ALIVE = 0.5  # s, after which a silent worker is looked after
 
 
 class IsolationError(RuntimeError):
     """A worker cannot be isolated as asked; the message says what is missing."""
 
 
+class KilledError(RuntimeError):
+    """A submission's workers were killed again and again, and not by anything of its own: it cannot be judged."""
+
+
 @dataclass(eq=False)
 class Lost(Exception):
-    """A worker's end: a Reply's kind, and what is known of it."""
+    """A worker's end: a Reply's kind, and what is known of it; outside: it was none of the program's own doing."""
 
     kind: str
     text: str = ""
+    outside: bool = False
 
 
 class Worker:
@@ -50,7 +57,7 @@ class Worker:
         finally:
             os.close(request)
             os.close(reply)
-        self._open = True
+        self._open, self._wrapped, self._cpu, self._begin = True, isolate == "bwrap", cpu, time.monotonic()
         self._selector = selectors.DefaultSelector()
         self._text = self._process.stdout.fileno()
         for descriptor in (self._in, self._text):
@@ -59,11 +66,13 @@ class Worker:
         os.set_blocking(self._out, False)
 
     def confined(self) -> dict:
-        """The worker's own report before anything of the student's has run. Raises IsolationError."""
+        """Its report before anything of the student's has run. Raises IsolationError, or Lost where it was killed."""
         try:
             report = self.receive(self.nonce, START_LIMIT)
         except (Lost, Garbled) as lost:
             self.close()
+            if isinstance(lost, Lost) and lost.outside:
+                raise
             raise IsolationError(f"the worker process did not start: {self.output.strip() or lost}") from None
         if report["k"] != "ready":
             self.close()
@@ -99,10 +108,14 @@ class Worker:
 
     def _ready(self, end):
         """Descriptors ready before the time `end`; what the program prints is kept aside. Raises Lost."""
-        left = end - time.monotonic()
-        if left <= 0:
-            raise Lost("timeout")
-        ready = {key.fd for key, _ in self._selector.select(left)}
+        ready = set()
+        while not ready:
+            left = end - time.monotonic()
+            if left <= 0:
+                raise Lost("timeout")
+            ready = {key.fd for key, _ in self._selector.select(min(left, ALIVE))}
+            if not ready and self._process.poll() is not None:
+                raise self._end()  # and yet a pipe is open: bubblewrap was killed before its own child could follow
         if self._text in ready:
             self._drain()
         return ready
@@ -138,6 +151,9 @@ class Worker:
         number = -code if code < 0 else code - 128  # bwrap gives 128 + signal
         if number == signal.SIGXCPU:
             return Lost("timeout", "its time on the processor is used up")
+        # Nothing in the worker can send a signal, and no program uses more time on the processor than has passed.
+        if number == signal.SIGKILL and time.monotonic() - self._begin < self._cpu:
+            return Lost("killed", "from outside: was the machine out of memory?", outside=True)
         if number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGKILL, signal.SIGILL, signal.SIGFPE):
             return Lost("killed", f"signal {number} ({signal.strsignal(number)})")
         return Lost("exit", f"ended the process with status {code}")
@@ -151,9 +167,12 @@ class Worker:
                 os.killpg(self._process.pid, signal.SIGKILL)
             else:  # with it all in its PID namespace end, and then bwrap itself
                 signal.pidfd_send_signal(self._first, signal.SIGKILL)
-                os.close(self._first)
         except ProcessLookupError:
             pass  # ended by itself
+        if self._first is not None:
+            os.close(self._first)
+        elif self._wrapped:
+            self._kill_orphan()
         self._process.wait()
         os.close(self._out)
         end = time.monotonic() + 2.0
@@ -168,3 +187,12 @@ class Worker:
         os.close(self._in)
         self._process.stdout.close()
         self._open = False
+
+    def _kill_orphan(self):
+        """End what a bubblewrap killed at its start has left: it has this worker's key on its command line."""
+        for place in Path("/proc").glob("[0-9]*"):
+            try:
+                if self.nonce.encode() in (place / "cmdline").read_bytes():
+                    os.kill(int(place.name), signal.SIGKILL)
+            except OSError:
+                continue  # it has ended, or is none of ours

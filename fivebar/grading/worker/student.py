@@ -8,16 +8,18 @@ import secrets
 import sys
 import time
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
-from .sandbox import MOST_OUTPUT, IsolationError, Lost, Worker
+from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, Worker
 from .submission import Submission
 from .wire import Garbled, clean, place, reply
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
+MOST_KILLED = 5  # workers of a submission that something else may kill
 MOST_NAMES = 1000  # of functions listed
 MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
@@ -27,10 +29,12 @@ class Student:
     """A submission's functions, called in a worker process. A context manager.
 
     isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap" (also hides the disk
-    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes. `names`: the functions found;
-    `trouble`: Reply of the first statement that failed when the file was run, or None; `output`: what it printed;
-    `notes`: sentences for the one who grades. The thread that asks must outlive the worker: it dies with it (Linux).
-    Raises IsolationError where the worker cannot be isolated so.
+    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes; modules: name -> source of those
+    beside the file that it may import. `names`: the functions found;
+    `constants`: the numbers to which the file itself gives a name; `trouble`: Reply of the first statement that failed
+    when the file was run, or None; `output`: what it printed; `notes`: sentences for the one who grades. The thread
+    that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the worker cannot be
+    isolated so, and, whatever is asked, KilledError where something else kills it again and again.
     """
 
     def __init__(
@@ -41,6 +45,7 @@ class Student:
         total: float = 10.0,
         memory: int = 1 << 30,
         cpu: int = 60,
+        modules: dict[str, str] | None = None,
     ):
         if isolate not in ("process", "bwrap"):
             raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
@@ -51,11 +56,12 @@ class Student:
         self._submission, self._isolate = submission, isolate
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
-        self._skip, self._losses = [], {}
+        self._modules = modules or {}
+        self._skip, self._losses, self._killed = [], {}, 0
         self._budget = MOST_LOSSES * LOAD_LIMIT + MOST_CALLS * limit
         self._worker, self._hopeless = None, False
         self._output = ""
-        self.names, self.trouble, self.notes = (), None, ()
+        self.names, self.constants, self.trouble, self.notes = (), {}, None, ()
         self._load()
 
     def __enter__(self):
@@ -79,7 +85,7 @@ class Student:
     def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
         """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
 
-        constants: globals of the student's module, set for this ask and put back; limit: seconds for one call.
+        constants: other values for names in `constants`, with which the file is run anew; limit: seconds for one call.
         """
         rows = [[_number(part) for part in row] for row in rows]
         constants = {name: _number(part) for name, part in (constants or {}).items()}
@@ -103,6 +109,9 @@ class Student:
             except Garbled as garbled:
                 lost = Reply("garbled", text=str(garbled))
             except Lost as end:
+                if end.outside:
+                    self._count_killed()
+                    continue
                 lost = Reply(end.kind, text=end.text or f"no answer within {limit:g} s")
             finally:
                 self._budget -= time.monotonic() - start
@@ -122,12 +131,12 @@ class Student:
         """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
         self._worker.send({"n": nonce, "function": function, "rows": rows, "constants": constants}, limit)
-        for i in range(len(rows)):
-            data = self._worker.receive(nonce, min(limit, end - time.monotonic()))
-            if data.get("k") == "missing" and i == 0:
-                replies += [self._missing(function, data.get("absent"))] * len(rows)
-                return
-            replies.append(reply(data, self._lines))
+        data = self._worker.receive(nonce, min(LOAD_LIMIT if constants else limit, end - time.monotonic()))
+        if data.get("k") == "missing":
+            replies += [self._missing(function, data.get("absent"))] * len(rows)
+            return
+        for _ in rows:
+            replies.append(reply(self._worker.receive(nonce, min(limit, end - time.monotonic())), self._lines))
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
@@ -137,25 +146,39 @@ class Student:
             return replace(self.trouble, kind="import")
         return Reply("missing", text=f"no function {function}")
 
+    def _count_killed(self):
+        """Close what is left of a worker that something else killed. Raises KilledError at the last of many."""
+        self.close()
+        self._killed += 1
+        if self._killed == MOST_KILLED:
+            raise KilledError(
+                f"something killed its process {MOST_KILLED} times: where memory is short, grade fewer at a time"
+            )
+
     def _load(self):
         """A new worker with the student's file run in it, as far as it goes."""
-        for _ in range(MOST_LOSSES):
-            self._used = False
+        losses = 0
+        while losses < MOST_LOSSES:
+            self._used, at = False, None
             self._worker = Worker(self._isolate, self._memory, self._cpu)
-            report = self._worker.confined()
-            self._note(report)
-            at = None
             start = time.monotonic()
-            end = start + LOAD_LIMIT
             try:
+                self._note(self._worker.confined())
+                start = time.monotonic()
+                end = start + LOAD_LIMIT
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
-                self._worker.send(request | {"notebook": self._submission.kind == "notebook"}, LOAD_LIMIT)
+                request |= {"notebook": self._submission.kind == "notebook", "modules": self._modules}
+                self._worker.send(request, LOAD_LIMIT)
                 while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":
                     at = data
                 self._loaded(data)
                 return
             except (Lost, Garbled) as lost:
+                if isinstance(lost, Lost) and lost.outside:
+                    self._count_killed()
+                    continue
+                losses += 1
                 kind, text = (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
                 text = f"{KINDS[kind]}: {text or f'not done within {LOAD_LIMIT:g} s'}"
                 line, source = place(at and at.get("l"), self._lines)
@@ -169,11 +192,12 @@ class Student:
         self._hopeless = True
 
     def _loaded(self, data):
-        names = data.get("names")
-        trouble = data.get("trouble")
-        if data.get("k") != "loaded" or not isinstance(names, list) or not isinstance(trouble, dict | None):
+        names, numbers, trouble = data.get("names"), data.get("numbers"), data.get("trouble")
+        whole = isinstance(names, list) and isinstance(numbers, dict) and isinstance(trouble, dict | None)
+        if data.get("k") != "loaded" or not whole:
             raise Garbled("a message that is not the end of the file")
         self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
+        self.constants = {name: n for name, n in list(numbers.items())[:MOST_NAMES] if type(n) is float and isfinite(n)}
         if trouble is not None and self.trouble is None:
             self.trouble = replace(reply(trouble, self._lines), kind="import")
 

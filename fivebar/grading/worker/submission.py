@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import codecs
 import json
+import lzma
 import os
 import re
 import stat
+import zipfile
+import zlib
 from bisect import bisect_right
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
+PROGRAMS, ARCHIVE = (".py", ".ipynb"), ".zip"
 MOST_SOURCE = 1_000_000  # bytes of a .py file, characters of a notebook's code
 MOST_NOTEBOOK = 20_000_000  # bytes, with its outputs
+MOST_ARCHIVE = 50_000_000  # bytes of a zip
+UNREADABLE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, RuntimeError, ValueError, EOFError, OSError)  # of a zip
 MOST_NAME = 200  # characters of a file's name
 ENCODINGS = ("utf-8", "ascii", "iso8859-1", "iso8859-15", "cp1252")  # none of them costs more than its length
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
@@ -26,13 +34,14 @@ class SubmissionError(ValueError):
 class Submission:
     """A student's program: its file's name, its source, and its kind, "py" or "notebook".
 
-    cells: for a notebook the first line of each code cell in `source`.
+    cells: for a notebook the first line of each code cell in `source`; remark: a sentence on how it was read, or "".
     """
 
     name: str
     source: str
     kind: str = "py"
     cells: tuple[int, ...] = ()
+    remark: str = ""
 
     def where(self, line: int) -> str:
         """A line of the source in the words of its author: "line 12", or "cell 3, line 2" in a notebook."""
@@ -42,28 +51,32 @@ class Submission:
         return f"code cell {cell}, line {line - self.cells[cell - 1] + 1}"
 
 
-def read_submission(path: str | Path) -> Submission:
-    """Submission in a .py or .ipynb file. Raises SubmissionError."""
+def read_submission(path: str | Path, member: str = "") -> Submission:
+    """Submission in a .py or .ipynb file, or in such a member of a zip. Raises SubmissionError."""
     path = Path(path)
-    name = path.name
+    name = PurePosixPath(member).name if member else path.name
     if not name.isprintable() or len(name) > MOST_NAME:
         raise SubmissionError(
             f"the file's name {name[:MOST_NAME]!r} is too long or holds characters that cannot be shown"
         )
-    if path.suffix not in (".py", ".ipynb"):
+    suffix = PurePosixPath(name).suffix.lower()
+    if suffix not in PROGRAMS:
         raise SubmissionError(f"{name} is neither a .py file nor an .ipynb notebook")
-    notebook = path.suffix == ".ipynb"
-    data = _bytes(path, MOST_NOTEBOOK if notebook else MOST_SOURCE)
+    notebook = suffix == ".ipynb"
+    most = MOST_NOTEBOOK if notebook else MOST_SOURCE
+    data = _member(path, member, most) if member else _bytes(path, most)
     if not notebook:
-        return Submission(name, _text(data, name, _encoding(data, name)))
+        text, remark = _source(data, name)
+        return Submission(name, text, remark=remark)
     source, cells = _code(_text(data, name, "utf-8"), name)
     if len(source) > MOST_SOURCE:
         raise SubmissionError(f"{name} holds more than {MOST_SOURCE} characters of code")
     return Submission(name, source, "notebook", cells)
 
 
-def _bytes(path, most):
-    """A regular file's content, at most `most` bytes, no symbolic link followed, no pipe waited for."""
+@contextmanager
+def opened(path: Path) -> Iterator:
+    """A regular file open for reading, no symbolic link followed, no pipe waited for. Raises SubmissionError."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError as error:
@@ -74,10 +87,58 @@ def _bytes(path, most):
         os.close(descriptor)
         raise SubmissionError(f"{path.name} is not a regular file")
     with open(descriptor, "rb") as file:
-        data = file.read(most + 1)
+        yield file
+
+
+@contextmanager
+def opened_archive(path: Path) -> Iterator[zipfile.ZipFile]:
+    """A zip whose members can be read one by one; nothing is unpacked to disk. Raises SubmissionError."""
+    with opened(path) as file:
+        if os.fstat(file.fileno()).st_size > MOST_ARCHIVE:
+            raise SubmissionError(f"{path.name} is larger than {MOST_ARCHIVE / 1e6:g} MB")
+        try:
+            with zipfile.ZipFile(file) as archive:
+                yield archive
+        except SubmissionError:
+            raise
+        except UNREADABLE as error:
+            raise SubmissionError(f"{path.name} is no zip that can be read: {error}") from None
+
+
+def _member(path, member, most):
+    with opened_archive(path) as archive:
+        try:
+            with archive.open(member) as file:
+                data = file.read(most + 1)
+        except KeyError:
+            raise SubmissionError(f"{path.name} holds no {member}") from None
+    return _within(data, most, member)
+
+
+def _bytes(path, most):
+    with opened(path) as file:
+        return _within(file.read(most + 1), most, path.name)
+
+
+def _within(data, most, name):
     if len(data) > most:
-        raise SubmissionError(f"{path.name} is larger than {most / 1e6:g} MB")
+        raise SubmissionError(f"{name} is larger than {most / 1e6:g} MB")
     return data
+
+
+def _source(data, name):
+    """(text, remark) of a .py file: as Python reads it, else as the editor meant that wrote it."""
+    for mark, encoding in ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
+        if data.startswith(mark):
+            return _text(data, name, encoding), f"{name} is saved as UTF-16, which Python cannot run: save it as UTF-8."
+    encoding = _encoding(data, name)
+    try:
+        return _text(data, name, encoding), ""
+    except SubmissionError as error:
+        if encoding != "utf-8":
+            raise
+        text = _text(data, name, "iso8859-1")
+        return text, f"{error}. It was read as Latin-1; Python itself would not run it."
 
 
 def _encoding(data, name):

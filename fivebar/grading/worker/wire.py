@@ -71,6 +71,10 @@ def value(data: object, depth: int = 0) -> object:
     kind = data.get("~")
     if kind == "complex" and _is_number(data.get("re")) and _is_number(data.get("im")):
         return complex(data["re"], data["im"])
+    if kind == "dict" and isinstance(pairs := data.get("pairs"), list):
+        if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+            raise Garbled("a dict that holds no pairs")
+        return {"~": "dict", "pairs": [[value(part, depth + 2) for part in pair] for pair in pairs]}
     if kind == "array":
         return _array(data.get("shape"), data.get("data"), depth + 1)
     if kind == "other" and isinstance(data.get("type"), str) and isinstance(data.get("text"), str):

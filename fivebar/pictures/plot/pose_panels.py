@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ...models.geometry import Pose
 from ..skeleton import Skeleton, pose_body
-from ..style import GUIDE, INK, LEFT, RIGHT
+from ..style import GUIDE, INK, LEGS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,10 +56,14 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
 
 
 def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
-    """A robot in mm: legs in their colours, squares at what its motors turn or move, guides from border to border."""
+    """A robot in mm: a hue for each leg, its proximal bar dark; squares at what its motors turn or move.
+
+    Guides go from border to border.
+    """
     points = 1e3 * body.points[sample]
-    for path, colour in zip(body.paths, (LEFT, RIGHT)):
-        axes.plot(*points[path].T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=2, **style)
+    for path, colours in zip(body.paths, LEGS):
+        for bar, colour in reversed(list(zip(zip(path, path[1:]), colours))):  # a bar folded back lies under the other
+            axes.plot(*points[list(bar)].T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=2, **style)
     axes.plot(*points[list(body.actuated)].T, "s", color=INK, ms=9, ls="none", zorder=3, **style)
     for low, _ in body.rails:
         axes.axvline(points[low, 0], color=GUIDE, lw=6, zorder=0)

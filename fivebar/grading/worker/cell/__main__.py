@@ -6,13 +6,15 @@ student's program does to this process, a line that leaves it is only a claim ab
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import sys
 
 from answers import call
 from confine import confine
-from loading import FILE, load
+from loading import FILE, Siblings, load
 
 MOST_LINE = 1_000_000  # bytes of a message
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
@@ -67,26 +69,27 @@ def main() -> None:
 
     request = receive()
     nonce = request["n"]
-    module, trouble = load(
-        request["source"],
-        request["notebook"],
-        set(request["skip"]),
-        lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}),
-    )
+    file = request["source"], request["notebook"], set(request["skip"])
+    siblings = Siblings(request["modules"])
+    sys.meta_path.insert(0, siblings)
+    module, trouble, numbers = load(*file, lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}))
+    trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
     names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
-    send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble})
+    send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
 
     while True:
         request = receive()
         nonce, constants = request["n"], request["constants"]
-        space = vars(module)
-        kept = {name: space[name] for name in constants if name in space}
-        absent = sorted(set(constants) - set(kept))
-        function = space.get(request["function"])
+        asked, absent = module, sorted(set(constants) - set(numbers))
+        if constants and not absent:
+            with contextlib.redirect_stdout(io.StringIO()):  # what it prints is known
+                siblings.forget(constants)
+                asked = load(*file, lambda index, line: None, constants)[0]
+        function = vars(asked).get(request["function"])
         if absent or not callable(function):
             send({"n": nonce, "k": "missing", "absent": absent})
             continue
-        space.update(constants)
+        send({"n": nonce, "k": "asked"})
         for row in request["rows"]:
             answer = call(function, row, FILE)
             answer["n"] = nonce
@@ -95,7 +98,6 @@ def main() -> None:
             except MemoryError:
                 del answer
                 write(sink, SPARE % nonce.encode())
-        space.update(kept)
 
 
 main()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 
 MOST_NUMBERS = 10_000  # in one answer
 MOST_TEXT = 500  # characters of a message or a name
@@ -22,23 +24,35 @@ def _plain(value, room, depth):
     room[0] -= 1
     if room[0] < 0 or depth > DEEPEST:
         raise OverflowError
-    if value is None or kind is bool or kind is float:
+    if value is None or kind is bool:
         return value
-    if kind is int:
+    if issubclass(kind, int):
+        value = int.__pos__(value)
         return value if value.bit_length() <= MOST_BITS else _other(kind, f"of {value.bit_length()} bits")
-    if kind is complex:
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and issubclass(kind, numpy.generic):
+        item = value.item()
+        return _plain(item if type(item) in (bool, int, float, complex, str) else float(value), room, depth + 1)
+    if issubclass(kind, float):
+        return float.__pos__(value)
+    if issubclass(kind, complex):
+        value = complex.__pos__(value)
         return {"~": "complex", "re": value.real, "im": value.imag}
-    if kind is str:
-        return value[:MOST_TEXT]
+    if issubclass(kind, str):
+        return str.__getitem__(value, slice(MOST_TEXT))
+    for number in (Fraction, Decimal):
+        if issubclass(kind, number):
+            return float(number.__float__(value))
+    if issubclass(kind, dict):
+        if dict.__len__(value) > room[0]:
+            raise OverflowError
+        pairs = [[_plain(part, room, depth + 1) for part in pair] for pair in dict.items(value)]
+        return {"~": "dict", "pairs": pairs}
     for sequence in (list, tuple):
         if issubclass(kind, sequence):
             if sequence.__len__(value) > room[0]:
                 raise OverflowError
             return [_plain(part, room, depth + 1) for part in sequence.__iter__(value)]
-    numpy = sys.modules.get("numpy")
-    if numpy is not None and issubclass(kind, numpy.generic):
-        item = value.item()
-        return _plain(item if type(item) in (bool, int, float, complex, str) else float(value), room, depth + 1)
     if numpy is not None and issubclass(kind, numpy.ndarray):
         if value.size > room[0]:
             raise OverflowError

@@ -1,16 +1,22 @@
-"""Brings a student's file to life statement by statement, as far as it goes; standard library only."""
+"""Brings a student's file to life statement by statement, as far as it goes; standard library only.
+
+Where a check sets the robot's numbers, the file is run again with them, so that what it computes from them follows.
+"""
 
 import __future__
 
 import ast
+import importlib.machinery
 import re
 import sys
 import types
 from collections.abc import Callable
 
-from answers import failure
+from answers import failure, plain
 
 FILE = "<student>"
+_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp,
+           ast.GeneratorExp)  # fmt: skip
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 _CALCULATORS = {"math", "np", "numpy"}
 _START = re.compile(r"[A-Za-z_@(\[\"']")
@@ -18,18 +24,55 @@ _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
 def load(
-    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None]
-) -> tuple[types.ModuleType, dict | None]:
-    """(module, first trouble or None) after running the statements that are not in `skip`.
+    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None], constants: dict | None = None
+) -> tuple[types.ModuleType, dict | None, dict[str, float]]:
+    """(module, first trouble or None, numbers) after running the statements that are not in `skip`.
 
-    announce(index, line) is called before each, so that one that kills the process is known.
+    announce(index, line) is called before each, so that one that kills the process is known. numbers: those that the
+    file's own statements give a name; constants: other values for some of them, from the statement on that does.
     """
     module = types.ModuleType("student")
     sys.modules["student"] = module
-    body, trouble = _statements(source)
+    return module, *_run(module, FILE, source, notebook, skip, announce, constants or {})
+
+
+class Siblings:
+    """Finds the modules that lie beside the student's file, and runs them as that file is run.
+
+    trouble: of the first one that had any; numbers: as `load` gives them, of all.
+    """
+
+    def __init__(self, sources: dict[str, str]):
+        self.sources, self.constants, self.trouble, self.numbers = sources, {}, None, {}
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> object:
+        return importlib.machinery.ModuleSpec(name, self) if name in self.sources else None
+
+    def create_module(self, spec: object) -> None:
+        return None
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        file, source = f"<{module.__name__}.py>", self.sources[module.__name__]
+        trouble, numbers = _run(module, file, source, False, set(), lambda index, line: None, self.constants)
+        self.numbers |= numbers
+        if trouble and not self.trouble:
+            line = f", line {trouble['l']}" if trouble.get("l") else ""
+            self.trouble = {"k": trouble["k"], "t": f"{module.__name__}.py{line}: {trouble.get('t', '')}"}
+
+    def forget(self, constants: dict) -> None:
+        """Let all be run anew with these constants."""
+        self.constants = constants
+        for name in self.sources:
+            sys.modules.pop(name, None)
+
+
+def _run(module, file, source, notebook, skip, announce, constants):
+    """(first trouble or None, numbers) after running a source in a module."""
+    body, trouble = _statements(source, file)
     if notebook:
-        body = [node for node in body if _is_definition(node)]
-    flags = 0
+        used = _used(body)
+        body = [node for node in body if _is_definition(node) or node in used]
+    flags, numbers = 0, {}
     for index, node in enumerate(body):
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
             for alias in node.names:
@@ -38,21 +81,45 @@ def load(
             continue
         announce(index, node.lineno)
         try:
-            code = compile(ast.Module([node], []), FILE, "exec", flags, dont_inherit=True)
+            code = compile(ast.Module([node], []), file, "exec", flags, dont_inherit=True)
             exec(code, module.__dict__)
         except BaseException as error:
-            trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, FILE).items() if v is not None}
-    return module, trouble
+            trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, file).items() if v is not None}
+        for name in _stored(node) & vars(module).keys():
+            numbers[name] = _number(vars(module)[name])
+            if name in constants and numbers[name] is not None:
+                vars(module)[name] = constants[name]
+    return trouble, {name: number for name, number in numbers.items() if number is not None}
 
 
-def _statements(source):
+def _stored(node):
+    """The names that a statement gives a value in the module itself."""
+    if isinstance(node, _SCOPES):
+        return set()
+    if isinstance(node, ast.Name):
+        return {node.id} if isinstance(node.ctx, ast.Store) else set()
+    return set().union(*map(_stored, ast.iter_child_nodes(node)))
+
+
+def _number(value):
+    """A plain number, None for anything else: a module or a function may have a constant's name."""
     try:
-        return ast.parse(source, FILE).body, None
+        value = plain(value)
+        if isinstance(value, dict) and value.get("shape") == []:
+            value = value["data"][0]
+        return float(value) if type(value) in (int, float) and abs(value) < float("inf") else None
+    except Exception:
+        return None
+
+
+def _statements(source, file):
+    try:
+        return ast.parse(source, file).body, None
     except Exception as error:
-        return _pieces(source), failure(error, FILE)
+        return _pieces(source, file), failure(error, file)
 
 
-def _pieces(source):
+def _pieces(source, file):
     """The top-level statements of a file with syntax errors that can be read by themselves."""
     lines = [f"{line}\n" for line in source.split("\n")]
     starts = [
@@ -63,11 +130,32 @@ def _pieces(source):
     body = []
     for start, stop in zip(starts, [*starts[1:], len(lines)]):
         try:
-            piece = ast.parse("".join(lines[start:stop]), FILE)
+            piece = ast.parse("".join(lines[start:stop]), file)
         except Exception:
             continue
         body += ast.increment_lineno(piece, start).body
     return body
+
+
+def _used(body):
+    """A notebook's assignments of names that its functions read, or that such an assignment reads."""
+    assignments = [node for node in body if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)]
+    wanted = set().union(*(_read(node) for node in body if isinstance(node, _SCOPES)))
+    used = []
+    while new := [node for node in assignments if node not in used and _stored(node) & wanted]:
+        used += new
+        wanted = wanted.union(*map(_read, new))
+    return used
+
+
+def _read(node):
+    """Names that a statement reads, and that are not its own: arguments, or assigned in it."""
+    parts = list(ast.walk(node))
+    names = {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
+    own = {part.arg for part in parts if isinstance(part, ast.arg)}
+    if isinstance(node, _SCOPES):
+        own |= {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+    return names - own
 
 
 def _is_definition(node):

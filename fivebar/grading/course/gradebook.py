@@ -1,0 +1,111 @@
+"""Puts the marks into the sheet that Moodle or Canvas gave out, so that it takes the sheet back.
+
+Moodle: an assignment's grading worksheet, rows "Participant 4711", in any language. Canvas: the gradebook's export,
+numbers under "ID" and the points possible in a row of their own. Or any other sheet with students' ids in a column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...errors import UsageError
+from ..intake.cohort_folder import Entry
+from ..labs import Lab
+from ..report.text import number
+from ..results import Report
+from ..variants import id_key
+
+GRADE = {"grade", "note", "bewertung", "calificación", "valutazione", "nota", "cijfer"}  # of Moodle's worksheet
+MOST = {"maximum grade", "note maximale", "bestwertung", "calificación máxima", "valutazione massima"}
+POSSIBLE = "points possible"  # Canvas' row
+_NUMBER = re.compile(r"\D*(\d+)")
+
+
+@dataclass(frozen=True)
+class Filled:
+    """The sheet's text with its marks; how many; students without a row of theirs; rows without a hand-in."""
+
+    text: str
+    count: int
+    no_row: list[str]
+    no_hand_in: int
+
+
+def fill_gradebook(
+    path: Path, lab: Lab, entries: list[Entry], reports: list[Report], column: str | None = None
+) -> Filled:
+    """The sheet with each graded student's mark in the column, scaled to the most that the sheet allows.
+
+    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded keeps his cell.
+    """
+    text = _read(path)
+    dialect = csv.Sniffer().sniff(text.split("\n", 1)[0], delimiters=",;\t") if re.search("[,;\t]", text) else csv.excel
+    rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=dialect.delimiter))
+    if len(rows) < 2 or len(rows[0]) < 2:
+        raise UsageError(f"{path} is no sheet of marks: a line of titles and a line per student are asked")
+    titles = rows[0]
+    mark = _column(path, titles, lab, column)
+    most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
+    possible = next((row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), "")
+    count, no_row, touched = 0, [], set()
+    for entry, report in zip(entries, reports):
+        found = _rows_of(entry, rows)
+        if len(found) != 1:
+            no_row.append(entry.student)
+        elif not report.ungraded:
+            row = rows[found[0]]
+            limit = _float(row[most]) if most is not None else _float(possible)
+            row[mark] = number(report.points if limit is None else report.points * limit / report.max_points)
+            count += 1
+        touched |= set(found)
+    students = [k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE]
+    file = io.StringIO(newline="")
+    csv.writer(file, delimiter=dialect.delimiter, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(rows)
+    return Filled(file.getvalue(), count, no_row, len(set(students) - touched))
+
+
+def _read(path):
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"--gradebook: {error}") from None
+
+
+def _column(path, titles, lab, wanted):
+    plain = [title.strip().casefold() for title in titles]
+    short = lab.name.split("_")[0].casefold()
+    if wanted is not None:
+        found = [k for k, title in enumerate(plain) if title == wanted.strip().casefold()]
+    else:
+        found = [k for k, title in enumerate(plain) if title in GRADE]
+        found = found or [k for k, title in enumerate(plain) if re.search(rf"{short}\b", title.replace(" ", ""))]
+    if len(found) != 1:
+        name = f"{wanted!r}" if wanted is not None else f"for {lab.name}"
+        raise UsageError(f"{path} has {len(found)} columns {name}: give --column one of {', '.join(titles)}")
+    return found[0]
+
+
+def _rows_of(entry, rows):
+    """The rows of a student: by the number in the hand-in's name, else by his id in any cell."""
+    if entry.number:
+        found = [
+            k
+            for k, row in enumerate(rows)
+            if k and any((cell := _NUMBER.fullmatch(part.strip())) and cell[1] == entry.number for part in row[:2])
+        ]
+        if found:
+            return found
+    key = id_key(entry.student)
+    return [k for k, row in enumerate(rows) if k and any(id_key(part) == key for part in row)]
+
+
+def _float(text):
+    try:
+        value = float(text.strip().replace(",", "."))
+    except ValueError:
+        return None
+    return value if 0 < value < 1e9 else None

@@ -1,0 +1,187 @@
+"""Looks into a hand-in, a file, a folder or a zip, without following or unpacking anything, and finds its program."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path, PurePosixPath
+
+from ..labs import Lab
+from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError, opened_archive, read_submission
+
+MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
+NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
+MOST_READ = 100  # programs that are read to find the one to grade
+_DEFINED = re.compile(r"^[ \t]*def\s+(\w+)\s*\(", re.MULTILINE)
+_IMPORT = re.compile(r"^[ \t]*(?:from|import)[ \t]+(.*)", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class ProgramFile:
+    """A program's place: a file, or a member of a zip; `name`: its path within the hand-in."""
+
+    path: Path
+    member: str = ""
+    name: str = ""
+
+    def __str__(self) -> str:
+        return self.name or self.path.name
+
+
+@dataclass(frozen=True)
+class Left:
+    """Something found and not graded, and why in a few words."""
+
+    name: str
+    word: str
+
+
+def is_hidden(name: str) -> bool:
+    return name.startswith((".", "__"))
+
+
+def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
+    """The programs in a file, folder or zip, and all that is none. Never raises for what it finds."""
+    programs, left = [], []
+    _look(path, path.name, 0, programs, left)
+    return programs, left
+
+
+def _look(path, name, depth, programs, left):
+    if len(programs) + len(left) >= MOST_FILES:
+        if left[-1:] != [rest := Left("more", f"only {MOST_FILES} files are looked at")]:
+            left.append(rest)
+        return
+    try:
+        mode = os.lstat(path).st_mode
+        if stat.S_ISLNK(mode):
+            left.append(Left(name, LINK))
+        elif stat.S_ISDIR(mode) and depth < DEEPEST:
+            for inner in sorted(os.listdir(path)):
+                if is_hidden(inner):
+                    left.append(Left(f"{name}/{inner}", "hidden"))
+                else:
+                    _look(path / inner, f"{name}/{inner}", depth + 1, programs, left)
+        elif stat.S_ISDIR(mode):
+            left.append(Left(name, "too deep"))
+        elif not stat.S_ISREG(mode):
+            left.append(Left(name, SPECIAL))
+        elif path.suffix.lower() in PROGRAMS:
+            programs.append(ProgramFile(path, "", name))
+        elif path.suffix.lower() == ARCHIVE:
+            _look_into_zip(path, name, programs, left)
+        else:
+            left.append(Left(name, "no program"))
+    except OSError as error:
+        left.append(Left(name, f"cannot be opened: {error.strerror}"))
+
+
+def _look_into_zip(path, name, programs, left):
+    try:
+        with opened_archive(path) as archive:
+            members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
+    except SubmissionError as error:
+        left.append(Left(name, str(error)))
+        return
+    for member, info in list(members.items())[:MOST_FILES]:
+        inner, suffix = f"{name}/{member}", PurePosixPath(member).suffix.lower()
+        if any(is_hidden(part) for part in PurePosixPath(member).parts):
+            left.append(Left(inner, "hidden"))
+        elif suffix == ARCHIVE:
+            left.append(Left(inner, "a zip in a zip"))
+        elif suffix not in PROGRAMS:
+            left.append(Left(inner, "no program"))
+        elif info.flag_bits & 1:
+            left.append(Left(inner, "locked by a password"))
+        else:
+            programs.append(ProgramFile(path, member, inner))
+    if len(members) > MOST_FILES:
+        left.append(Left(name, f"only {MOST_FILES} files are looked at"))
+
+
+def functions_of(lab: Lab) -> frozenset[str]:
+    """The functions that a lab asks for: those of its student.py, else of its exercises."""
+    handed_out = lab.folder / "student.py"
+    if handed_out.is_file():
+        return frozenset(_DEFINED.findall(handed_out.read_text(encoding="utf-8")))
+    return frozenset(lab.exercises())
+
+
+def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> ProgramFile:
+    """The program to grade: the one called `wanted`, else the one that defines most of what the lab asks.
+
+    wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Copies of one file count as one,
+    and an untouched student.py not beside a filled one. Raises SubmissionError where none can be meant, or several.
+    """
+    if not programs:
+        raise SubmissionError("there is no .py, .ipynb or .zip with one")
+    if wanted is not None:
+        named = [program for program in programs if _is_called(program, wanted)]
+        if not named:
+            raise SubmissionError(f"none of the programs there ({_listed(programs)}) is called {wanted}")
+        programs = named
+    if len(programs) == 1:
+        return programs[0]
+    asked, untouched = functions_of(lab), lab.folder / "student.py"
+    sources = {program: _source(program) for program in programs[:MOST_READ]}
+    defined = {program: len(asked & set(_DEFINED.findall(source))) for program, source in sources.items()}
+    most = max(defined.values())
+    if most == 0:
+        raise SubmissionError(
+            f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this lab: leave one, or "
+            "name it with --file"
+        )
+    best = {source: program for program, source in reversed(sources.items()) if defined[program] == most}
+    if len(best) > 1 and untouched.is_file():
+        best.pop(_source(ProgramFile(untouched)), None)
+    if len(best) > 1:
+        raise SubmissionError(
+            f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}): leave one, or name it "
+            "with --file"
+        )
+    return next(iter(best.values()))
+
+
+def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[ProgramFile, ...]:
+    """The other .py files in the program's own folder, which it may import."""
+    folder = PurePosixPath(program.name).parent
+    return tuple(
+        other
+        for other in programs
+        if other != program and PurePosixPath(other.name).parent == folder and other.name.lower().endswith(".py")
+    )
+
+
+def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
+    """Module's name -> source of those of the program's siblings that it imports, or one of those does."""
+    found, waiting = {}, [source]
+    known = {PurePosixPath(file.name).stem: file for file in siblings}
+    while waiting and len(found) < MOST_READ:
+        words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))
+        for name in sorted((words & set(known)) - set(found) - sys.stdlib_module_names):
+            found[name] = _source(known[name])
+            waiting.append(found[name])
+    return found
+
+
+def _is_called(program, wanted):
+    parts = str(program).casefold().split("/")
+    wanted = wanted.replace("\\", "/").casefold().split("/")
+    return len(wanted) <= len(parts) and all(map(fnmatchcase, parts[-len(wanted) :], wanted))
+
+
+def _source(program):
+    try:
+        return read_submission(program.path, program.member).source
+    except SubmissionError:
+        return f"# unreadable: {program}"
+
+
+def _listed(programs):
+    names = [str(program).partition("/")[2] or str(program) for program in programs]
+    return ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
