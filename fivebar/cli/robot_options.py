@@ -3,7 +3,9 @@
 from dataclasses import fields, replace
 
 from ..errors import UsageError
-from ..models.robots import KINDS, ROBOTS, robot_of
+from ..models.named_robots import ROBOTS
+from ..models.parameters import robot_of
+from ..models.robots import KINDS
 
 DEFAULT = "amoro"
 PARAMETERS = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)))

@@ -7,7 +7,7 @@ import hmac
 import re
 import sys
 import unicodedata
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def is_number(value: object) -> bool:
 
 def parameters(robot: Robot) -> dict[str, float]:
     """A robot's numbers by name."""
-    return {f.name: getattr(robot, f.name) for f in fields(robot)}
+    return robot.parameters
 
 
 def lengths(robot: Robot) -> dict[str, float]:

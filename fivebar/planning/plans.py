@@ -14,7 +14,7 @@ from ..described import one_line
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
-from ..models.robots import robot_of
+from ..models.parameters import robot_of
 from ..pictures.plot.plans import planned
 from ..tables import BinaryFile, TextFile, must_increase, opened, saved, write
 from .collocation import METHODS, Pieces, scheme
@@ -173,7 +173,7 @@ class Plan:
         """Write the plan at its nodes; problem, knots and what is known of the solution go into a comment line. SI."""
         pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
-            "robot": asdict(self.robot), "stops": [[list(c.items()), t] for c, t in problem.stops],
+            "robot": self.robot.parameters, "stops": [[list(c.items()), t] for c, t in problem.stops],
             "working": problem.working, "weights": problem.weights, "limits": asdict(problem.limits),
             "method": METHODS[not rule.shared], "degree": len(rule.c), "knots": pieces.knots,
             "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,

@@ -11,7 +11,8 @@ from ..errors import SingularityError
 from ..models.charts import Bars
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_rates, closed
-from ..models.robots import beside, parameters_of
+from ..models.parameters import names_of, parameters_of
+from ..models.robots import beside
 from .steps import (
     COLUMNS,
     ENERGY,
@@ -45,7 +46,11 @@ class Plant:
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
         self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
-        self._step, self.length, self.t = Buffered(_compiled_step(type(robot), jit)), FIRST, 0.0  # its own arrays
+        self._step, self.length, self.t = (
+            Buffered(_compiled_step(type(robot), names_of([robot]), jit)),
+            FIRST,
+            0.0,
+        )  # its own arrays
         c, c_dot, _ = Bars().coordinates(start)
         self.state = np.array([*c, *c_dot])
         self._pieces = []  # (t, length, state, polynomial)
@@ -125,8 +130,8 @@ def margins_after(plant, states, tau, k, length):
 
 
 @lru_cache(maxsize=8)
-def _compiled_step(kind, jit):
-    return compiled(free_step(kind), jit)
+def _compiled_step(kind, names, jit):
+    return compiled(free_step(kind, names), jit)
 
 
 class FixedPlant:

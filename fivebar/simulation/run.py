@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from ..described import one_line
 from ..models.geometry import igm
-from ..models.robots import Robot, robot_of
+from ..models.parameters import robot_of
+from ..models.robots import Robot
 from ..pictures.pages import page
 from ..pictures.skeleton import elbows, joints
 from ..pictures.view import scene
@@ -145,7 +146,7 @@ class Run:
     def to_csv(self, path: TextFile) -> None:
         """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""
         about = {
-            "robot": asdict(self.robot),
+            "robot": self.robot.parameters,
             "torque_limit": self.torque_limit,
             "events": [list(e) for e in self.events],
         }

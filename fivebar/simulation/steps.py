@@ -6,7 +6,6 @@ state says of itself (angles, end-effector, singular margins and their rates, en
 
 from __future__ import annotations
 
-from dataclasses import fields
 from functools import lru_cache
 
 import casadi
@@ -16,7 +15,7 @@ from scipy.integrate import DOP853
 from .._backend import pack
 from ..models.charts import Bars
 from ..models.dynamics import energy, forward_dynamics
-from ..models.robots import with_parameters
+from ..models.parameters import count_of, with_parameters
 
 # Columns of an observation.
 Q, Q_DOT, XI, XI_DOT, MARGINS, MARGIN_RATES, ENERGY = (
@@ -87,17 +86,17 @@ def propagate(robot, chart, modes, method, step, count, torque):
     return casadi.Function("propagate", [start], [end])
 
 
-@lru_cache(maxsize=4)
-def free_step(kind):
+@lru_cache(maxsize=8)
+def free_step(kind, names=()):
     """A step of any length in the bars of any robot of a kind, by Dormand and Prince's method of order 8:
 
     (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the tolerance, the polynomial in
     between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
     """
-    chart, parameters = Bars(), casadi.SX.sym("parameters", len(fields(kind)))
+    chart, parameters = Bars(), casadi.SX.sym("parameters", count_of(kind, names))
     state, tau, _ = _symbols(chart)
     length, tolerance = casadi.SX.sym("length"), casadi.SX.sym("tolerance")
-    robot = with_parameters(kind, parameters)
+    robot = with_parameters(kind, parameters, names)
 
     whole = casadi.SX.sym("state", 8)
     model = casadi.Function(

@@ -34,7 +34,7 @@ def counts(robot):
     found |= {name: steps.model_functions(robot, chart)[0].n_instructions() for name, chart in CHARTS.items()}
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
-    loop = many._loop(type(robot), law, CHARTS["auto"], "rk4", 0.001, 2, 3, None, 0, None)
+    loop = many._loop((type(robot), ()), law, CHARTS["auto"], "rk4", 0.001, 2, 3, None, 0, None)
     found["loop of many robots"] = loop.expand().n_instructions()
     return found
 

@@ -9,7 +9,7 @@ import sys
 import textwrap
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...errors import UsageError
@@ -48,7 +48,7 @@ class Cohort:
     def request(self, entry: Entry) -> dict:
         return {
             "lab": str(self.lab.folder), "path": os.fsencode(entry.path).hex(), "student": entry.student,
-            "seed": self.seed, "robot": asdict(self.robot(entry)), "isolate": self.isolate, "limit": self.limit,
+            "seed": self.seed, "robot": self.robot(entry).parameters, "isolate": self.isolate, "limit": self.limit,
             "trouble": entry.trouble,
         }  # fmt: skip
 
@@ -62,7 +62,7 @@ class Cohort:
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = entry.student, file_hash(entry.path), self.lab.hash(), self.seed, asdict(self.robot(entry))
+        now = entry.student, file_hash(entry.path), self.lab.hash(), self.seed, self.robot(entry).parameters
         return report if key == now and report.submission_hash and not report.faults else None
 
 
