@@ -13,8 +13,8 @@ from .dyads import SINGULAR, cross, dot
 from .geometry import Pose
 from .heavy_bars import bar_forces_under, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
-from .loads import asked_for, carries, physics_of, refuse_weightless
-from .physics import any_named
+from .loads import asked_for, carries, refuse_weightless
+from .physics import any_named, physics_of
 from .sticking import slip_of
 
 if TYPE_CHECKING:

@@ -22,15 +22,10 @@ from .._backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
 from .geometry import Pose
 from .kinematics import Accelerations, Rates, a_pose, some_rates
-from .physics import Physics, named
+from .physics import Physics, named, physics_of
 
 if TYPE_CHECKING:
     from .robots import Robot
-
-
-def physics_of(robot: Robot) -> Physics | None:
-    """What a robot has beyond the lab's parameters; None: nothing."""
-    return getattr(robot, "physics", None)
 
 
 def refuse_weightless(robot: Robot, physics: Physics, model: str) -> None:

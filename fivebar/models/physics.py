@@ -85,5 +85,10 @@ class Smoothed:
 
 def smoothed(robot: Any, rate: float) -> Any:
     """The robot itself where nothing in it needs smoothing."""
-    physics = getattr(robot, "physics", None)
+    physics = physics_of(robot)
     return Smoothed(robot, rate) if physics is not None and physics.sticks else robot
+
+
+def physics_of(robot: Any) -> Physics | None:
+    """What a robot has beyond the lab's parameters; None: nothing."""
+    return getattr(robot, "physics", None)

@@ -21,7 +21,7 @@ from ..models.parameters import count_of, names_of, parameters_of, with_paramete
 from ..models.robots import Robot, beside
 from ..progress import progress
 from .events import meets
-from .plant import check_start, refuse_losses
+from .plant import check_start, refuse_losses, refuse_sticking
 from .run import Control, Run
 from .simulate import MOST_DELAY, Grid, assemble, begin_of
 from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, halves, observation, runge_kutta_step
@@ -117,6 +117,7 @@ def _runs_of(robot, controller, starts):
     for k, each in enumerate(robots):
         if type(each) is not type(robots[0]):
             raise ValueError(f"robots of one kind go together: number {k} is a {type(each).__name__}")
+        refuse_sticking(each)
     for each in controllers:
         if not isinstance(each, (PD, ComputedTorque)):
             raise ValueError(f"a compiled loop needs a PD or ComputedTorque controller, not {type(each).__name__}")
