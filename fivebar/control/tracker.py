@@ -12,6 +12,7 @@ from ..checks import jit as must_be_jit
 from ..checks import modes, positive, shown, whole
 from ..checks import robot as must_be_robot
 from ..checks import seconds as span
+from ..models.physics import physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
 from .prediction import CHART, JOINTS, RATES, SIZE, Model
@@ -118,8 +119,10 @@ class Tracker:
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
         self.levers = [drive.length for drive in robot.drives]
-        self.model = Model(robot, self.lengths, jit)
-        self.estimator = Estimator(robot, period, noise, self.scale, assembly, jit)
+        predicted = _differentiable(robot, max(self.lengths))
+        self.lift = _lift(robot)
+        self.model = Model(predicted, self.lengths, jit)
+        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
         self.reset()
 
     def _bounds(self, n):
@@ -197,7 +200,7 @@ class Tracker:
         if not predicted or predicted[0][-1] > max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])):
             # The last plan, shifted, leads astray: the reference's own torques may be the better beginning.
             tau = reference_torques(self.robot, known.margins, reference, t + self.period * self.delay + self.middles)
-            limit = min(self.torque_limit, self.scale)
+            limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
             predicted.append(self._predict(state, guesses[-1], target))
         best = min(range(len(guesses)), key=lambda k: predicted[k][-1])
@@ -237,6 +240,24 @@ class Tracker:
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)
+
+
+def _differentiable(robot, longest):
+    """The robot whose dry friction is smoothed: over rates at which it stops no drive within the longest stage."""
+    physics = physics_of(robot)
+    if physics is None or not physics.sticks:
+        return robot
+    return smoothed(robot, max(fs * longest / z for fs, z in zip(physics.coulomb, robot.inertias)))
+
+
+def _lift(robot):
+    """More than the torque, N m, that weights ask for anywhere away from Type 2."""
+    physics = physics_of(robot)
+    if physics is None or not physics.weighs:
+        return 0.0
+    moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
+    lever = max(drive.length for drive in robot.drives)
+    return math.hypot(*physics.gravity) * (max(moments) + robot.m * lever)
 
 
 def _positive(name, value):

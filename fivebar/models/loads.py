@@ -119,6 +119,13 @@ def friction_torques(rates: Rates) -> np.ndarray:
     return pack(*(_friction(physics, i, q_dot, None) for i, q_dot in enumerate(rates._q_dot)))
 
 
+def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
+    """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols too."""
+    signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
+    dry = robot.physics.coulomb
+    return pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
+
+
 def lost_power(rates: Rates) -> np.ndarray:
     """What friction takes, (*batch,) W."""
     robot, physics = rates.pose.robot, physics_of(rates.pose.robot) or Physics()
