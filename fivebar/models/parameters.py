@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
+from inspect import signature
 from typing import Any
 
+from ..checks import shown
+from .links import Link
 from .robots import KINDS, Biglide, FiveBar
 
 
@@ -49,7 +52,13 @@ def _beyond(kind):
 
 
 def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
-    """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has."""
+    """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has.
+
+    With "links" it is a five-bar of bars as they are built, the arguments of `FiveBar.from_links`: each link its mass
+    or a table of Link's arguments, with inertia_about_centre in place of inertia where it is that.
+    """
+    if "links" in parameters:
+        return _of_links(dict(parameters))
     for kind in KINDS:
         if set(parameters) <= {f.name for f in fields(kind)}:
             return kind(**parameters)
@@ -60,3 +69,33 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
         f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond these "
         + ", ".join(more)
     )
+
+
+def _of_links(parameters):
+    known = list(signature(FiveBar.from_links).parameters)
+    if unknown := sorted(set(parameters) - set(known)):
+        raise ValueError(
+            f"no parameter {', '.join(unknown)} of a robot of links; the known ones are {', '.join(known)}"
+        )
+    if missing := [name for name in known[:6] if name not in parameters]:
+        raise ValueError(f"a robot of links needs {', '.join(missing)} too")
+    links = parameters.pop("links")
+    if not isinstance(links, dict):
+        raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
+    return FiveBar.from_links(links={name: _link(name, link) for name, link in links.items()}, **parameters)
+
+
+def _link(name, link):
+    if not isinstance(link, dict):
+        return link
+    about, known = "inertia_about_centre", ("mass", "x", "y", "inertia")
+    if unknown := sorted(set(link) - {*known, about}):
+        raise ValueError(f"links.{name}: no {', '.join(unknown)}; the known ones are {', '.join((*known, about))}")
+    needs = ("mass", "x") if about in link else ("mass",)
+    if missing := [each for each in needs if each not in link]:
+        raise ValueError(f"links.{name} needs {', '.join(missing)} too")
+    if about not in link:
+        return Link(**link)
+    if "inertia" in link:
+        raise ValueError(f"links.{name} has inertia and {about}: give one")
+    return Link.about_centre(link["mass"], link["x"], link.get("y", 0.0), link[about])
