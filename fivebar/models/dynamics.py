@@ -14,7 +14,7 @@ from .geometry import Pose
 from .heavy_bars import bar_forces_under, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
 from .loads import asked_for, carries, refuse_weightless
-from .physics import any_named, physics_of
+from .physics import any_named, loads_of, physics_of
 from .sticking import slip_of
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def _loaded_model(rates):
     """M and c with all loads: c is what no acceleration asks for."""
     pose, robot = rates.pose, rates.pose.robot
     z1, z2 = robot.inertias
-    refuse_weightless(robot, robot.physics, "dynamic_model")
+    refuse_weightless(robot, loads_of(robot), "dynamic_model")
     zero = 0.0 * rates._q_dot[0]
-    if not carries(robot, robot.physics):
+    if not carries(robot, loads_of(robot)):
         _, torques = asked_for(Accelerations(rates, (zero, zero), (zero, zero)))
         return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*torques)
     c = inverse_dynamics(dkm2(rates, pack(zero, zero)))
@@ -64,7 +64,7 @@ def _loaded_model(rates):
     s1, s2 = (b * (1 / pose.det_A) for b in pose.b)
     J = (y2 * s1, -x2 * s1), (-y1 * s2, x1 * s2)  # the end-effector's velocity for q_i' = 1
     m11, m12, m22 = (robot.m * dot(J[i], J[k]) for i, k in ((0, 0), (0, 1), (1, 1)))
-    for i, (j, my) in enumerate(zip(robot.physics.turning, robot.physics.across)):
+    for i, (j, my) in enumerate(zip(loads_of(robot).turning, loads_of(robot).across)):
         if any_named((j, my)):
             u, bar, (b, beside) = pose.u2[i], robot.distal[i], pose._slopes[i]
             turns = [(cross(u, J[k]) - beside * (i == k)) * (1 / bar) for k in (0, 1)]  # phi_i' for q_k' = 1
@@ -149,10 +149,10 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
 def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics") -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives slip (`asked_for`)."""
     robot = rates.pose.robot
-    refuse_weightless(robot, robot.physics, model)
-    if not robot.physics.heavy:
+    refuse_weightless(robot, loads_of(robot), model)
+    if not loads_of(robot).heavy:
         _refuse_no_inertia(robot, model)
-        if not is_symbolic(robot.m) and robot.m == 0 and any_named(robot.physics.elbows):
+        if not is_symbolic(robot.m) and robot.m == 0 and any_named(loads_of(robot).elbows):
             raise ValueError(f"{model} needs m > 0 where elbows rub (fv12, fv22)")
     return loaded_accelerations(rates, tau, slip, lambda pose, value: _refuse_corner(pose, value, model))
 
@@ -167,7 +167,7 @@ def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple
 
 def _slip(rates, tau):
     """How the drives slip: by their rates, or what holds them where they stand; None: there is nothing to know."""
-    if not rates.pose.robot.physics.sticks or any(map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))):
+    if not loads_of(rates.pose.robot).sticks or any(map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))):
         return None
     return slip_of(rates, tau, held_by)
 

@@ -23,6 +23,7 @@ from .._backend import is_symbolic
 from .dyads import dot
 from .kinematics import Accelerations, Rates
 from .loads import asked_for, at_rest
+from .physics import loads_of
 
 FREE = 1.0, 1.0
 
@@ -36,7 +37,7 @@ def loaded_accelerations(rates: Rates, tau: tuple, slip: tuple | None, refuse_co
     free = FREE if slip is None else tuple(each * each for each in slip)
     force, torques = asked_for(at_rest(rates), slip)
     push = tuple(t - asked for t, asked in zip(tau, torques))
-    solve = _by_closure if robot.physics.heavy else _by_bar_forces
+    solve = _by_closure if loads_of(robot).heavy else _by_bar_forces
     return solve(rates, push, force, free, refuse_corner)
 
 
@@ -95,7 +96,7 @@ def _by_closure(rates, push, force, free, refuse_corner):
 def masses(rates: Rates, free: tuple = FREE) -> list[list]:
     """M (4 x 4, on components) in kg of (e1, e2, x, y): kinetic energy is half of y'^T M y'."""
     pose, robot = rates.pose, rates.pose.robot
-    physics = robot.physics
+    physics = loads_of(robot)
     xx = yy = robot.m
     xy, own, coupled = 0.0, [], []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):

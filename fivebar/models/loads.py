@@ -22,7 +22,7 @@ from .._backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
 from .geometry import Pose
 from .kinematics import Accelerations, Rates, a_pose, some_rates
-from .physics import Physics, named, physics_of
+from .physics import Physics, loads_of, named, physics_of
 
 if TYPE_CHECKING:
     from .robots import Robot
@@ -46,7 +46,8 @@ def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tup
     On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of its rate.
     """
     rates, robot = acc.rates, acc.rates.pose.robot
-    pose, physics, (gx, gy) = rates.pose, robot.physics, robot.physics.gravity
+    pose, physics = rates.pose, loads_of(robot)
+    gx, gy = physics.gravity
     force = [robot.m * (acc._xi_ddot[0] - gx), robot.m * (acc._xi_ddot[1] - gy)]
     torques = []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
@@ -122,14 +123,14 @@ def friction_torques(rates: Rates) -> np.ndarray:
 def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
     """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols too."""
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
-    dry = robot.physics.coulomb
+    dry = loads_of(robot).coulomb
     return pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
 
 
 def lost_power(rates: Rates) -> np.ndarray:
     """What friction takes, (*batch,) W."""
     robot, physics = rates.pose.robot, physics_of(rates.pose.robot) or Physics()
-    power = 0.0
+    power = 0.0 * rates._q_dot[0]
     for i, (drive, q_dot) in enumerate(zip(robot.drives, rates._q_dot)):
         power = power + _friction(physics, i, q_dot, None) * q_dot
         if named(physics.elbows[i]):

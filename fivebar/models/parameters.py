@@ -22,7 +22,7 @@ def names_of(robots: Iterable[FiveBar | Biglide]) -> tuple[str, ...]:
 def parameters_of(robot: FiveBar | Biglide, names: Iterable[str] | None = None) -> list:
     """The robot's parameters: its kind's own in the order of the class, then those named; gravity is two."""
     names = names_of([robot]) if names is None else names
-    found = []
+    found: list = []
     for name in (*(f.name for f in _own(type(robot))), *names):
         value = getattr(robot, name)
         found += value if name == "gravity" else [value]

@@ -89,6 +89,11 @@ def smoothed(robot: Any, rate: float) -> Any:
     return Smoothed(robot, rate) if physics is not None and physics.sticks else robot
 
 
+def loads_of(robot: Any) -> Physics:
+    """What a robot has beyond the lab's parameters, where it is known to have something."""
+    return robot.physics
+
+
 def physics_of(robot: Any) -> Physics | None:
     """What a robot has beyond the lab's parameters; None: nothing."""
     return getattr(robot, "physics", None)

@@ -66,6 +66,10 @@ class Drive(Protocol):
     """
 
     @property
+    def x(self) -> float: ...  # where it is mounted, m
+    @property
+    def y(self) -> float: ...
+    @property
     def length(self) -> float: ...  # |P'(q)|
 
     def direction(self, q): ...
@@ -157,7 +161,7 @@ class FiveBar(Named):
     @classmethod
     def from_links(
         cls, l11: float, l12: float, l21: float, l22: float, d: float, links: Mapping[str, Link | float],
-        payload: float = 0.0, gravity: Sequence[float] = (0.0, 0.0), rotor: Sequence = (0.0, 0.0),
+        payload: float = 0.0, gravity: tuple[float, float] = (0.0, 0.0), rotor: Sequence = (0.0, 0.0),
         viscous: Sequence[float] = (0.0, 0.0), coulomb: Sequence[float] = (0.0, 0.0),
         elbows: Sequence[float] = (0.0, 0.0),
     ) -> FiveBar:  # fmt: skip

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from .kinematics import Rates
+from .physics import loads_of
 
 EDGE = 1e-12  # of the friction, by which what holds may exceed it: rounding
 
@@ -20,7 +21,7 @@ def slip_of(rates: Rates, tau: tuple, held_by: Callable, standing: np.ndarray | 
     held_by: (rates, tau, slip) -> (accelerations, what holds). standing: which drives count as standing, default those
     whose rate is 0.
     """
-    dry = rates.pose.robot.physics.coulomb
+    dry = loads_of(rates.pose.robot).coulomb
     signs = [np.sign(rate) for rate in rates._q_dot]
     if standing is None:
         standing = np.array([np.logical_and(s == 0, f > 0) for s, f in zip(signs, dry)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, ClassVar
 
 from .._backend import is_symbolic
 from ..checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
@@ -63,6 +63,7 @@ class Named:
     """What a robot shows of itself: the first `lab` parameters, the lab's, and of the others those that are named."""
 
     lab = 0
+    __dataclass_fields__: ClassVar[dict]
 
     def __repr__(self):
         return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.parameters.items())})"
@@ -70,7 +71,7 @@ class Named:
     @property
     def parameters(self) -> dict[str, Any]:
         """{name: value} of the lab's parameters and of those beyond that are not 0."""
-        names = [f.name for f in fields(self)]
+        names = list(self.__dataclass_fields__)
         always = names[: self.lab]
         values = {name: getattr(self, name) for name in names}
         return {

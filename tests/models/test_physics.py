@@ -205,6 +205,23 @@ def count_lab(lab):
     return fb.compile(lab, ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions()
 
 
+def test_loads_by_name_in_a_compiled_function():
+    robot = robot_of_case(CASES[1])
+    names = ["gravity_torques", "potential", "friction_torques"]
+    call = fb.compile(robot, ["q", "q_dot"], names)
+    rates = fb.dkm(fb.dgm(robot, (0.2, 1.4)), (1.2, -0.7))
+    found = [each.full().ravel() for each in call((0.2, 1.4), (1.2, -0.7))]
+    for value, own in zip(
+        found, (fb.gravity_torques(rates.pose), fb.potential(rates.pose), fb.friction_torques(rates))
+    ):
+        np.testing.assert_allclose(value, np.ravel(own), rtol=1e-12)
+    # By name, c is what is left of the motion's own bias: without gravity, friction and speed there is none.
+    M, c = fb.dynamic_model(rates)
+    quiet = replace(robot, gravity=(0, 0), fv1=0, fv2=0, fs1=0, fs2=0)
+    bias = fb.dynamic_model(fb.dkm(fb.dgm(quiet, (0.2, 1.4)), (1.2, -0.7)))[1]
+    np.testing.assert_allclose(c, bias + fb.gravity_torques(rates.pose) + fb.friction_torques(rates), rtol=1e-10)
+
+
 def test_the_two_ways_agree_where_both_apply():
     """An inertia of nearly nothing goes the long way, and gives what the bar forces give."""
     lab = fb.FiveBar(gravity=(0.3, -9.81), fv1=0.01)

@@ -13,7 +13,7 @@ PALE = "#777777"
 TITLE = "Which physics is worth its cost"
 READING = (
     "The plant has all of it; the controller (computed torque at 1 kHz) knows the rungs up to the one on the axis. "
-    "Hollow: the robot has nothing of that kind, and the rung costs nothing."
+    "Hollow: the robot has nothing of that kind, and the rung costs nothing. A line that leaves its frame goes to 0."
 )
 
 

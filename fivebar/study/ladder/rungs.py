@@ -99,7 +99,9 @@ def climb(case: Case, tick: Callable[[], object] = lambda: None) -> list[Rung]:
         error = np.hypot(*run.error[run.t >= SETTLED * run.t[-1]].T)
         missed = wanted - _torques(model, case)
         inverse = compile(model, ["xi", "xi_dot", "xi_ddot"], ["tau"], working=case.working)
-        named = not fields or any(field in robot.parameters for field in fields)
+        named = not fields or (
+            "gravity" in robot.parameters if name == "gravity" else any(field in robot.parameters for field in fields)
+        )
         rms = float(np.sqrt(np.mean(error**2))), float(error.max())
         missed = float(np.sqrt(np.mean(np.sum(missed**2, axis=1))))
         rungs.append(Rung(name, named, inverse.n_instructions(), step_time(model), missed, *rms))
