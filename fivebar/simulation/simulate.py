@@ -62,8 +62,8 @@ def simulate(
     chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed steps: faster and
     regular away from Type 1 and Type 2, where they raise SingularityError.
     jit: True, "auto": machine code, as `compile`.
-    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and slips exactly, by steps
-    that end where that changes: without method= and chart=.
+    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and slips exactly, by
+    steps that end where that changes: without method= and chart=.
     ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars are, for every robot.
     """
     if tolerance is not None:
