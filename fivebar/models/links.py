@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..checks import inertia, number, positive, shown
 
 NAMES = "11", "12", "21", "22"
@@ -73,6 +75,7 @@ def grouped(lengths: dict[str, float], links: Mapping, payload: float, rotor: Se
     """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m, ...}."""
     if not isinstance(links, Mapping) or not set(links) <= set(NAMES):
         raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
+    rotor = rotor.tolist() if isinstance(rotor, np.ndarray) else rotor
     if not isinstance(rotor, (tuple, list)) or len(rotor) != 2:
         raise ValueError(f"rotor must be two inertias, or (inertia, gear ratio) pairs, not {shown(rotor)}")
     found = {"m": inertia(payload, "payload")}

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from .collocation import Scheme
     from .plans import Plan
 
-SLOW = 0.05  # rad/s, below which a plan smooths dry friction
+# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it does;
+# four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
+SLOW = 0.05
 OBJECTIVES = ("effort", "time", "jerk")
 
 

@@ -91,7 +91,7 @@ def test_between_poses_under_gravity():
 
 
 def test_a_vertical_robot_of_cad_numbers_is_planned_through_type_2():
-    plan = fb.plan(IRI, (0.1, 0.2), (0.05, -0.2), 1.5)
+    plan = fb.plan(IRI, (0.1, 0.2), (0.0, -0.25), 0.8)
     assert fb.check_path(IRI, plan).type == fb.Singularity.PARALLEL
     run = fb.simulate(IRI, fb.FeedForward(IRI, 60.0, 4.0, ahead=0.0005), plan, control_period=0.001)
     assert np.abs(run.error).max() < 1e-3
