@@ -82,7 +82,7 @@ class Tracker:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
         horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
         assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
-        inertias = dict(zip(robot.words.inertias, robot.inertias), m=robot.m)
+        inertias = dict(zip(robot.words.inertias, map(abs, robot.inertias)), m=abs(robot.m))  # grouped: maybe negative
         given = dict(
             period=period, seconds=seconds, torque_limit=torque_limit, speed_limit=speed_limit,
             encoder_resolution=encoder_resolution, position=position, acceleration=acceleration,
@@ -97,7 +97,9 @@ class Tracker:
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit = speed_limit
-        self.inertia = sum(robot.inertias) / 2 + robot.m * max(drive.length for drive in robot.drives) ** 2
+        self.inertia = (
+            sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
+        )
         self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2 (m/s^2)
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT

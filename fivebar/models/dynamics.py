@@ -151,7 +151,9 @@ def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str =
     robot = rates.pose.robot
     refuse_weightless(robot, loads_of(robot), model)
     if not loads_of(robot).heavy:
-        _refuse_no_inertia(robot, model)
+        for k, z in enumerate(robot.inertias):
+            if not is_symbolic(z) and z == 0:
+                _refuse_no_inertia(robot.words, k, model)
         if not is_symbolic(robot.m) and robot.m == 0 and any_named(loads_of(robot).elbows):
             raise ValueError(f"{model} needs m > 0 where elbows rub (fv12, fv22)")
     return loaded_accelerations(rates, tau, slip, lambda pose, value: _refuse_corner(pose, value, model))
@@ -172,11 +174,8 @@ def _slip(rates, tau):
     return slip_of(rates, tau, held_by)
 
 
-def _refuse_no_inertia(robot, model):
-    for k, z in enumerate(robot.inertias):
-        if not is_symbolic(z) and z == 0:
-            words = robot.words
-            raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+def _refuse_no_inertia(words, k, model):
+    raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
 
 
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
@@ -196,7 +195,9 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
 def _forces_over_mass(rates, tau, model):
     """Right side, mu, the drives' shares k and what else the 2 x 2 system holds."""
     pose, m = rates.pose, rates.pose.robot.m
-    _refuse_no_inertia(pose.robot, model)
+    for k, z in enumerate(pose.robot.inertias):
+        if not is_symbolic(z) and z == 0:
+            _refuse_no_inertia(pose.robot.words, k, model)
     b1, b2 = pose.b
     z1, z2 = pose.robot.inertias
     k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2

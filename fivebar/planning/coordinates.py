@@ -17,6 +17,7 @@ from ..models.dynamics import bar_force_dynamics, drives_forces, forward_dynamic
 from ..models.four_joints import bars_of, bars_rates, closure_columns
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, Rates, ikm, ikm2
+from ..models.physics import physics_of
 
 if TYPE_CHECKING:
     from ..models.robots import Robot
@@ -79,7 +80,12 @@ class BarCoordinates:
         robot = acc.rates.pose.robot
         right = Bars().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
         off = np.stack([motion[..., 8 + k] - each for k, each in enumerate(right)], axis=-1)
-        return robot.m * max(robot.distal) * np.abs(off).max(axis=-1)
+        mass = (
+            robot.m
+            if physics_of(robot) is None
+            else abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
+        )
+        return mass * max(robot.distal) * np.abs(off).max(axis=-1)
 
     def point(self, program: Program, c: list, control: ca.SX) -> tuple:
         robot = program.problem.model

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from .collocation import Scheme
     from .plans import Plan
 
-# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it does;
-# four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
+# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it
+# does; four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
 SLOW = 0.05
 OBJECTIVES = ("effort", "time", "jerk")
 
@@ -83,7 +83,7 @@ class Problem:
 
     @property
     def mass(self) -> float:
-        return self.robot.m + sum(self.robot.inertias) / self.lever**2
+        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2  # what is grouped may be negative
 
     @property
     def fall(self) -> float:
