@@ -107,5 +107,8 @@ def _rotor(motor):
     if isinstance(motor, (tuple, list)):
         if len(motor) != 2:
             raise ValueError(f"rotor must be an inertia or (inertia, gear ratio), not {shown(motor)}")
-        return inertia(motor[0], "rotor's inertia") * positive(abs(number(motor[1], "gear ratio")), "gear ratio") ** 2
+        return (
+            inertia(motor[0], "rotor's inertia")
+            * positive(abs(number(motor[1], "rotor's gear ratio")), "rotor's gear ratio") ** 2
+        )
     return inertia(motor, "rotor")

@@ -29,7 +29,8 @@ def _rule(robot, name):
 
 def check_values(robot):
     """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that products fail."""
-    for f in fields(robot):
+    # First those that say whether others may be negative.
+    for f in sorted(fields(robot), key=lambda f: f.name not in robot.turning_names):
         value = getattr(robot, f.name)
         if f.name == "gravity":
             object.__setattr__(robot, "gravity", _gravity(value))

@@ -327,3 +327,12 @@ def test_inertias_of_no_bodies_are_refused_where_they_show():
     robot = fb.FiveBar(zz12=-1.0)
     with pytest.raises(ValueError, match="kinetic energy"):
         fb.forward_dynamics(fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.1, 0.0)), (0.0, 0.0))
+
+
+def test_named_robots_are_their_sources():
+    assert fb.ROBOTS["iri-vertical"].robot == robot_of_case(CASES[0])
+    leg = fb.ROBOTS["minitaur-leg"].robot
+    pose = fb.dgm(leg, (2.4, 0.7), 1)
+    assert leg.d == 0 and fb.igm(leg, pose.xi, pose.working).q == pytest.approx((2.4, 0.7))
+    testbed = fb.ROBOTS["motkin"].robot
+    assert (testbed.l11, testbed.l22, testbed.d, testbed.m) == (0.06, 0.1, 0.1, 0.0)
