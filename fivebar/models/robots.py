@@ -178,12 +178,9 @@ class FiveBar(Named):
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
         found = grouped({name: size(value, name) for name, value in lengths.items()}, links, payload, rotor)
-        pairs = {
-            "viscous": ("fv1", "fv2", viscous),
-            "coulomb": ("fs1", "fs2", coulomb),
-            "elbows": ("fv12", "fv22", elbows),
-        }
-        for name, (left, right, given) in pairs.items():
+        rubs = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
+        rubs["elbows"] = elbows, "fv12", "fv22"
+        for name, (given, left, right) in rubs.items():
             found[left], found[right] = (not_negative(each, name) for each in two_numbers(given, name))
         return cls(**lengths, d=d, **found, gravity=gravity)
 
