@@ -29,7 +29,8 @@ MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow 
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
-TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both 6 over that scale, of the lab's two robots
+RATE, ARM = 6.0, 10.0  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
+TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both RATE over that scale, of the lab's two robots
 
 
 class Log(NamedTuple):
@@ -61,7 +62,8 @@ class Tracker:
     delay: samples between a measurement and its torque, bridged by prediction.
     encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from the angles.
     position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m (their ratio is the
-        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15.
+        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15, of a
+        robot with gravity, friction or heavy bars as much by its own inertia.
     assembly: mode in which the first measurement is read; from there on it is followed by prediction, as at Type 2 the
         joints do not tell it.
     jit: as in `compile`.
@@ -80,6 +82,8 @@ class Tracker:
         must_be_robot(robot, "robot")
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
+            if physics_of(robot) is not None and _moved(robot):
+                torque_rate = RATE / (ARM * _moved(robot))
         horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
         assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
         inertias = dict(zip(robot.words.inertias, map(abs, robot.inertias)), m=abs(robot.m))  # grouped: maybe negative
@@ -97,10 +101,8 @@ class Tracker:
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit = speed_limit
-        self.inertia = (
-            sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
-        )
-        self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2 (m/s^2)
+        self.inertia = _moved(robot)
+        self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
         walk = WALK_ROUNDED if rounded else WALK
@@ -250,6 +252,11 @@ def _differentiable(robot, longest):
     if physics is None or not physics.sticks:
         return robot
     return smoothed(robot, max(fs * longest / z for fs, z in zip(physics.coulomb, robot.inertias)))
+
+
+def _moved(robot):
+    """The inertia that a drive moves, kg m^2 (kg); what is grouped may be negative."""
+    return sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
 
 
 def _lift(robot):

@@ -179,11 +179,12 @@ class StickSlip(Plant):
 
     def rows(self, t):
         rows, found = super().rows(t)
+        self._known = self.pieces
         return rows, np.column_stack([found, t])
 
     def after(self, state, tau, length):
         """As of Plant; a state of `rows` knows its time, and what comes after it, sticking and slipping, is known."""
-        t0, lengths, states, polynomials = self.pieces
+        t0, lengths, states, polynomials = self._known
         t = float(state[8]) + length
         at = max(int(np.searchsorted(t0, t, side="right")) - 1, 0)
         place = np.array([(t - t0[at]) / lengths[at]])
