@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
-LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which a motion is sought first
+LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 LOOKED_AT = 401  # times of a plan that failed, for what may be wrong with it
@@ -184,7 +184,7 @@ class _Search:
         return durations, guess
 
     def run(self, mesh, durations, guess):
-        durations, guess = self.first = self.lifted(mesh, durations, guess)
+        self.first = durations, guess
         found, plan = self.solved(mesh, durations, guess)
         while (parts := self.parts(plan)) is not None:
             mesh, found, plan = self.refine(mesh, found, plan, parts)
