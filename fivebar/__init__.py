@@ -8,10 +8,13 @@ import typing as _typing
 from importlib import import_module as _import_module
 
 from .errors import SingularityError, UnreachableError
-from .models.dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
+from .models.dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
 from .models.geometry import Pose, dgm, igm
 from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
-from .models.robots import ROBOTS, Biglide, FiveBar
+from .models.links import Link
+from .models.loads import friction_torques, potential
+from .models.named_robots import ROBOTS
+from .models.robots import Biglide, FiveBar
 from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.

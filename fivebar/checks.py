@@ -234,6 +234,13 @@ def inertia(value: object, name: str) -> float:
     return found
 
 
+def moment(value: object, name: str) -> float:
+    """Rule: a first moment, or a grouped inertia that may be negative: 0 or from LIGHTEST to HEAVIEST in size."""
+    found = number(value, name)
+    inertia(abs(found), f"the size of {name}")
+    return found
+
+
 def not_too_different(lengths: dict[str, float]) -> None:
     """Refuse lengths (name -> m) of which one is RATIO times another; 0 is none."""
     found = {name: abs(length) for name, length in lengths.items() if length}

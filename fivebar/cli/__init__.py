@@ -20,6 +20,7 @@ COMMANDS = {
     "map": ("map", "singularity map: exact loci, a margin's field, aspects"),
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
+    "study": ("study", "which physics is worth its cost, measured here"),
     "run": ("script", "run a script of the AMORO lab without ROS"),
     "check": ("grade", "check your own solution of a lab, with hints"),
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),

@@ -1,12 +1,16 @@
-"""The robot on the command line: a named set, a TOML file, single values."""
+"""The robot on the command line: a named set, a TOML or JSON file, single values."""
 
 from dataclasses import fields, replace
 
 from ..errors import UsageError
-from ..models.robots import KINDS, ROBOTS, robot_of
+from ..models.named_robots import ROBOTS
+from ..models.parameters import robot_of
+from ..models.robots import KINDS
 
 DEFAULT = "amoro"
-PARAMETERS = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)))
+LAB = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)[: kind.lab]))
+BEYOND = tuple(f.name for kind in KINDS for f in fields(kind)[kind.lab :])
+PARAMETERS = tuple(dict.fromkeys((*LAB, *BEYOND)))
 
 
 def add_robot_options(parser):
@@ -14,10 +18,19 @@ def add_robot_options(parser):
         "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
     )
     group.add_argument(
-        "--robot", default=DEFAULT, metavar="NAME|FILE.toml", help=f"one of {', '.join(ROBOTS)}, or a TOML file"
-    )
-    for name in PARAMETERS:
+        "--robot", default=DEFAULT, metavar="NAME|FILE",
+        help=f"one of {', '.join(ROBOTS)}, or a .toml or .json file: parameters by name, or lengths and links",
+    )  # fmt: skip
+    for name in LAB:
         group.add_argument(f"--{name}", type=float)
+    group = parser.add_argument_group(
+        "a robot of more than the lab's parameters", "first moments in kg m, friction in N m s/rad (fv) and N m (fs)"
+    )
+    for name in PARAMETERS[len(LAB) :]:
+        if name == "gravity":
+            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s^2; 0 -9.81: upright")
+        else:
+            group.add_argument(f"--{name}", type=float)
 
 
 def robot_is_chosen(arguments):
@@ -28,7 +41,7 @@ def robot_is_chosen(arguments):
 def chosen_robot(arguments):
     given = {name: getattr(arguments, name) for name in PARAMETERS if getattr(arguments, name) is not None}
     try:
-        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else _robot_from_toml(arguments.robot)
+        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else _robot_from(arguments.robot)
         own = [f.name for f in fields(robot)]
         if foreign := [f"--{name}" for name in given if name not in own]:
             raise UsageError(
@@ -39,19 +52,22 @@ def chosen_robot(arguments):
         raise UsageError(error) from None
 
 
-def _robot_from_toml(path):
+def _robot_from(path):
+    import json
     import tomllib
 
-    if not path.endswith(".toml"):
+    readers = {".toml": tomllib.load, ".json": json.load}
+    read = next((reader for end, reader in readers.items() if path.endswith(end)), None)
+    if read is None:
         raise UsageError(
-            f"no robot {path!r}: the known ones are {', '.join(ROBOTS)}; or name a file that ends in .toml"
+            f"no robot {path!r}: the known ones are {', '.join(ROBOTS)}; or name a file that ends in .toml or .json"
         )
     try:
         with open(path, "rb") as file:
-            table = tomllib.load(file)
+            table = read(file)
     except (OSError, ValueError) as error:
         raise UsageError(f"{path}: {error}") from None
     try:
         return robot_of(table)
-    except ValueError as error:
+    except (ValueError, TypeError) as error:
         raise UsageError(f"{path}: {error}") from None

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._backend import HUGE, real_numbers
-from ..checks import modes, not_negative, shown
+from ..checks import flag, modes, not_negative, shown
 from ..checks import robot as must_be_robot
-from ..models.dynamics import dynamic_model
+from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, dkm, ikm, ikm2
+from ..models.loads import dry_friction
+from ..models.physics import physics_of
 
 if TYPE_CHECKING:
     import casadi
@@ -72,17 +74,32 @@ class _JointController:
 
 @dataclass(frozen=True, eq=False)
 class PD(_JointController):
-    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad."""
+    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad.
+
+    gravity: whether the torques that hold its robot at q are added (`gravity_torques`; Takegaki and Arimoto 1981); at
+    Type 2 there are none: SingularityError. assembly: the mode that q is then read in.
+    """
+
+    gravity: bool = False
+    assembly: int = -1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "gravity", flag(self.gravity, "gravity"))
+        object.__setattr__(self, "assembly", modes(1)(self.assembly, "assembly"))
 
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
-        return self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        tau = self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        return tau + gravity_torques(dgm(self.robot, q, self.assembly)) if self.gravity else tau
 
 
 @dataclass(frozen=True, eq=False)
 class ComputedTorque(_JointController):
     """tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s; M, c at the measured state.
 
+    c holds the gravity and the friction of its robot; Coulomb friction is that of q_ref', as the sign of a measured
+    rate that should be 0 changes from sample to sample.
     assembly: the assembly mode that the measured joint angles are read in.
     """
 
@@ -95,6 +112,9 @@ class ComputedTorque(_JointController):
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
+        physics = physics_of(self.robot)
+        if physics is not None and physics.sticks:
+            c = c + dry_friction(self.robot, q_ref_dot) - dry_friction(self.robot, q_dot)
         return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + self.robot.differ(q_ref - q) * self.kp) + c
 
 

@@ -12,6 +12,7 @@ from ..checks import jit as must_be_jit
 from ..checks import modes, positive, shown, whole
 from ..checks import robot as must_be_robot
 from ..checks import seconds as span
+from ..models.physics import physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
 from .prediction import CHART, JOINTS, RATES, SIZE, Model
@@ -28,7 +29,8 @@ MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow 
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
-TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both 6 over that scale, of the lab's two robots
+RATE, ARM = 6.0, 10.0  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
+TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both RATE over that scale, of the lab's two robots
 
 
 class Log(NamedTuple):
@@ -60,7 +62,8 @@ class Tracker:
     delay: samples between a measurement and its torque, bridged by prediction.
     encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from the angles.
     position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m (their ratio is the
-        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15.
+        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15, of a
+        robot with gravity, friction or heavy bars as much by its own inertia.
     assembly: mode in which the first measurement is read; from there on it is followed by prediction, as at Type 2 the
         joints do not tell it.
     jit: as in `compile`.
@@ -79,9 +82,11 @@ class Tracker:
         must_be_robot(robot, "robot")
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
+            if physics_of(robot) is not None and _moved(robot):
+                torque_rate = RATE / (ARM * _moved(robot))
         horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
         assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
-        inertias = dict(zip(robot.words.inertias, robot.inertias), m=robot.m)
+        inertias = dict(zip(robot.words.inertias, map(abs, robot.inertias)), m=abs(robot.m))  # grouped: maybe negative
         given = dict(
             period=period, seconds=seconds, torque_limit=torque_limit, speed_limit=speed_limit,
             encoder_resolution=encoder_resolution, position=position, acceleration=acceleration,
@@ -96,8 +101,8 @@ class Tracker:
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit = speed_limit
-        self.inertia = sum(robot.inertias) / 2 + robot.m * max(drive.length for drive in robot.drives) ** 2
-        self.scale = 10 * self.inertia  # of the torques among the QP's unknowns: 10 rad/s^2 (m/s^2)
+        self.inertia = _moved(robot)
+        self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
         walk = WALK_ROUNDED if rounded else WALK
@@ -118,8 +123,10 @@ class Tracker:
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
         self.levers = [drive.length for drive in robot.drives]
-        self.model = Model(robot, self.lengths, jit)
-        self.estimator = Estimator(robot, period, noise, self.scale, assembly, jit)
+        predicted = _differentiable(robot, max(self.lengths))
+        self.lift = _lift(robot)
+        self.model = Model(predicted, self.lengths, jit)
+        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
         self.reset()
 
     def _bounds(self, n):
@@ -197,7 +204,7 @@ class Tracker:
         if not predicted or predicted[0][-1] > max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])):
             # The last plan, shifted, leads astray: the reference's own torques may be the better beginning.
             tau = reference_torques(self.robot, known.margins, reference, t + self.period * self.delay + self.middles)
-            limit = min(self.torque_limit, self.scale)
+            limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
             predicted.append(self._predict(state, guesses[-1], target))
         best = min(range(len(guesses)), key=lambda k: predicted[k][-1])
@@ -237,6 +244,29 @@ class Tracker:
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)
+
+
+def _differentiable(robot, longest):
+    """The robot whose dry friction is smoothed: over rates at which it stops no drive within the longest stage."""
+    physics = physics_of(robot)
+    if physics is None or not physics.sticks:
+        return robot
+    return smoothed(robot, max(fs * longest / z for fs, z in zip(physics.coulomb, robot.inertias)))
+
+
+def _moved(robot):
+    """The inertia that a drive moves, kg m^2 (kg); what is grouped may be negative."""
+    return sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
+
+
+def _lift(robot):
+    """More than the torque, N m, that weights ask for anywhere away from Type 2."""
+    physics = physics_of(robot)
+    if physics is None or not physics.weighs:
+        return 0.0
+    moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
+    lever = max(drive.length for drive in robot.drives)
+    return math.hypot(*physics.gravity) * (max(moments) + robot.m * lever)
 
 
 def _positive(name, value):

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -117,7 +117,7 @@ def _report(lab, checks, before, home, **rest):
         trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
-        seed=checks.seed, robot=asdict(robot), lab_hash=lab.hash(), trouble=trouble or "",
+        seed=checks.seed, robot=robot.parameters, lab_hash=lab.hash(), trouble=trouble or "",
         notes=(*filter(None, [program.remark]), *(_notes(lab, robot, student.constants) or _absent(robot, checks))),
         faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,

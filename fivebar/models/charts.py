@@ -12,6 +12,7 @@ from .dyads import SINGULAR, dot
 from .four_joints import bars_of, bars_rates, closed
 from .geometry import joint_pose, task_pose
 from .kinematics import Rates, solve_a
+from .physics import physics_of
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,13 @@ class Bars:
         return bars_rates(robot, c, c_dot)
 
     def turned(self, robot, c, c_dot, modes):
-        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has three directions."""
-        return bars_rates(robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if robot.turns else c, c_dot)
+        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has three directions.
+
+        Not under gravity, which has a direction of its own.
+        """
+        physics = physics_of(robot)
+        turns = robot.turns and not (physics is not None and physics.weighs)
+        return bars_rates(robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if turns else c, c_dot)
 
     def accelerations(self, accelerations):
         (q1, q2), (turn1, turn2) = accelerations._q_ddot, accelerations.phi_ddot

@@ -10,9 +10,10 @@ import numpy as np
 from ..checks import jit as must_be_jit
 from ..checks import modes, strings, takes
 from ..checks import robot as must_be_robot
-from .dynamics import dynamic_model, energy, forward_dynamics, inverse_dynamics
+from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
 from .geometry import dgm, igm
 from .kinematics import dkm, dkm2, ikm, ikm2
+from .loads import friction_torques, potential
 
 if TYPE_CHECKING:
     import casadi
@@ -21,8 +22,21 @@ if TYPE_CHECKING:
 
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
 POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
-POSE_OUTPUTS = ("q", "xi", "q_passive", "elbows", "assembly", "working", "A", "B", "reach_margin")
-RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy")
+POSE_OUTPUTS = (
+    "q",
+    "xi",
+    "q_passive",
+    "elbows",
+    "assembly",
+    "working",
+    "A",
+    "B",
+    "reach_margin",
+    "gravity_torques",
+    "potential",
+)
+RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "friction_torques")
+LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_torques": friction_torques}
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 
@@ -39,7 +53,8 @@ def compile(
     """A casadi.Function of `outputs` from `inputs`, named as the attributes of Pose, Rates and Accelerations.
 
     inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also one of q_ddot,
-    xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ... assembly is used with q, working with xi.
+    xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ..., of the loads gravity_torques, potential
+    and friction_torques. assembly is used with q, working with xi.
     jit: True compiles to machine code with the system's C compiler, kept in the user's cache folder; "auto" does so
     where it can and warns where it cannot. Vectors are 2 x 1, matrices 2 x 2. ValueError for names that do not fit.
     """
@@ -62,6 +77,8 @@ def compile(
         acc = model(rates, symbols[chosen[2]])
 
     def value(name):
+        if name in LOADS:
+            return LOADS[name](rates if name in RATES_OUTPUTS else pose)
         if name in POSE_OUTPUTS:
             return getattr(pose, name)
         if name in ("M", "c"):

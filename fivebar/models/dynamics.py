@@ -9,8 +9,13 @@ import numpy as np
 from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..checks import instance
 from ..errors import SingularityError
-from .dyads import SINGULAR, dot
-from .kinematics import Accelerations, Rates, place_of, refuse_parallel, some_rates
+from .dyads import SINGULAR, cross, dot
+from .geometry import Pose
+from .heavy_bars import bar_forces_under, loaded_accelerations
+from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
+from .loads import asked_for, carries, refuse_weightless
+from .physics import any_named, loads_of, physics_of
+from .sticking import slip_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -22,11 +27,14 @@ some_accelerations = instance(Accelerations, what="Accelerations, as dkm2, ikm2 
 def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for sliders (AMORO eq. 26).
 
-    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. SingularityError where A is singular (Type 2).
+    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. Of a robot with more than these, c has its gravity and friction
+    too (`gravity_torques`, `friction_torques`). SingularityError where A is singular (Type 2).
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
     pose, m = rates.pose, rates.pose.robot.m
+    if physics_of(pose.robot) is not None:
+        return _loaded_model(rates)
     z1, z2 = pose.robot.inertias
     if not is_symbolic(m) and m == 0:
         zero = 0.0 * pose.b[0]
@@ -42,15 +50,63 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
 
 
+def _loaded_model(rates):
+    """M and c with all loads: c is what no acceleration asks for."""
+    pose, robot = rates.pose, rates.pose.robot
+    z1, z2 = robot.inertias
+    refuse_weightless(robot, loads_of(robot), "dynamic_model")
+    zero = 0.0 * rates._q_dot[0]
+    if not carries(robot, loads_of(robot)):
+        _, torques = asked_for(Accelerations(rates, (zero, zero), (zero, zero)))
+        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*torques)
+    c = inverse_dynamics(dkm2(rates, pack(zero, zero)))
+    (x1, y1), (x2, y2) = pose.u2
+    s1, s2 = (b * (1 / pose.det_A) for b in pose.b)
+    J = (y2 * s1, -x2 * s1), (-y1 * s2, x1 * s2)  # the end-effector's velocity for q_i' = 1
+    m11, m12, m22 = (robot.m * dot(J[i], J[k]) for i, k in ((0, 0), (0, 1), (1, 1)))
+    for i, (j, my) in enumerate(zip(loads_of(robot).turning, loads_of(robot).across)):
+        if any_named((j, my)):
+            u, bar, (b, beside) = pose.u2[i], robot.distal[i], pose._slopes[i]
+            turns = [(cross(u, J[k]) - beside * (i == k)) * (1 / bar) for k in (0, 1)]  # phi_i' for q_k' = 1
+            arm = [my * b * (i == k) for k in (0, 1)]
+            m11 = m11 + turns[0] * (j * turns[0] - 2 * arm[0])
+            m22 = m22 + turns[1] * (j * turns[1] - 2 * arm[1])
+            m12 = m12 + j * turns[0] * turns[1] - arm[0] * turns[1] - arm[1] * turns[0]
+    return pack_matrix(z1 + m11, m12, m12, z2 + m22), c
+
+
+def gravity_torques(pose: Pose) -> np.ndarray:
+    """Torques (*batch, 2) N m (forces in N for sliders) that hold the robot at rest against gravity.
+
+    SingularityError at Type 2, where no torque holds the end-effector. ValueError where gravity pulls at nothing.
+    """
+    a_pose(pose, "pose")
+    zero = 0.0 * pose.point[0]
+    rates = Rates(pose, (zero, zero), (zero, zero))
+    return inverse_dynamics(Accelerations(rates, (zero, zero), (zero, zero)))
+
+
 def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
     """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
 
-    SingularityError where A is singular (Type 2).
+    With gravity, heavy bars and friction where the robot names them (`loads`); Coulomb friction of a drive that stands
+    is 0. SingularityError where A is singular (Type 2). ValueError where gravity pulls at nothing.
     """
     if not isinstance(accelerations, Accelerations):
         some_accelerations(accelerations, "accelerations")
     rates = accelerations.rates
     pose, m = rates.pose, rates.pose.robot.m
+    physics = physics_of(pose.robot)
+    if physics is not None:
+        refuse_weightless(pose.robot, physics, "inverse_dynamics")
+        (fx, fy), torques = asked_for(accelerations)
+        if carries(pose.robot, physics):
+            refuse_parallel(pose, "inverse_dynamics")
+            (x1, y1), (x2, y2) = pose.u2
+            scale = 1 / pose.det_A
+            forces = (fx * y2 - fy * x2) * scale, (fy * x1 - fx * y1) * scale
+            torques = tuple(t + b * force for t, b, force in zip(torques, pose.b, forces))
+        return pack(*torques)
     torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
     if is_symbolic(m) or m:
         refuse_parallel(pose, "inverse_dynamics")
@@ -69,11 +125,14 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
     By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
     q'' = Z^-1 (tau - m B^T mu).
     Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
-    of both legs (with m = 0: A alone).
+    of both legs (with m = 0: A alone). Of a robot with heavy bars by `heavy_bars`, as regular. A drive with Coulomb
+    friction that stands is held by it where that is enough; CasADi symbols know no such drive.
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
+    if physics_of(rates.pose.robot) is not None:
+        return slipping_dynamics(rates, tau, _slip(rates, tau), "forward_dynamics")
     (u1, u2), (b1, b2), (z1, z2), m = rates.pose.u2, rates.pose.b, rates.pose.robot.inertias, rates.pose.robot.m
     (r1, r2), (mu1, mu2), (k1, k2), g, inverse = _forces_over_mass(rates, tau, "forward_dynamics")
     xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
@@ -87,6 +146,38 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
     return Accelerations(rates, q_ddot, xi_ddot)
 
 
+def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics") -> Accelerations:
+    """`forward_dynamics` of a robot with loads, on components, where it is known how the drives slip (`asked_for`)."""
+    robot = rates.pose.robot
+    refuse_weightless(robot, loads_of(robot), model)
+    if not loads_of(robot).heavy:
+        for k, z in enumerate(robot.inertias):
+            if not is_symbolic(z) and z == 0:
+                _refuse_no_inertia(robot.words, k, model)
+        if not is_symbolic(robot.m) and robot.m == 0 and any_named(loads_of(robot).elbows):
+            raise ValueError(f"{model} needs m > 0 where elbows rub (fv12, fv22)")
+    return loaded_accelerations(rates, tau, slip, lambda pose, value: _refuse_corner(pose, value, model))
+
+
+def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple]:
+    """(Accelerations, friction that each drive that sticks needs to stay, N m), on components."""
+    acc = slipping_dynamics(rates, tau, slip)
+    forces = bar_forces_under(acc, tau, slip)
+    _, torques = asked_for(acc, slip)
+    return acc, tuple(t - asked - b * f for t, asked, b, f in zip(tau, torques, rates.pose.b, forces))
+
+
+def _slip(rates, tau):
+    """How the drives slip: by their rates, or what holds them where they stand; None: there is nothing to know."""
+    if not loads_of(rates.pose.robot).sticks or any(map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))):
+        return None
+    return slip_of(rates, tau, held_by)
+
+
+def _refuse_no_inertia(words, k, model):
+    raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+
+
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
     """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as `forward_dynamics`.
 
@@ -95,6 +186,9 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
     some_rates(rates, "rates")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     m = rates.pose.robot.m
+    if physics_of(rates.pose.robot) is not None:
+        slip = _slip(rates, tau)
+        return pack(*bar_forces_under(slipping_dynamics(rates, tau, slip, "bar_forces"), tau, slip))
     return pack(*(m * mu for mu in _forces_over_mass(rates, tau, "bar_forces")[1]))
 
 
@@ -103,8 +197,7 @@ def _forces_over_mass(rates, tau, model):
     pose, m = rates.pose, rates.pose.robot.m
     for k, z in enumerate(pose.robot.inertias):
         if not is_symbolic(z) and z == 0:
-            words = pose.robot.words
-            raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+            _refuse_no_inertia(pose.robot.words, k, model)
     b1, b2 = pose.b
     z1, z2 = pose.robot.inertias
     k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
@@ -121,10 +214,14 @@ def _forces_over_mass(rates, tau, model):
 def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
     """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on components.
 
-    forces: of the two distal bars, components. Nothing is divided by: regular everywhere.
+    Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is divided by.
     """
     pose = accelerations.rates.pose
     robot, columns = pose.robot, zip(*pose.u2)
+    if physics_of(robot) is not None:
+        force, torques = asked_for(accelerations)
+        push = tuple(f - (u1 * forces[0] + u2 * forces[1]) for f, (u1, u2) in zip(force, columns))
+        return push, tuple(t + b * f for t, b, f in zip(torques, pose.b, forces))
     push = tuple(
         robot.m * a - (u1 * forces[0] + u2 * forces[1]) for a, (u1, u2) in zip(accelerations._xi_ddot, columns)
     )
@@ -134,7 +231,10 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
     """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
-    inertias, b = accelerations.rates.pose.robot.inertias, accelerations.rates.pose.b
+    robot, b = accelerations.rates.pose.robot, accelerations.rates.pose.b
+    if physics_of(robot) is not None:
+        return tuple((t - asked) / along for t, asked, along in zip(tau, asked_for(accelerations)[1], b))
+    inertias = robot.inertias
     return tuple((t - z * a) / along for t, z, a, along in zip(tau, inertias, accelerations._q_ddot, b))
 
 
@@ -159,4 +259,12 @@ def energy(rates: Rates) -> np.ndarray:
         some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias
+    physics = physics_of(robot)
+    if physics is not None and physics.heavy:
+        turning = 0.0
+        for i, (j, my) in enumerate(zip(physics.turning, physics.across)):
+            if any_named((j, my)):
+                turn = rates.phi_dot[i]
+                turning = turning + turn * (0.5 * j * turn - my * rates.pose.b[i] * rates._q_dot[i])
+        return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)) + turning
     return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))

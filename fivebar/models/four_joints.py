@@ -84,6 +84,17 @@ def _columns(pose):
     )
 
 
+def seen_rates(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_dot: tuple) -> Rates:
+    """A motion of which joints and end-effector are both known, on components: nothing is solved for, no mode asked."""
+    legs = []
+    for drive, own, bar in zip(robot.drives, q, robot.distal):
+        direction = drive.direction(own)
+        x, y = drive.pivot(direction)
+        unit = (xi[0] - x) * (1 / bar), (xi[1] - y) * (1 / bar)
+        legs.append(DrivenLeg(drive, own, direction, lambda unit=unit: unit))
+    return Rates(Pose(robot, xi, lambda: (tuple(legs), ())), q_dot, xi_dot)
+
+
 def loop_gap(pose: Pose) -> tuple:
     """From where the right leg ends to where the left one does, m, on components; 0 in a pose that closes."""
     drive, leg, bar = pose.robot.drives[1], pose.legs[1], pose.robot.distal[1]
@@ -91,16 +102,18 @@ def loop_gap(pose: Pose) -> tuple:
     return pose.point[0] - x - bar * leg.distal[0], pose.point[1] - y - bar * leg.distal[1]
 
 
-def closed(robot: Robot, a: tuple, a_dot: tuple) -> tuple:
+def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> tuple:
     """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then rates tangent to it.
 
-    On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards.
+    On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards. free: per drive 1, or 0 where it is not
+    to be moved.
     """
     pose = _pose(robot, a[::2], a[1::2])
-    a = _least(closure_columns(pose), a, loop_gap(pose))
+    a = _least(_movable(pose, free), a, loop_gap(pose))
     pose = _pose(robot, a[::2], a[1::2])
-    columns = closure_columns(pose)
-    gap = tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
+    columns = _movable(pose, free)
+    whole = columns if free is None else closure_columns(pose)
+    gap = tuple(sum(column[k] * rate for column, rate in zip(whole, a_dot)) for k in (0, 1))
     a_dot = _least(columns, a_dot, gap)
     return a, a_dot, _rates(pose, a_dot)
 
@@ -109,6 +122,15 @@ def closure_columns(pose: Pose) -> tuple:
     """Columns of d(gap) / d(q1, phi1, q2, phi2)."""
     first, second = _columns(pose)
     return *first, *((-x, -y) for x, y in second)
+
+
+def _movable(pose, free):
+    """The columns, those of drives that are not free 0."""
+    first, *rest = closure_columns(pose)
+    if free is None:
+        return first, *rest
+    (x1, y1), (x2, y2) = first, rest[1]
+    return (free[0] * x1, free[0] * y1), rest[0], (free[1] * x2, free[1] * y2), rest[2]
 
 
 def _least(columns, values, gap):

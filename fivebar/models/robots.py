@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from .._backend import is_symbolic, wrap
-from ..checks import base, inertia, not_too_different, size
+from ..checks import not_negative, size, two_numbers
 from .dyads import Crank, Slider
+from .links import Link, grouped
+from .physics import Physics
+from .values import Named, check_values
 
 
 def must_close(what: str, lengths: dict[str, float]) -> None:
@@ -61,6 +66,10 @@ class Drive(Protocol):
     """
 
     @property
+    def x(self) -> float: ...  # where it is mounted, m
+    @property
+    def y(self) -> float: ...
+    @property
     def length(self) -> float: ...  # |P'(q)|
 
     def direction(self, q): ...
@@ -101,29 +110,8 @@ def beside(robot: Robot, q, before):
     return q - (difference - robot.differ(difference))
 
 
-def _check_values(robot):
-    """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that products fail."""
-    for f in fields(robot):
-        value = getattr(robot, f.name)
-        if is_symbolic(value):
-            if value.numel() == 1 and not value.is_constant():
-                continue  # what a compiled function is told later
-            if value.numel() == 1:
-                value = float(value)  # CasADi's numbers are numbers
-        if f.name.startswith("l"):
-            value = size(value, f.name)
-        elif f.name == "d":
-            value = base(value, "d")
-        else:
-            value = inertia(value, f.name)
-        object.__setattr__(robot, f.name, value)
-    lengths = {f.name: getattr(robot, f.name) for f in fields(robot) if f.name[0] == "l"}
-    if not any(map(is_symbolic, lengths.values())):
-        not_too_different(lengths)
-
-
-@dataclass(frozen=True)
-class FiveBar:
+@dataclass(frozen=True, repr=False)
+class FiveBar(Named):
     """Planar five-bar robot 2-RRR with motors at the base joints (-d/2, 0) and (d/2, 0).
 
     l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of the base joints, m;
@@ -132,6 +120,13 @@ class FiveBar:
     outside 1e-6 to 1e6 m (d: 0, or from 1e-12), bars in a ratio above 1e6, masses and inertias outside 1e-30 to 1e30
     (but 0): products of others overflow, underflow or lose their digits. CasADi symbols in place of numbers are taken
     as they are: what is made of such a robot is a function of them.
+
+    More, where it is named; what is 0 is not computed. `from_links` groups them from bars as they are built (Khalil and
+    Dombre, Modeling, Identification and Control of Robots, ch. 9). mx11, my11, mx21, my21: first moments of the
+    proximal bars about their motor, along and across the bar, with what the distal bars put on the elbows, kg m; zz12,
+    zz22: grouped inertias that turn with the distal bars, kg m^2, less than 0 for a uniform bar (-m l^2 / 6); my12,
+    my22: first moments of the distal bars across, kg m; gravity: (x, y) m/s^2; fv1, fv2, fs1, fs2: viscous (N m s/rad)
+    and Coulomb friction (N m) of the motors; fv12, fv22: viscous friction of the elbows.
     """
 
     l11: float = 0.09
@@ -142,12 +137,55 @@ class FiveBar:
     zz1: float = 0.002
     zz2: float = 0.002
     m: float = 0.5
+    mx11: float = 0.0
+    my11: float = 0.0
+    mx21: float = 0.0
+    my21: float = 0.0
+    zz12: float = 0.0
+    zz22: float = 0.0
+    my12: float = 0.0
+    my22: float = 0.0
+    gravity: tuple[float, float] = (0.0, 0.0)
+    fv1: float = 0.0
+    fv2: float = 0.0
+    fs1: float = 0.0
+    fs2: float = 0.0
+    fv12: float = 0.0
+    fv22: float = 0.0
 
+    lab = 8
     turns = True  # joint coordinates are angles
     words = FIVE_BAR
+    turning_names = "zz12", "zz22", "my12", "my22"
+
+    @classmethod
+    def from_links(
+        cls, l11: float, l12: float, l21: float, l22: float, d: float, links: Mapping[str, Link | float],
+        payload: float = 0.0, gravity: tuple[float, float] = (0.0, 0.0), rotor: Sequence = (0.0, 0.0),
+        viscous: Sequence[float] = (0.0, 0.0), coulomb: Sequence[float] = (0.0, 0.0),
+        elbows: Sequence[float] = (0.0, 0.0),
+    ) -> FiveBar:  # fmt: skip
+        """A robot of bars as they are built, in base parameters (`links.grouped`).
+
+        l11, ..., d: m, as of FiveBar.
+        links: {"11": Link, "12": Link, "21": Link, "22": Link}, a number is the mass of a uniform bar, kg; a bar that
+            is not named has no mass.
+        payload: kg, at the end-effector.
+        gravity: (x, y) m/s^2, (0, -9.81) of a vertical robot.
+        rotor: per motor the inertia at the joint, kg m^2, or (inertia of the rotor, gear ratio): it counts ratio^2.
+        viscous, coulomb: friction per motor, N m s/rad and N m; elbows: viscous friction per elbow.
+        ValueError names a mass or an inertia that no body can have.
+        """
+        lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
+        found = grouped({name: size(value, name) for name, value in lengths.items()}, links, payload, rotor)
+        rubs = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
+        rubs["elbows"] = elbows, "fv12", "fv22"
+        for name, (given, left, right) in rubs.items():
+            found[left], found[right] = (not_negative(each, name) for each in two_numbers(given, name))
+        return cls(**lengths, d=d, **found, gravity=gravity)
 
     def __post_init__(self):
-        _check_values(self)
+        check_values(self)
         must_close("robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")})
 
     @property
@@ -165,6 +203,15 @@ class FiveBar:
         """Grouped inertias of the two drives."""
         return self.zz1, self.zz2
 
+    @cached_property
+    def physics(self) -> Physics | None:
+        """What is named beyond the lab's parameters and changes a motion; None: nothing."""
+        found = Physics(
+            self.gravity, (self.mx11, self.mx21), (self.my11, self.my21), (self.zz12, self.zz22),
+            (self.my12, self.my22), (self.fv1, self.fv2), (self.fs1, self.fs2), (self.fv12, self.fv22),
+        )  # fmt: skip
+        return found if found.asked else None
+
     def differ(self, difference: Any) -> Any:
         """The difference of two joint coordinates: of angles the one within half a turn."""
         return wrap(difference)
@@ -174,14 +221,18 @@ class FiveBar:
         return np.unwrap(q, axis=0)
 
 
-@dataclass(frozen=True)
-class Biglide:
+@dataclass(frozen=True, repr=False)
+class Biglide(Named):
     """Planar biglide robot 2-PRR: two feet slide along y, on guides at x = -d/2 and x = d/2, and carry two bars.
 
     l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m: grouped mass of the
     end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces in N. The guides have no ends.
     The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have, and outside the
     range of a FiveBar.
+
+    More, where it is named: zz1, zz2: grouped inertias that turn with the bars, kg m^2 (may be < 0), my1, my2: their
+    first moments across, kg m; gravity: (x, y) m/s^2, of the feet too; fv1, fv2, fs1, fs2: viscous (N s/m) and Coulomb
+    friction (N) of the drives.
     """
 
     l1: float = 0.2828427
@@ -190,12 +241,23 @@ class Biglide:
     mf1: float = 1.0
     mf2: float = 1.0
     m: float = 3.0
+    zz1: float = 0.0
+    zz2: float = 0.0
+    my1: float = 0.0
+    my2: float = 0.0
+    gravity: tuple[float, float] = (0.0, 0.0)
+    fv1: float = 0.0
+    fv2: float = 0.0
+    fs1: float = 0.0
+    fs2: float = 0.0
 
+    lab = 6
     turns = False
     words = BIGLIDE
+    turning_names = "zz1", "zz2", "my1", "my2"
 
     def __post_init__(self):
-        _check_values(self)
+        check_values(self)
         lengths = {"l1": self.l1, "l2": self.l2, "d": self.d}
         if not any(map(is_symbolic, lengths.values())):
             must_span("robot", "d", lengths)
@@ -215,6 +277,15 @@ class Biglide:
         """Masses of the two feet, the inertias of the drives."""
         return self.mf1, self.mf2
 
+    @cached_property
+    def physics(self) -> Physics | None:
+        """What is named beyond the lab's parameters and changes a motion; None: nothing."""
+        found = Physics(
+            gravity=self.gravity, levers=self.inertias, turning=(self.zz1, self.zz2), across=(self.my1, self.my2),
+            viscous=(self.fv1, self.fv2), coulomb=(self.fs1, self.fs2),
+        )  # fmt: skip
+        return found if found.asked else None
+
     def differ(self, difference: Any) -> Any:
         """The difference of two joint coordinates: lengths do not wrap."""
         return difference
@@ -225,54 +296,3 @@ class Biglide:
 
 
 KINDS = FiveBar, Biglide
-
-
-def parameters_of(robot: FiveBar | Biglide) -> list:
-    """The robot's parameters in the order of its class."""
-    return [getattr(robot, f.name) for f in fields(robot)]
-
-
-def with_parameters(kind: type, p: Any) -> FiveBar | Biglide:
-    """The robot of a kind with these parameters in the order of its class, a CasADi vector for instance."""
-    return kind(**{f.name: p[k] for k, f in enumerate(fields(kind))})
-
-
-def robot_of(parameters: dict[str, float]) -> FiveBar | Biglide:
-    """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has."""
-    for kind in KINDS:
-        if set(parameters) <= {f.name for f in fields(kind)}:
-            return kind(**parameters)
-    known = [f"{', '.join(f.name for f in fields(kind))} ({kind.words.title})" for kind in KINDS]
-    unknown = min((sorted(set(parameters) - {f.name for f in fields(kind)}) for kind in KINDS), key=len)
-    raise ValueError(f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}")
-
-
-@dataclass(frozen=True)
-class NamedRobot:
-    """A robot with the place its numbers come from; inertias are 0 where the source gives none."""
-
-    robot: FiveBar | Biglide
-    source: str
-
-
-def _symmetric(proximal, distal, half_base):
-    return FiveBar(proximal, distal, proximal, distal, 2 * half_base, 0, 0, 0)
-
-
-_LIU = "Liu, Wang, Pritschow 2006, Mech. Mach. Theory 41, lengths without unit: r1, r2, r3 = {}, {}, {}"
-_LIU_SETS = [
-    (1.2, 1.0, 0.8),
-    (0.8125, 0.9375, 1.25),
-    (0.7, 1.7, 0.6),
-    (1.17, 1.45, 0.38),
-    (1.5, 1.5, 0),
-    (0.4, 2.33, 0.27),
-]
-
-ROBOTS = {
-    "amoro": NamedRobot(FiveBar(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
-    "amoro-files": NamedRobot(FiveBar(zz1=0.002025, zz2=0.002025), "the AMORO lab's own files, zz = 1.0 * 0.045^2"),
-    "biglide": NamedRobot(Biglide(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
-    "hoang-2015": NamedRobot(_symmetric(0.07, 0.2, 0.125), "Hoang, Vuong, Pham 2015: no Type-2 singularity anywhere"),
-    **{f"liu-2006-{letter}": NamedRobot(_symmetric(*r), _LIU.format(*r)) for letter, r in zip("abcdef", _LIU_SETS)},
-}

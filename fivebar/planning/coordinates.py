@@ -17,8 +17,10 @@ from ..models.dynamics import bar_force_dynamics, drives_forces, forward_dynamic
 from ..models.four_joints import bars_of, bars_rates, closure_columns
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, Rates, ikm, ikm2
+from ..models.physics import physics_of
 
 if TYPE_CHECKING:
+    from ..models.robots import Robot
     from .problem import Problem
     from .program import Program
 
@@ -33,9 +35,9 @@ class TaskCoordinates:
     def units(self, problem: Problem) -> np.ndarray:
         return np.full(2, problem.length)
 
-    def accelerations(self, problem: Problem, motion: np.ndarray) -> Accelerations:
+    def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         """Of a motion (..., 6 or more); nan out of reach."""
-        pose = igm(problem.robot, motion[..., :2], self.working, unreachable="nan")
+        pose = igm(robot, motion[..., :2], self.working, unreachable="nan")
         return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
@@ -45,7 +47,7 @@ class TaskCoordinates:
 
     def point(self, program: Program, c: list, control: ca.SX) -> tuple:
         """Residual, tau, Accelerations at c, c', c'' and scaled controls, symbols in SI."""
-        acc = ikm2(ikm(igm(program.problem.robot, c[0], self.working), c[1]), c[2])
+        acc = ikm2(ikm(igm(program.problem.model, c[0], self.working), c[1]), c[2])
         push, tau = bar_force_dynamics(acc, (program.force * control[0], program.force * control[1]))
         return ca.vertcat(*push) / program.force, ca.vertcat(*tau), acc
 
@@ -69,19 +71,24 @@ class BarCoordinates:
         slides = 1.0 if problem.robot.turns else problem.length
         return np.array([slides, 1.0, slides, 1.0])
 
-    def accelerations(self, problem: Problem, motion: np.ndarray) -> Accelerations:
+    def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         a, a_dot, a_ddot = (tuple(motion[..., k : k + 4][..., i] for i in range(4)) for k in (0, 4, 8))
-        return _accelerations(problem.robot, a, a_dot, a_ddot)
+        return _accelerations(robot, a, a_dot, a_ddot)
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """By what force the motion errs: the mass times a bar and the accelerations that the torques do not explain."""
         robot = acc.rates.pose.robot
         right = Bars().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
         off = np.stack([motion[..., 8 + k] - each for k, each in enumerate(right)], axis=-1)
-        return robot.m * max(robot.distal) * np.abs(off).max(axis=-1)
+        mass = (
+            robot.m
+            if physics_of(robot) is None
+            else abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
+        )
+        return mass * max(robot.distal) * np.abs(off).max(axis=-1)
 
     def point(self, program: Program, c: list, control: ca.SX) -> tuple:
-        robot = program.problem.robot
+        robot = program.problem.model
         a, a_dot, a_ddot = (tuple(each[k] for k in range(4)) for each in c)
         acc = _accelerations(robot, a, a_dot, a_ddot)
         tau = program.torque * control

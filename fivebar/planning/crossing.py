@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .._backend import finite_numbers
@@ -11,6 +12,7 @@ from ..checks import modes, shown, takes, two_numbers
 from ..checks import robot as must_be_robot
 from ..models.geometry import igm
 from ..models.kinematics import ikm
+from ..singularities.criterion import crossing_acceleration
 from .trajectory import Trajectory, polynomial
 
 if TYPE_CHECKING:
@@ -37,6 +39,8 @@ def crossing_polynomial(
 ) -> Trajectory:  # fmt: skip
     """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
 
+    Of a robot with gravity or heavy bars, in place of m xi'' what the motion asks the bars for (`models.loads`).
+
     start, goal: (2,) m, at rest with no acceleration.
     crossing: (2,) m, on the singularity.
     velocity: (2,) m/s, there.
@@ -53,8 +57,8 @@ def crossing_polynomial(
     if abs(slope) < 1e-6:
         raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
     x, y = pose.u2[0]  # across t_s
-    along = x * acceleration[0] + y * acceleration[1]
+    passes = crossing_acceleration(pose, np.array(velocity), x * acceleration[0] + y * acceleration[1])
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     t0, ts, t1 = times
-    middle = {0: crossing, 1: velocity, 2: (along * x, along * y)}
+    middle = {0: crossing, 1: velocity, 2: passes}
     return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])

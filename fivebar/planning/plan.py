@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
+LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 LOOKED_AT = 401  # times of a plan that failed, for what may be wrong with it
@@ -134,10 +135,10 @@ def _best(problems, intervals, tolerance, max_time, began):
         if found and (length > LONGEST * found[0][-1] or time.perf_counter() - began > max_time / 3):
             break
         guess, durations = first_guess(problem, paths)
-        search = _Search(problem, tolerance, max_time, began)
-        search.first, tried = (durations, guess), tried + 1
-        mesh = _mesh(intervals, durations)
+        search, mesh = _Search(problem, tolerance, max_time, began), _mesh(intervals, durations)
+        tried += 1
         try:
+            durations, guess = search.first = search.lifted(mesh, durations, guess)
             solution, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
         except PlanError as error:
             last = error
@@ -169,6 +170,18 @@ class _Search:
     def __init__(self, problem, tolerance, max_time, began):
         self.problem, self.tolerance, self.max_time, self.began = problem, tolerance, max_time, began
         self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
+
+    def lifted(self, mesh, durations, guess):
+        """(durations, guess), from the motions under less gravity where there is some: it grows by and by."""
+        for share in LIFTS if self.problem.fall else ():
+            robot = self.problem.robot
+            lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
+            search = _Search(replace(self.problem, robot=lighter), self.tolerance, self.max_time, self.began)
+            found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
+            self.meshes += search.meshes
+            if found.solved:
+                durations, guess = found.durations, guess_again(plan, found)
+        return durations, guess
 
     def run(self, mesh, durations, guess):
         self.first = durations, guess

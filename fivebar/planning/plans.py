@@ -14,7 +14,9 @@ from ..described import one_line
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
-from ..models.robots import robot_of
+from ..models.loads import asked_for, friction_torques
+from ..models.parameters import robot_of
+from ..models.physics import physics_of
 from ..pictures.plot.plans import planned
 from ..tables import BinaryFile, TextFile, must_increase, opened, saved, write
 from .collocation import METHODS, Pieces, scheme
@@ -115,7 +117,7 @@ class Plan:
         """Forces in the distal bars (*t.shape, 2), N, finite at every singularity: of a plan in one pair of working
         modes B^-1 (tau - Z q''), else by `dynamics.bar_forces`."""
         motion = self.motion(t)
-        acc, tau = self.problem.accelerations(motion), motion[..., -2:]
+        acc, tau = self.problem.accelerations(motion, self.problem.model), motion[..., -2:]
         if self.working is None:
             return bar_forces(acc.rates, tau)
         return np.stack(drives_forces(acc, (tau[..., 0], tau[..., 1])), axis=-1)
@@ -130,7 +132,7 @@ class Plan:
         """Motion (n, 13, columns) within every interval, and it as Accelerations."""
         k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
         motion = self.pieces.motion(k, sigma)
-        return motion, self.problem.accelerations(motion)
+        return motion, self.problem.accelerations(motion, self.problem.model)
 
     @cached_property
     def defects(self) -> np.ndarray:
@@ -139,12 +141,26 @@ class Plan:
 
     @property
     def error(self) -> float:
-        """Largest defect over the largest force |m xi''|, both between nodes too."""
+        """Largest defect over the largest force |m xi''| (with loads all that is asked for), both between nodes too."""
         return float(self._relative_defects.max())
+
+    @property
+    def friction_error(self) -> float:
+        """By what torque at most, N m, the friction that was planned with, smoothed, differs from the robot's own."""
+        seen = [friction_torques(self.problem.accelerations(self._fine[0], each).rates) for each in self._models]
+        return float(np.abs(seen[0] - seen[1]).max())
+
+    @property
+    def _models(self):
+        return self.robot, self.problem.model
 
     @cached_property
     def _relative_defects(self):
-        force = self.robot.m * np.linalg.norm(self._fine[1].xi_ddot, axis=-1).max()
+        acc = self._fine[1]
+        if physics_of(self.robot) is None:
+            force = self.robot.m * np.linalg.norm(acc.xi_ddot, axis=-1).max()
+        else:
+            force = np.hypot(*asked_for(acc)[0]).max()
         return self.defects / (force or 1.0)
 
     @cached_property
@@ -173,7 +189,7 @@ class Plan:
         """Write the plan at its nodes; problem, knots and what is known of the solution go into a comment line. SI."""
         pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
-            "robot": asdict(self.robot), "stops": [[list(c.items()), t] for c, t in problem.stops],
+            "robot": self.robot.parameters, "stops": [[list(c.items()), t] for c, t in problem.stops],
             "working": problem.working, "weights": problem.weights, "limits": asdict(problem.limits),
             "method": METHODS[not rule.shared], "degree": len(rule.c), "knots": pieces.knots,
             "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,

@@ -16,6 +16,7 @@ from ..checks import shown
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
+from ..models.physics import physics_of, smoothed
 from .coordinates import BarCoordinates, TaskCoordinates
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from .collocation import Scheme
     from .plans import Plan
 
+# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it
+# does; four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
+SLOW = 0.05
 OBJECTIVES = ("effort", "time", "jerk")
 
 
@@ -72,9 +76,20 @@ class Problem:
         """What makes a speed of a joint's: a length where it turns, 1 where it slides."""
         return self.length if self.robot.turns else 1.0
 
+    @cached_property
+    def model(self) -> Robot:
+        """The robot that is planned with: its dry friction smoothed, as an optimisation needs slopes."""
+        return smoothed(self.robot, SLOW * (1.0 if self.robot.turns else self.length))
+
     @property
     def mass(self) -> float:
-        return self.robot.m + sum(self.robot.inertias) / self.lever**2
+        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2  # what is grouped may be negative
+
+    @property
+    def fall(self) -> float:
+        """Of gravity, m/s^2."""
+        physics = physics_of(self.robot)
+        return 0.0 if physics is None else math.hypot(*physics.gravity)
 
     @cached_property
     def side(self) -> float:
@@ -119,9 +134,9 @@ class Problem:
     def coordinates(self) -> TaskCoordinates | BarCoordinates:
         return BarCoordinates() if self.working is None else TaskCoordinates(self.working)
 
-    def accelerations(self, motion: np.ndarray) -> Accelerations:
-        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach."""
-        return self.coordinates.accelerations(self, motion)
+    def accelerations(self, motion: np.ndarray, robot: Robot | None = None) -> Accelerations:
+        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach. robot: of `model`, too."""
+        return self.coordinates.accelerations(robot or self.robot, motion)
 
     def listed(self, violations: dict[str, float]) -> str:
         """The violated limits in words."""

@@ -103,7 +103,7 @@ class Program:
         self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
         self.count = count = int(self.first[-1])
         self.length, self.time = problem.length, float(np.sum(durations))
-        self.force = problem.mass * self.length / self.time**2
+        self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
         self.index = self.rule.points(count)
         self.flat = self.index.ravel().tolist()

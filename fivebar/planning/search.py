@@ -199,8 +199,9 @@ def _embedded(robot, a):
     """
     size = max(robot.distal)
     lever = size if robot.turns else 1.0
-    light = LIGHT * (robot.m * size**2 + sum(robot.inertias) * (size / lever) ** 2)
-    roots = np.sqrt([*(own + light * (lever / size) ** 2 for own in robot.inertias), *[robot.m + light / size**2] * 2])
+    own, m = [abs(each) for each in robot.inertias], abs(robot.m)  # what is grouped may be negative
+    light = LIGHT * (m * size**2 + sum(own) * (size / lever) ** 2)
+    roots = np.sqrt([*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2])
     c = tuple(np.moveaxis(a, -1, 0))
     x, y = bars_rates(robot, c, (0.0,) * 4).pose.point
     return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots

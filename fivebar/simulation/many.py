@@ -17,10 +17,11 @@ from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
-from ..models.robots import Robot, beside, parameters_of, with_parameters
+from ..models.parameters import count_of, names_of, parameters_of, with_parameters
+from ..models.robots import Robot, beside
 from ..progress import progress
 from .events import meets
-from .plant import check_start, refuse_losses
+from .plant import check_start, refuse_losses, refuse_sticking
 from .run import Control, Run
 from .simulate import MOST_DELAY, Grid, assemble, begin_of
 from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, halves, observation, runge_kutta_step
@@ -61,20 +62,20 @@ def simulate_many(
     what = f"{len(robots)} runs of {grid.steps} steps are {len(robots) * grid.steps:.3g} rows"
     bounded(len(robots) * grid.steps, MOST_ROWS, what, BYTES)
     bounded(grid.block, MOST_BLOCK, f"control_period = {control_period:g} s is {grid.block:.3g} steps", BLOCK_BYTES)
-    periods, kind = -(-grid.steps // grid.block), type(robots[0])
+    periods, named = -(-grid.steps // grid.block), (type(robots[0]), names_of(robots))
     delay = min(delay, periods)
-    parameters = np.array([parameters_of(each) for each in robots])
-    states, modes = _at_reference(kind, parameters, law, reference, chart) if begin is None else _at(begin, chart)
+    parameters = np.array([parameters_of(each, named[1]) for each in robots])
+    states, modes = _at_reference(named, parameters, law, reference, chart) if begin is None else _at(begin, chart)
     times = np.arange(periods) * (grid.block * grid.step)
     target = law.target(times, reference)
     targets = np.hstack([target.rates.pose.q, target.rates.q_dot, target.q_ddot])
     if encoder_resolution is not None:  # the reading before the first, so that their difference gives the start's rate
-        rates, count = _starts_rates(kind, parameters, chart, states, modes), len(states)
+        rates, count = _starts_rates(named, parameters, chart, states, modes), len(states)
         before = np.round(rates[:, :2] / encoder_resolution) * encoder_resolution
         states = np.hstack([states, np.zeros((count, 2 * delay)), before - grid.block * grid.step * rates[:, 2:]])
     else:
         states = np.hstack([states, np.zeros((len(states), 2 * delay))])
-    options = kind, law, chart, method, grid.step, grid.block, periods, torque_limit, delay, encoder_resolution
+    options = named, law, chart, method, grid.step, grid.block, periods, torque_limit, delay, encoder_resolution
     t = np.arange(grid.steps + 1) * grid.step
     shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
     runs = []
@@ -116,6 +117,7 @@ def _runs_of(robot, controller, starts):
     for k, each in enumerate(robots):
         if type(each) is not type(robots[0]):
             raise ValueError(f"robots of one kind go together: number {k} is a {type(each).__name__}")
+        refuse_sticking(each)
     for each in controllers:
         if not isinstance(each, (PD, ComputedTorque)):
             raise ValueError(f"a compiled loop needs a PD or ComputedTorque controller, not {type(each).__name__}")
@@ -151,11 +153,11 @@ def _modes(modes, count):
     return np.stack([np.broadcast_to(mode, count) for mode in modes], axis=-1).astype(float)
 
 
-def _at_reference(kind, parameters, law, reference, chart):
+def _at_reference(named, parameters, law, reference, chart):
     """States and modes in which each robot is at the reference's start."""
     xi, xi_dot, _ = begin_of(reference)
     at, p = casadi.SX.sym("at", 4), casadi.SX.sym("parameters", parameters.shape[1])
-    rates = Task().rates(with_parameters(kind, p), (at[0], at[1]), (at[2], at[3]), law.working)
+    rates = Task().rates(with_parameters(named[0], p, named[1]), (at[0], at[1]), (at[2], at[3]), law.working)
     c, c_dot, modes = chart.coordinates(rates)
     call = casadi.Function("begin", [at, p], [casadi.vertcat(*c, *c_dot), casadi.vertcat(*modes)])
     states, modes = call(np.concatenate([xi, xi_dot]), parameters.T)
@@ -169,10 +171,10 @@ def _at_reference(kind, parameters, law, reference, chart):
     return states, modes
 
 
-def _starts_rates(kind, parameters, chart, states, modes):
+def _starts_rates(named, parameters, chart, states, modes):
     """q, q' (n, 4) of states in a chart."""
     state, mode, p = (casadi.SX.sym(n, k) for n, k in (("s", 2 * chart.size), ("m", 2), ("p", parameters.shape[1])))
-    rates = chart.rates(with_parameters(kind, p), *halves(state, chart), (mode[0], mode[1]))
+    rates = chart.rates(with_parameters(named[0], p, named[1]), *halves(state, chart), (mode[0], mode[1]))
     return casadi.Function("look", [state, mode, p], [observation(rates)[:4]])(states.T, modes.T, parameters.T).full().T
 
 
@@ -201,10 +203,10 @@ def _call(count, jit, *options):
 
 
 @lru_cache(maxsize=16)
-def _loop(kind, law, chart, method, step, block, periods, torque_limit, delay, resolution):
+def _loop(named, law, chart, method, step, block, periods, torque_limit, delay, resolution):
     """(state, targets (6, periods), modes, parameters, gains) -> (observations at each step, after the last, what was
     measured, commanded and applied)."""
-    n, size = len(fields(kind)), 2 * chart.size
+    n, size = count_of(*named), 2 * chart.size
     whole = size + 2 * delay + (0 if resolution is None else 2)  # the state, torques on their way, the last reading
 
     def symbols(one):
@@ -212,7 +214,7 @@ def _loop(kind, law, chart, method, step, block, periods, torque_limit, delay, r
         return [one.sym(name, length) for name, length in lengths.items()]
 
     state, target, modes, p, gains = symbols(casadi.SX)
-    robot = with_parameters(kind, p)
+    robot = with_parameters(named[0], p, named[1])
 
     seen = observation(chart.rates(robot, *halves(state, chart), (modes[0], modes[1])))
     q, q_dot = seen[Q], seen[Q_DOT]

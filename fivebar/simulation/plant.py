@@ -10,8 +10,11 @@ import numpy as np
 from ..errors import SingularityError
 from ..models.charts import Bars
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_rates, closed
-from ..models.robots import beside, parameters_of
+from ..models.four_joints import bars_rates, closed, seen_rates
+from ..models.loads import lost_power, potential
+from ..models.parameters import names_of, parameters_of
+from ..models.physics import physics_of
+from ..models.robots import beside
 from .steps import (
     COLUMNS,
     ENERGY,
@@ -19,6 +22,7 @@ from .steps import (
     MARGINS,
     Q_DOT,
     XI,
+    XI_DOT,
     Q,
     between,
     block_function,
@@ -45,10 +49,13 @@ class Plant:
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
         self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
-        self._step, self.length, self.t = Buffered(_compiled_step(type(robot), jit)), FIRST, 0.0  # its own arrays
+        self._step = Buffered(_compiled_step(type(robot), names_of([robot]), jit))  # its own arrays
+        self.length, self.t = FIRST, 0.0
         c, c_dot, _ = Bars().coordinates(start)
         self.state = np.array([*c, *c_dot])
         self._pieces = []  # (t, length, state, polynomial)
+
+    moves = True
 
     @property
     def joints(self):
@@ -72,23 +79,31 @@ class Plant:
 
     def _advance(self, until, tau):
         count, most = len(self._pieces), MOST_STEPS + int(MOST_PER_SECOND * (until - self.t))
-        while until - self.t > 1e-12 * (abs(until) + 1e-9):
+        while self.moves and until - self.t > 1e-12 * (abs(until) + 1e-9):
             rest = until - self.t
             length = self.length if 2 * self.length < rest else rest / max(math.ceil(rest / self.length), 1)
-            after, error, polynomial = self._step(self.state, tau, length, self.tolerance, self.parameters)
+            after, error, polynomial = self._tried(tau, length)
             error = error.item()
             if error <= 1:
                 if len(self._pieces) - count > most:
                     self._refuse(tau, f"{most} steps do not bring it to {until:g} s")
-                self._pieces.append((self.t, length, self.state, polynomial.copy()))
-                self.t = until if length == rest else self.t + length
-                self.state = after.copy()
-                if length == rest and length < self.length and error < 1:
+                done = self._kept(tau, length, after, polynomial.copy())
+                self.t = until if done == rest else self.t + done
+                if done == rest and length < self.length and error < 1:
                     continue  # cut short by the period's end: the next step may be as long as this could have been
             elif length < SHORTEST:
                 self._refuse(tau, f"a step of {length:.2g} s is too long")
             factor = SAFETY * error ** (-1 / ORDER) if error > 0 else GROWTH
             self.length = length * (min(max(factor, SHRINKING), GROWTH) if math.isfinite(error) else SHRINKING)
+
+    def _tried(self, tau, length):
+        return self._step(self.state, tau, length, self.tolerance, self.parameters)
+
+    def _kept(self, tau, length, after, polynomial):
+        """Keep a step; how much of it was kept, s."""
+        self._pieces.append((self.t, length, self.state, polynomial))
+        self.state = after.copy()
+        return length
 
     def _refuse(self, tau, why):
         pose, rates = self.rates.pose, self.state[4:]
@@ -100,17 +115,27 @@ class Plant:
             f"{words.effort_unit}; {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
         )
 
+    @property
+    def pieces(self):
+        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps until now."""
+        return tuple(np.array([piece[k] for piece in self._pieces]) for k in range(4))
+
     def rows(self, t):
         """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""
-        t0, lengths, states, polynomials = (np.array([piece[k] for piece in self._pieces]) for k in range(4))
+        t0, lengths, states, polynomials = self.pieces
         rows, found = np.empty((len(t), COLUMNS)), np.empty((len(t), 8))
         for first in range(0, len(t), STRETCH):
             part = slice(first, first + STRETCH)
             at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
             columns = between(states[at], polynomials[at], (t[part] - t0[at]) / lengths[at]).T.copy()
-            c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]))
+            free = self._free(states[at], polynomials[at])
+            c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]), free)
             rows[part], found[part] = observation(rates), np.stack([*c, *c_dot], axis=-1)
         return rows, found
+
+    def _free(self, states, polynomials):
+        """Per drive which of these steps move it, None: all."""
+        return None
 
     def after(self, state, tau, length):
         """The Rates, of floats, `length` s after a state under the torque tau."""
@@ -125,8 +150,8 @@ def margins_after(plant, states, tau, k, length):
 
 
 @lru_cache(maxsize=8)
-def _compiled_step(kind, jit):
-    return compiled(free_step(kind), jit)
+def _compiled_step(kind, names, jit):
+    return compiled(free_step(kind, names), jit)
 
 
 class FixedPlant:
@@ -134,6 +159,7 @@ class FixedPlant:
 
     def __init__(self, robot, start, chart, method, step, jit=False):
         check_start(robot, start)
+        refuse_sticking(robot)
         self.robot, self.chart, self.step, self.t, self.k = robot, chart, step, 0.0, 0
         c, c_dot, modes = chart.coordinates(start)
         self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
@@ -178,10 +204,26 @@ def check_start(robot, start):
         raise ValueError("start must be finite: its pose is unreachable")
 
 
+def refuse_sticking(robot):
+    """Raise where fixed steps would jump what the robot does."""
+    physics = physics_of(robot)
+    if physics is not None and physics.sticks:
+        names = " and ".join(name for name in ("fs1", "fs2") if name in robot.parameters)
+        raise ValueError(
+            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) with neither method= nor "
+            "chart= chooses its steps so that they end there"
+        )
+
+
 def refuse_losses(robot, rows, tau, chart, step):
     """Raise at the first fixed step that lost energy, or in which a chart with a singularity ends."""
     work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
+    if physics_of(robot) is not None:
+        seen = seen_rates(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
+        high, power = potential(seen.pose) + 0.0 * rows[:, ENERGY], lost_power(seen) + 0.0 * rows[:, ENERGY]
+        lost = step * (power[1:] + power[:-1]) / 2
+        gained, turned = gained + np.diff(high) + lost, turned + np.abs(np.diff(high)) + lost
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]

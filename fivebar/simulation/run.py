@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..described import one_line
+from ..models.four_joints import seen_rates
 from ..models.geometry import igm
-from ..models.robots import Robot, robot_of
+from ..models.loads import potential
+from ..models.parameters import robot_of
+from ..models.physics import physics_of
+from ..models.robots import Robot
 from ..pictures.pages import page
 from ..pictures.skeleton import elbows, joints
 from ..pictures.view import scene
@@ -43,11 +47,17 @@ class Control(NamedTuple):
     applied: np.ndarray
 
 
+def has_friction(robot: Robot) -> bool:
+    physics = physics_of(robot)
+    return physics is not None and physics.rubs
+
+
 def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
     """Names of the columns of a run's CSV file."""
     left, right = robot.words.joints
-    names = "t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"
-    return (*names, "x_ref", "y_ref") if has_reference else names
+    names = ["t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"]
+    names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_friction(robot)
+    return tuple(names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +65,10 @@ class Run:
     """A simulated motion on the grid of its steps.
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
-    energy (n,) J, kinetic; xi_ref (n, 2) m or None; torque_limit N m or None; control: the controller's own grid, or
-    None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was given a tolerance;
-    log: what the controller has in its own `log`, as a Tracker, or None. Of a biglide, q is in m and tau in N.
+    energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None; torque_limit N m or None; control: the
+    controller's own grid, or None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was
+    given a tolerance; log: what the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what
+    friction has taken (after fixed steps by Simpson's rule), or None without. Of a biglide, q is in m and tau in N.
     """
 
     robot: Robot
@@ -73,6 +84,7 @@ class Run:
     events: tuple = ()
     step_error: float | None = None
     log: object | None = None
+    friction_loss: np.ndarray | None = None
 
     def __repr__(self) -> str:
         tracked = self.xi_ref is not None
@@ -110,9 +122,21 @@ class Run:
 
     @cached_property
     def energy_error(self) -> np.ndarray:
-        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what the steps err."""
+        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what the steps err.
+
+        Potential energy counts too, and what friction took.
+        """
         work = np.sum(np.diff(self.q, axis=0) * self.tau[:-1], axis=1)
-        return self.energy - self.energy[0] - np.concatenate([[0.0], np.cumsum(work)])
+        whole = self.energy + self.potential
+        if self.friction_loss is not None:
+            whole = whole + self.friction_loss
+        return whole - whole[0] - np.concatenate([[0.0], np.cumsum(work)])
+
+    @cached_property
+    def potential(self) -> np.ndarray:
+        """Potential energy (n,) J, 0 without gravity."""
+        rest = (0.0, 0.0)
+        return potential(seen_rates(self.robot, self.q.T, self.xi.T, rest, rest).pose) + np.zeros(len(self.t))
 
     @cached_property
     def loop_gap(self) -> np.ndarray:
@@ -145,7 +169,7 @@ class Run:
     def to_csv(self, path: TextFile) -> None:
         """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""
         about = {
-            "robot": asdict(self.robot),
+            "robot": self.robot.parameters,
             "torque_limit": self.torque_limit,
             "events": [list(e) for e in self.events],
         }
@@ -156,6 +180,8 @@ class Run:
         table = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T, self.energy]
         if self.xi_ref is not None:
             table += [*self.xi_ref.T]
+        if has_friction(self.robot):
+            table.append(np.full(len(self.t), np.nan) if self.friction_loss is None else self.friction_loss)
         write(path, "run", about, columns(self.robot, self.xi_ref is not None), np.column_stack(table).tolist())
 
     @classmethod
@@ -165,10 +191,11 @@ class Run:
             about = table.about("run", "a file written by Run.to_csv", _known)
             has_reference = "x_ref" in table.header
             values = table.numbers(columns(about["robot"], has_reference), finite=False)
-        t, q, q_dot, xi, tau, energy, xi_ref = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
+        t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
         return cls(
-            t=t[:, 0], q=q, q_dot=q_dot, xi=xi, tau=tau, energy=energy[:, 0], xi_ref=xi_ref if has_reference else None,
-            **about,
+            t=t[:, 0], q=q, q_dot=q_dot, xi=xi, tau=tau, energy=energy[:, 0],
+            xi_ref=rest[:, :2] if has_reference else None,
+            friction_loss=rest[:, -1] if has_friction(about["robot"]) else None, **about,
         )  # fmt: skip
 
 

@@ -18,10 +18,12 @@ from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
 from ..models.robots import Robot
+from .balance import friction_loss, loss_by_rows
 from .events import crossings
 from .plant import FixedPlant, Plant, margins_after
-from .run import Control, Run
+from .run import Control, Run, has_friction
 from .steps import ENERGY, METHODS, Q_DOT, XI, Q
+from .stick_slip import plant_of
 
 TOLERANCE = 1e-12  # rad, of a step where nothing is asked
 COARSER, FINER = 10, 1e5  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
@@ -60,6 +62,8 @@ def simulate(
     chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed steps: faster and
     regular away from Type 1 and Type 2, where they raise SingularityError.
     jit: True, "auto": machine code, as `compile`.
+    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and slips exactly, by
+    steps that end where that changes: without method= and chart=.
     ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars are, for every robot.
     """
     if tolerance is not None:
@@ -72,7 +76,7 @@ def simulate(
 
     def run(tolerance):
         if chart == "auto" and method is None:
-            plant = Plant(robot, start, tolerance, jit)
+            plant = plant_of(robot, start, tolerance, jit)
         else:
             plant = FixedPlant(robot, start, CHARTS[chart], method or "rk4", grid.step, jit)
         return _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution)
@@ -100,7 +104,10 @@ def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encode
     control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
     after = partial(margins_after, plant, states, tau) if isinstance(plant, Plant) else None
     xi_ref = None if reference is None else reference(t)[0]
-    return assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, getattr(controller, "log", None), after)
+    run = assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, getattr(controller, "log", None), after)
+    if run.friction_loss is not None and after is not None:
+        return replace(run, friction_loss=friction_loss(plant, t))
+    return run
 
 
 class Grid(NamedTuple):
@@ -205,4 +212,5 @@ def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, a
         robot=robot, t=t, q=robot.continuous(rows[:, Q]), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
         tau=np.vstack([torques, torques[-1]]), xi_ref=xi_ref, torque_limit=torque_limit, control=control,
         events=crossings(robot, t, rows, after) if crosses else (), log=log,
+        friction_loss=loss_by_rows(robot, t, rows) if has_friction(robot) else None,
     )  # fmt: skip

@@ -6,7 +6,6 @@ state says of itself (angles, end-effector, singular margins and their rates, en
 
 from __future__ import annotations
 
-from dataclasses import fields
 from functools import lru_cache
 
 import casadi
@@ -15,8 +14,9 @@ from scipy.integrate import DOP853
 
 from .._backend import pack
 from ..models.charts import Bars
-from ..models.dynamics import energy, forward_dynamics
-from ..models.robots import with_parameters
+from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
+from ..models.four_joints import bars_rates, closed
+from ..models.parameters import count_of, with_parameters
 
 # Columns of an observation.
 Q, Q_DOT, XI, XI_DOT, MARGINS, MARGIN_RATES, ENERGY = (
@@ -87,39 +87,53 @@ def propagate(robot, chart, modes, method, step, count, torque):
     return casadi.Function("propagate", [start], [end])
 
 
-@lru_cache(maxsize=4)
-def free_step(kind):
+@lru_cache(maxsize=8)
+def free_step(kind, names=()):
     """A step of any length in the bars of any robot of a kind, by Dormand and Prince's method of order 8:
 
     (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the tolerance, the polynomial in
     between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
+    Where dry friction is among the names there is one more input: how the drives slip (`loads.asked_for`).
     """
-    chart, parameters = Bars(), casadi.SX.sym("parameters", len(fields(kind)))
+    chart, parameters = Bars(), casadi.SX.sym("parameters", count_of(kind, names))
     state, tau, _ = _symbols(chart)
     length, tolerance = casadi.SX.sym("length"), casadi.SX.sym("tolerance")
-    robot = with_parameters(kind, parameters)
+    robot = with_parameters(kind, parameters, names)
+    sticks = [casadi.SX.sym("slip", 2)] if {"fs1", "fs2"} & set(names) else []
+    slip = (sticks[0][0], sticks[0][1]) if sticks else None
 
     whole = casadi.SX.sym("state", 8)
     model = casadi.Function(
         "model",
-        [whole, tau, parameters],
-        [_slope(chart, chart.turned(robot, *halves(whole, chart), None), whole, tau)],
+        [whole, tau, parameters, *sticks],
+        [_slope(chart, chart.turned(robot, *halves(whole, chart), None), whole, tau, slip)],
     )
     slopes = []
-    after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters), slopes)
-    end, _ = _closed(robot, chart, after, None)
+    after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters, *sticks), slopes)
+    end, _ = _closed(robot, chart, after, None, slip)
     scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
     fifth, third = (sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3))
     fifth, third = casadi.sumsqr(fifth), casadi.sumsqr(third)
     error = length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)) / tolerance
-    slopes.append(model(end, tau, parameters))
+    slopes.append(model(end, tau, parameters, *sticks))
     for row in DOP853.A_EXTRA:
-        slopes.append(model(state + length * sum(w * k for w, k in zip(row, slopes) if w), tau, parameters))
+        stage = state + length * sum(w * k for w, k in zip(row, slopes) if w)
+        slopes.append(model(stage, tau, parameters, *sticks))
     change = end - state
     polynomial = [change, length * slopes[0] - change, 2 * change - length * (slopes[DOP853.n_stages] + slopes[0])]
     polynomial += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
-    inputs = [state, tau, length, tolerance, parameters]
+    inputs = [state, tau, length, tolerance, parameters, *sticks]
     return casadi.Function("free_step", inputs, casadi.cse([end, error, casadi.horzcat(*polynomial)]))
+
+
+@lru_cache(maxsize=8)
+def holding(kind, names):
+    """(state (8), tau, parameters, slip) -> the friction that drives which stick need to stay, N m."""
+    state, tau, slip = (casadi.SX.sym(name, n) for name, n in (("state", 8), ("tau", 2), ("slip", 2)))
+    parameters = casadi.SX.sym("parameters", count_of(kind, names))
+    rates = bars_rates(with_parameters(kind, parameters, names), *halves(state, Bars()))
+    _, held = held_by(rates, (tau[0], tau[1]), (slip[0], slip[1]))
+    return casadi.Function("holding", [state, tau, parameters, slip], [casadi.vertcat(*held)])
 
 
 def between(state, polynomial, place):
@@ -174,11 +188,15 @@ def halves(state, chart):
     return parts[: chart.size], parts[chart.size :]
 
 
-def _slope(chart, rates, state, tau):
-    return casadi.vertcat(state[chart.size :], *chart.accelerations(forward_dynamics(rates, tau)))
+def _slope(chart, rates, state, tau, slip=None):
+    acc = forward_dynamics(rates, tau) if slip is None else slipping_dynamics(rates, (tau[0], tau[1]), slip)
+    return casadi.vertcat(state[chart.size :], *chart.accelerations(acc))
 
 
-def _closed(robot, chart, state, modes):
-    """The state with its loop closed, and its Rates."""
-    c, c_dot, rates = chart.closed(robot, *halves(state, chart), modes)
+def _closed(robot, chart, state, modes, slip=None):
+    """The state with its loop closed, and its Rates; a drive that sticks stays where it is."""
+    if slip is None:
+        c, c_dot, rates = chart.closed(robot, *halves(state, chart), modes)
+    else:
+        c, c_dot, rates = closed(robot, *halves(state, chart), tuple(each * each for each in slip))
     return casadi.vertcat(*c, *c_dot), rates

@@ -6,7 +6,7 @@ import json
 import os
 import zlib
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from zipfile import BadZipFile
 
 import numpy as np
@@ -16,7 +16,8 @@ from ..checks import robot as must_be_robot
 from ..checks import shown, takes
 from ..described import one_line
 from ..models.geometry import joint_pose, task_pose
-from ..models.robots import Robot, robot_of
+from ..models.parameters import robot_of
+from ..models.robots import Robot
 from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
 from .loci import singularity_loci
 from .locus import MODES
@@ -77,7 +78,7 @@ class Map:
         return FIELDS[self.field][0].format(passive=self.robot.words.passive)
 
     def _about(self):
-        return {"robot": asdict(self.robot), "field": self.field, "space": self.space, "modes": self.modes}
+        return {"robot": self.robot.parameters, "field": self.field, "space": self.space, "modes": self.modes}
 
     def page(self, path: FilePath, title: str | None = None) -> None:
         """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""

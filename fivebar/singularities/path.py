@@ -17,6 +17,7 @@ from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
 from ..models.robots import Biglide, FiveBar
+from .criterion import force_at, largest_force
 from .locus import divided
 from .margins import Singularity
 
@@ -33,7 +34,8 @@ class PathCheck:
     reachable: the whole path is in the workspace; singularity_free: reachable, and no pose on it is singular;
     leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose, s, or None;
     pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there without changing sign;
-    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere, and
+    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere (of a
+    robot with gravity or heavy bars t_s . the whole force that the motion asks for there, `models.loads`), and
     criterion_holds whether it is 0, as exactly as the path is given, so that the torque stays finite; min_margin: the
     smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and
     min_margin_time.
@@ -98,8 +100,8 @@ def check_path(
     pose = _pose_at(robot, path, modes, first.time)
     criterion = holds = None
     if kind & Singularity.PARALLEL:
-        criterion = float(robot.m * cross(pose.u2[0], path(np.array([first.time]))[2][0]))
-        holds = bool(abs(criterion) <= tolerance * robot.m * largest)
+        criterion = float(cross(pose.u2[0], force_at(pose, *(each[0] for each in path(np.array([first.time]))[1:]))))
+        holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
     return PathCheck(
         leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.models.machine_code import library
-from fivebar.models.robots import parameters_of
+from fivebar.models.parameters import parameters_of
 from fivebar.study.speed_accuracy.charts.dgm_routes import C_LOOP
 from fivebar.study.speed_accuracy.charts.motions import MOTIONS
 

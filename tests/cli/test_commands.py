@@ -1,14 +1,19 @@
 """The command line as a user meets it: tables, JSON, files, and one line for every failure."""
 
+import argparse
 import json
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import version
 
 import pytest
 
 import fivebar as fb
 from fivebar.cli import COMMANDS, main
+from fivebar.cli.robot_options import add_robot_options, chosen_robot
+from fivebar.errors import UsageError
+from fivebar.models.named_robots import ROBOTS
 
 LINE = ["track", "--from", "0.09", "0.06796322", "--to", "0", "0.1", "--duration", "2"]
 
@@ -186,3 +191,54 @@ def test_lengths_that_may_be_millimetres(capsys):
     assert "the longest 200 m: were they meant in mm?" in capsys.readouterr().err
     assert main(["linkage", "four-bar", "2", "0.6", "1.6", "1.4"]) == 0
     assert capsys.readouterr().err == ""
+
+
+IRI_LINKS = """
+l11 = 0.2
+l12 = 0.15
+l21 = 0.2
+l22 = 0.15
+d = 0.12
+payload = 0.5
+gravity = [0, -9.81]
+viscous = [0.0176, 0.0176]
+[links]
+11 = {mass = 1.2093, x = 0.11, inertia_about_centre = 7e-3}
+12 = {mass = 0.8925, x = 0.0746, inertia_about_centre = 2.3e-3}
+21 = {mass = 1.2093, x = 0.11, inertia_about_centre = 7e-3}
+22 = {mass = 0.8925, x = 0.0746, inertia_about_centre = 2.3e-3}
+"""
+
+
+def chosen(*options):
+    parser = argparse.ArgumentParser()
+    add_robot_options(parser)
+    return chosen_robot(parser.parse_args(options))
+
+
+def test_a_robot_from_the_data_of_its_bars(tmp_path):
+    toml, as_json = tmp_path / "iri.toml", tmp_path / "iri.json"
+    toml.write_text(IRI_LINKS)
+    as_json.write_text(json.dumps(tomllib.loads(IRI_LINKS)))
+    assert chosen("--robot", str(toml)) == chosen("--robot", str(as_json)) == ROBOTS["iri-vertical"].robot
+    upright = chosen("--gravity", "0", "-9.81", "--fs1", "0.01", "--mx11", "0.02")
+    assert upright == fb.FiveBar(gravity=(0, -9.81), fs1=0.01, mx11=0.02)
+    flat = tmp_path / "flat.json"
+    flat.write_text(json.dumps(upright.parameters))
+    assert chosen("--robot", str(flat)) == upright
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (("mass = 1.2093, x", "mas = 1.2093, x"), r"links\.11: no mas; the known ones are mass, x"),
+        (("d = 0.12\n", ""), "a robot of links needs d too"),
+        (("x = 0.0746, inertia_about_centre", "x = 0.0746, inertia"), "is it about the centre of mass"),
+        (("payload", "pay_load"), "no parameter pay_load of a robot of links"),
+        (("x = 0.0746, ", ""), r"links\.12 needs x too"),
+    ],
+)
+def test_what_is_wrong_with_a_robot_of_bars_is_named(tmp_path, change, words):
+    (tmp_path / "robot.toml").write_text(IRI_LINKS.replace(*change))
+    with pytest.raises(UsageError, match=words):
+        chosen("--robot", str(tmp_path / "robot.toml"))

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -152,7 +151,7 @@ def test_a_robot_for_each_student(run, labs, tmp_path, capsys, monkeypatch):
     result = as_json(run("grade", solved, *variant, "--json")[1])
     assert (
         result["points"] == 4
-        and result["robot"] == asdict(robot)
+        and result["robot"] == robot.parameters
         and result["seed"] == hidden_seed(b"a secret", "elbow")
     )
     assert result == as_json(run("grade", solved, *variant, "--json")[1])
@@ -242,7 +241,7 @@ def test_the_instructors_package_has_every_solution_and_every_answer(tmp_path):
 
 def test_the_default_robot_is_the_handouts():
     assert {name: value for name, value in (line.split(" = ") for line in CONSTANTS.splitlines())} == {
-        name: repr(value) for name, value in asdict(fb.FiveBar()).items()
+        name: repr(value) for name, value in fb.FiveBar().parameters.items()
     }
 
 

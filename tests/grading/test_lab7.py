@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -127,7 +126,7 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     file.write_text(with_constants(RIGHT, robot))
     assert main(["grade", "lab7", str(folder), "--json", "--jobs", "1", *options, str(tmp_path / "out")]) == 0
     (ann,) = json.loads(capsys.readouterr().out)
-    assert ann["points"] == 24 and ann["robot"] == asdict(robot) and not ann["faults"]
+    assert ann["points"] == 24 and ann["robot"] == robot.parameters and not ann["faults"]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(FOLDERS["lab7"])]
     command += ["--student", "ann", "--secret-file", str(secret), "--submission", str(file)]
     assert "24 of 24" in subprocess.run(command, capture_output=True, text=True, timeout=120).stdout

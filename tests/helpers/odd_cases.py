@@ -47,7 +47,25 @@ def _many(**given):
     return fb.simulate_many(**given)
 
 
-ROBOT_VALUES = {name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")}
+LINK = fb.Link(0.3, 0.04, 0.01, 0.001)
+HEAVY = fb.FiveBar(
+    mx11=0.01,
+    my11=1e-3,
+    mx21=0.01,
+    my21=-1e-3,
+    zz12=-1e-4,
+    zz22=1e-4,
+    my12=1e-3,
+    my22=-1e-3,
+    gravity=(0.1, -9.81),
+    fv1=0.01,
+    fv2=0.01,
+    fs1=0.01,
+    fs2=0.01,
+    fv12=1e-3,
+    fv22=1e-3,
+)
+HEAVY_RATES = fb.dkm(fb.dgm(HEAVY, (0.2, -0.1)), (0.7, -1.1))
 SIDES = dict(ground=0.2, crank=0.06, coupler=0.16, rocker=0.14)
 SLIDER_BODIES = {f"{link}_body": MASSIVE for link in ("crank", "rod", "slider", "guide")}
 BODIES = dict(crank_body=MASSIVE, coupler_body=MASSIVE, rocker_body=MASSIVE)
@@ -57,8 +75,26 @@ WORDS_OF_FILES = "embedded null byte", "a page compares Runs", "the open file", 
 
 CASES = {
     # models
-    "FiveBar": Case(fb.FiveBar, ROBOT_VALUES),
-    "Biglide": Case(fb.Biglide, dict(l1=0.28, l2=0.28, d=0.4, mf1=1.0, mf2=1.0, m=3.0)),
+    "FiveBar": Case(fb.FiveBar, {name: getattr(HEAVY, name) for name in HEAVY.__dataclass_fields__}),
+    "from_links": Case(
+        fb.FiveBar.from_links,
+        dict(
+            l11=0.09, l12=0.09, l21=0.09, l22=0.09, d=0.1, links={"11": LINK, "12": LINK, "21": LINK, "22": 0.2},
+            payload=0.1, gravity=(0.0, -9.81), rotor=(1e-4, 1e-4), viscous=(0.1, 0.1), coulomb=(0.1, 0.1),
+            elbows=(0.1, 0.1),
+        ), words=("zz", "mx", "my", "fs", "fv", "m = "),
+    ),
+    "Link": Case(fb.Link, dict(mass=1.0, x=0.05, y=0.01, inertia=0.004), words=("mass", "inertia")),
+    "Biglide": Case(
+        fb.Biglide,
+        dict(
+            l1=0.28, l2=0.28, d=0.4, mf1=1.0, mf2=1.0, m=3.0, zz1=-1e-3, zz2=1e-3, my1=1e-3, my2=-1e-3,
+            gravity=(0.0, -9.81), fv1=0.1, fv2=0.1, fs1=0.1, fs2=0.1,
+        ),
+    ),
+    "gravity_torques": Case(fb.gravity_torques, dict(pose=HEAVY_RATES.pose)),
+    "potential": Case(fb.potential, dict(pose=HEAVY_RATES.pose)),
+    "friction_torques": Case(fb.friction_torques, dict(rates=HEAVY_RATES)),
     "dgm": Case(fb.dgm, dict(robot=ROBOT, q=(0.2, -0.1), assembly=-1, unreachable="raise")),
     "igm": Case(fb.igm, dict(robot=ROBOT, xi=HOME, working=(-1, -1), unreachable="raise")),
     "dkm": Case(fb.dkm, dict(pose=POSE, q_dot=(0.7, -1.1))),
@@ -125,7 +161,7 @@ CASES = {
         ), 30.0,
     ),
     # control and simulation
-    "PD": Case(fb.PD, GAINS),
+    "PD": Case(fb.PD, GAINS | {"gravity": False, "assembly": -1}),
     "ComputedTorque": Case(fb.ComputedTorque, GAINS | {"assembly": -1}),
     "FeedForward": Case(fb.FeedForward, GAINS | {"ahead": 0.005}),
     "Tracker": Case(
@@ -214,7 +250,7 @@ def public_names():
             ours = getattr(thing, "__module__", "").startswith("fivebar")
             if callable(thing) and ours and not name.startswith("_") and not isinstance(thing, ModuleType):
                 found.add(prefix + name)
-    return found | {"models"}
+    return found | {"models", "from_links"}
 
 
 def parameters_missed():

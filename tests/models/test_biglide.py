@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar import amoro
-from fivebar.models.robots import robot_of
+from fivebar.models.parameters import robot_of
 
 LAB = fb.Biglide()
 UNEQUAL = fb.Biglide(l1=0.5, l2=0.3, d=0.35, mf1=0.7, mf2=1.4, m=2.0)

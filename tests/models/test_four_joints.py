@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import fivebar as fb
 from fivebar.models.charts import Bars
 from fivebar.models.four_joints import bars_of, bars_rates, closed, loop_gap
-from fivebar.models.robots import parameters_of
+from fivebar.models.parameters import parameters_of
 
 from ..conftest import UNEQUAL
 
@@ -130,7 +130,7 @@ def test_robots_with_symbols_as_parameters():
     """A compiled function of the robot itself: models, dynamics and reach margin, equal to those of the numbers."""
     for robot, q in ((UNEQUAL, (0.2, -0.1)), (BIGLIDE, (0.05, -0.02))):
         symbols = casadi.SX.sym("p", len(parameters_of(robot)))
-        names = type(robot).__dataclass_fields__
+        names = robot.parameters
         unknown = type(robot)(**{name: symbols[k] for k, name in enumerate(names)})
         xi = fb.dgm(robot, q).xi
         at, push = casadi.SX.sym("at", 2), casadi.SX.sym("push", 2)

@@ -240,12 +240,12 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     for title, values in {
         "t (s)": run.t, "q left (rad)": run.q[:, 0], "q_dot right (rad/s)": run.q_dot[:, 1], "xi y (m)": run.xi[:, 1],
         "error distance (m)": size, "q_error left (rad)": run.q_error[:, 0], "tau right (N m)": run.tau[:, 1],
-        "energy energy (J)": run.energy,
+        "energy energy (J)": run.energy, "potential energy (J)": run.potential,
     }.items():  # fmt: skip
         np.testing.assert_array_equal(columns[title], values)
     for title, sines in zip(["left leg", "right leg", "distal bars"], [*pose.sines, pose.det_A], strict=True):
         np.testing.assert_allclose(columns[f"margins {title}"], sines, atol=1e-9)
-    assert len(columns) == 18
+    assert len(columns) == 19
 
     from matplotlib.image import imread
 

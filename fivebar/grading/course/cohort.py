@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...errors import UsageError
@@ -69,7 +69,7 @@ class Cohort:
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, asdict(self.robot(entry))
+        now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, self.robot(entry).parameters
         kept = key == now and report.submission_hash and not report.faults and report.hints_from == self.hints_from
         return report if kept else None
 

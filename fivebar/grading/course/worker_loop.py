@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 from ..grade import grade
@@ -32,7 +32,7 @@ def main() -> None:
 def request_line(job: Job, lab: Lab) -> str:
     """A job as the line that `main` reads."""
     request = {f.name: getattr(job, f.name) for f in fields(job)} | {"lab": _hex(lab.folder), "path": _hex(job.path)}
-    request["robot"] = asdict(job.robot)
+    request["robot"] = job.robot.parameters
     request["siblings"] = [(_hex(file.path), file.member, file.name) for file in job.siblings]
     return json.dumps(request) + "\n"
 

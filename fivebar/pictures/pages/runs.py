@@ -54,6 +54,7 @@ QUANTITIES = {
     "tau": Quantity("motors", "{effort}", LEGS, lambda run: run.tau),
     "margins": Quantity("sines, 0 at a singularity", "", ("left leg", "right leg", "distal bars"), _margins),
     "energy": Quantity("kinetic energy", "J", ("energy",), lambda run: run.energy[:, None]),
+    "potential": Quantity("potential energy", "J", ("energy",), lambda run: run.potential[:, None]),
 }
 
 

@@ -118,6 +118,7 @@ class OfRun(OfRobot):
         super().__init__(run.robot)
         self.frames = choose(run.t, run.q, run.xi)
         thin = {name: getattr(run, name)[self.frames.index] for name in ("t", "q", "q_dot", "xi", "tau", "energy")}
+        thin["friction_loss"] = None  # not shown
         self.run = replace(run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index])
         self.q, self.xi, self.tau, self.xi_ref = self.run.q, self.run.xi, self.run.tau, self.run.xi_ref
 

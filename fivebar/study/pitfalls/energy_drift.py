@@ -10,7 +10,7 @@ import numpy as np
 
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
-from ...models.robots import ROBOTS
+from ...models.named_robots import ROBOTS
 from ...simulation.simulate import simulate
 from .integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from .joint_space import joint_model, joint_slope

@@ -1,0 +1,46 @@
+"""`fivebar study`: what is worth its cost, measured here."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from argparse import _SubParsersAction
+from pathlib import Path
+
+
+def add_parsers(commands: _SubParsersAction) -> None:
+    """Add `study` to the program's commands."""
+    parser = commands.add_parser("study", help="measure what is worth its cost")
+    studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
+    ladder = studies.add_parser("ladder", help="tracking error and time of a step, with each rung of physics added")
+    ladder.add_argument("--robots", nargs="+", metavar="NAME", help="of lab, vertical, haptic (default: all)")
+    ladder.add_argument("--out", type=Path, metavar="DIR", help="also ladder.csv and ladder.png")
+    ladder.add_argument("--json", action="store_true")
+    ladder.set_defaults(run=_ladder)
+
+
+def _ladder(arguments):
+    from ..errors import UsageError
+    from ..study.ladder import CASES, climb, figure, table
+
+    names = arguments.robots or list(CASES)
+    if unknown := [name for name in names if name not in CASES]:
+        raise UsageError(f"no robot {', '.join(unknown)}; the known ones are {', '.join(CASES)}")
+    found = {name: climb(CASES[name]) for name in names}
+    header, rows = table(found)
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        with open(arguments.out / "ladder.csv", "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([header, *rows])
+        figure(found).savefig(arguments.out / "ladder.png", dpi=150, bbox_inches="tight")
+        print(arguments.out / "ladder.csv", arguments.out / "ladder.png", sep="\n", file=sys.stderr)
+    if arguments.json:
+        print(json.dumps([dict(zip(header, row)) for row in rows]))
+        return
+    print(
+        f"{'robot':10}{'rung':20}{'instructions':>13}{'step µs':>9}{'missed N m':>12}{'rms µm':>10}{'largest µm':>12}"
+    )
+    for robot, rung, named, count, step, missed, rms, largest in rows:
+        told = rung if named else f"({rung}: none)"
+        print(f"{robot:10}{told:26.26}{count:7d}{step:9.1f}{missed:12.3g}{rms:10.3g}{largest:12.3g}")

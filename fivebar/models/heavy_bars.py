@@ -1,0 +1,148 @@
+"""Forward dynamics under the loads of `loads`: by the bar forces while the distal bars carry forces along them alone,
+else by the masses and the closure of all four coordinates, which divides by no inertia that may vanish or be negative.
+
+In (e1, e2, x, y), e_i = |P_i'| q_i a length, the loop is closed while Phi y'' = d with
+
+    Phi = [-s_1  0  u_1^T; 0  -s_2  u_2^T]          s_i = u_i . P_i' / |P_i'|
+
+The motions that it leaves free are the columns of the antisymmetric W whose entries are the complementary minors of Phi
+(det A, s_1 s_2 and s_i u_j): nothing has to be chosen, and W is 0 only where all four bars are parallel. With M the
+masses in these coordinates (indefinite as it may be off the free motions) and y_p any solution of Phi y_p = d,
+
+    y'' = y_p + W^T M W (f - M y_p) / Delta          Delta = tr(W^T M W M) / 2
+
+as N (N^T M N)^-1 N^T = W^T M W / det(N^T M N) for the 4 x 2 basis N of the free motions with W = N [0 1; -1 0] N^T.
+A drive that sticks is left out of both: its column of Phi is 0 and its mass alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._backend import is_symbolic
+from .dyads import dot
+from .kinematics import Accelerations, Rates
+from .loads import asked_for, at_rest
+from .physics import loads_of
+
+FREE = 1.0, 1.0
+
+
+def loaded_accelerations(rates: Rates, tau: tuple, slip: tuple | None, refuse_corner) -> Accelerations:
+    """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0 stays at rest.
+
+    refuse_corner(pose, determinant): raises where all bars are parallel.
+    """
+    robot = rates.pose.robot
+    free = FREE if slip is None else tuple(each * each for each in slip)
+    force, torques = asked_for(at_rest(rates), slip)
+    push = tuple(t - asked for t, asked in zip(tau, torques))
+    solve = _by_closure if loads_of(robot).heavy else _by_bar_forces
+    return solve(rates, push, force, free, refuse_corner)
+
+
+def _by_bar_forces(rates, push, force, free, refuse_corner):
+    """The 2 x 2 system of `dynamics.forward_dynamics` with loads: xi'' = A^T mu - force / m."""
+    pose, m = rates.pose, rates.pose.robot.m
+    b, square, g = pose.b, pose.det_A * pose.det_A, dot(*pose.u2)
+    if not is_symbolic(m) and m == 0:
+        fall = 0.0, 0.0
+    else:
+        fall = force[0] * (1 / m), force[1] * (1 / m)
+    mobility = tuple(f * (1 / z) for f, z in zip(free, pose.robot.inertias))
+    bias = tuple(d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
+    k1, k2 = (m * y * along * along for y, along in zip(mobility, b))
+    r1, r2 = (d + along * y * t for d, along, y, t in zip(bias, b, mobility, push))
+    determinant = square + (k1 + k2) + k1 * k2
+    refuse_corner(pose, determinant)
+    inverse = 1.0 / determinant
+    mu1, mu2 = ((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse
+    (x1, y1), (x2, y2) = pose.u2
+    q_ddot = (
+        ((k2 + square) * push[0] - m * b[0] * ((1 + k2) * bias[0] - g * r2)) * (inverse * mobility[0]),
+        ((k1 + square) * push[1] - m * b[1] * ((1 + k1) * bias[1] - g * r1)) * (inverse * mobility[1]),
+    )
+    return Accelerations(rates, q_ddot, (x1 * mu1 + x2 * mu2 - fall[0], y1 * mu1 + y2 * mu2 - fall[1]))
+
+
+def _by_closure(rates, push, force, free, refuse_corner):
+    pose, robot = rates.pose, rates.pose.robot
+    lengths = [drive.length for drive in robot.drives]
+    s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
+    (x1, y1), (x2, y2) = pose.u2
+    # A solution of Phi y = d, the least.
+    (d1, d2), g, det_A = rates._bias, dot(*pose.u2), pose.det_A
+    norm = det_A * det_A + s1 * s1 + s2 * s2 + s1 * s1 * s2 * s2
+    refuse_corner(pose, norm)
+    inverse = 1.0 / norm
+    n1, n2 = ((1 + s2 * s2) * d1 - g * d2) * inverse, ((1 + s1 * s1) * d2 - g * d1) * inverse
+    least = -s1 * n1, -s2 * n2, x1 * n1 + x2 * n2, y1 * n1 + y2 * n2
+    M = masses(rates, free)
+    forces = push[0] * free[0] * (1 / lengths[0]), push[1] * free[1] * (1 / lengths[1]), -force[0], -force[1]
+    W = _antisymmetric(det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
+    rest = [f - sum(row) for f, row in zip(forces, ([a * b for a, b in zip(each, least)] for each in M))]
+    MW = _product(M, W)
+    # tr(W^T M W M) = -tr(M W M W)
+    delta = -0.5 * sum(MW[i][j] * MW[j][i] for i in range(4) for j in range(4))
+    _refuse_negative(delta)
+    moved = _times(M, _times(W, rest))
+    moved = _times(W, moved)  # of W^T the negative
+    scale = -1.0 / delta
+    e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
+    q_ddot = e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])
+    return Accelerations(rates, q_ddot, (x, y))
+
+
+def masses(rates: Rates, free: tuple = FREE) -> list[list]:
+    """M (4 x 4, on components) in kg of (e1, e2, x, y): kinetic energy is half of y'^T M y'."""
+    pose, robot = rates.pose, rates.pose.robot
+    physics = loads_of(robot)
+    xx = yy = robot.m
+    xy, own, coupled = 0.0, [], []
+    for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
+        turn, side = physics.turning[i] * (1 / (bar * bar)), physics.across[i] * (1 / bar)
+        s, c, (ux, uy) = leg.sine, leg.cosine, leg.distal
+        own.append(robot.inertias[i] * (1 / (drive.length * drive.length)) + c * (turn * c + 2 * side * s))
+        share = -(turn * c + side * s) * free[i]
+        coupled.append((-share * uy, share * ux))
+        xx, xy, yy = xx + turn * uy * uy, xy - turn * ux * uy, yy + turn * ux * ux
+    e1, e2 = (f * f * each + (1 - f) for f, each in zip(free, own))
+    (ax, ay), (bx, by) = coupled
+    return [[e1, 0.0, ax, ay], [0.0, e2, bx, by], [ax, bx, xx, xy], [ay, by, xy, yy]]
+
+
+def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
+    """The forces along the distal bars in a motion under tau, on components, regular as the motion: least squares of
+    all that speaks of them, which agrees."""
+    free = FREE if slip is None else tuple(each * each for each in slip)
+    force, torques = asked_for(acc, slip)
+    pose = acc.rates.pose
+    lengths = (drive.length for drive in pose.robot.drives)
+    s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
+    own1, own2 = (f * (t - asked) * (1 / length) for f, t, asked, length in zip(free, tau, torques, lengths))
+    r1, r2 = (dot(u, force) + s * own for u, s, own in zip(pose.u2, (s1, s2), (own1, own2)))
+    g, det_A = dot(*pose.u2), pose.det_A
+    inverse = 1.0 / (det_A * det_A + s1 * s1 + s2 * s2 + s1 * s1 * s2 * s2)
+    return ((1 + s2 * s2) * r1 - g * r2) * inverse, ((1 + s1 * s1) * r2 - g * r1) * inverse
+
+
+def _antisymmetric(a, b, c, d, e, f):
+    """Rows of W from its entries 12, 13, 14, 23, 24, 34."""
+    return [[0.0, a, b, c], [-a, 0.0, d, e], [-b, -d, 0.0, f], [-c, -e, -f, 0.0]]
+
+
+def _times(rows, v):
+    return [sum(a * b for a, b in zip(row, v)) for row in rows]
+
+
+def _product(rows, others):
+    columns = list(zip(*others))
+    return [_times(columns, row) for row in rows]
+
+
+def _refuse_negative(delta):
+    if not is_symbolic(delta) and np.any(delta <= 0):
+        raise ValueError(
+            "forward_dynamics: these inertias make the kinetic energy of a motion 0 or negative, which no bodies do: "
+            "see FiveBar.from_links"
+        )

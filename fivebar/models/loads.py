@@ -1,0 +1,139 @@
+"""Gravity, friction and the distal bars' own inertia in a motion: the loads beyond Z q'' and m xi''.
+
+With u, v along and across a distal bar, P(q) its elbow, j and my its grouped inertia and first moment (`links`), the
+bar asks about its elbow for the moment
+
+    N = j phi'' - my u . (P'' q'^2 + P' q'' - g) + fv2 (phi' - q')
+
+which is a force N / l v on the end-effector and its reaction N / l v . P' on the drive. Beside it the drive is asked
+for my v'' . P' = -my (b phi'' + v . P' phi'^2), for its own weight, and for friction. Then, lambda the forces along the
+distal bars,
+
+    m (xi'' - g) + sum N / l v = A^T lambda          tau = Z q'' + (what the drive is asked for) + B lambda
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._backend import is_symbolic, pack, sign, sqrt
+from .dyads import cross, dot
+from .geometry import Pose
+from .kinematics import Accelerations, Rates, a_pose, some_rates
+from .physics import Physics, loads_of, named, physics_of
+
+if TYPE_CHECKING:
+    from .robots import Robot
+
+
+def refuse_weightless(robot: Robot, physics: Physics, model: str) -> None:
+    """Raise where there is gravity and nothing that it pulls."""
+    if physics.weighs and not any(map(named, (robot.m, *physics.levers, *physics.sides, *physics.across))):
+        names = ", ".join(name for name in ("m", "mx11", "my11", "mx21", "my21", "mf1", "mf2") if hasattr(robot, name))
+        raise ValueError(f"{model}: gravity = {physics.gravity} m/s^2 pulls at nothing: {names} are 0")
+
+
+def carries(robot: Robot, physics: Physics) -> bool:
+    """Whether the distal bars push at all."""
+    return named(robot.m) or physics.heavy or any(map(named, physics.elbows))
+
+
+def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
+    """(force on the end-effector, torques of the drives) that a motion asks for but for the forces along the bars.
+
+    On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of its rate.
+    """
+    rates, robot = acc.rates, acc.rates.pose.robot
+    pose, physics = rates.pose, loads_of(robot)
+    gx, gy = physics.gravity
+    force = [robot.m * (acc._xi_ddot[0] - gx), robot.m * (acc._xi_ddot[1] - gy)]
+    torques = []
+    for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
+        q_dot, q_ddot = rates._q_dot[i], acc._q_ddot[i]
+        torque = robot.inertias[i] * q_ddot + _weight(physics, drive, leg, i) + _friction(physics, i, q_dot, slip)
+        j, my, rub = physics.turning[i], physics.across[i], physics.elbows[i]
+        if named(j) or named(my) or named(rub):
+            b, beside = pose._slopes[i]
+            phi_dot, phi_ddot = rates.phi_dot[i], acc.phi_ddot[i]
+            pull = b * q_ddot + rates._bends[i][0] - (gx * leg.distal[0] + gy * leg.distal[1])
+            resists = rub * drive.relative(phi_dot, q_dot)
+            share = (j * phi_ddot - my * pull + resists) * (1 / bar)
+            force[0], force[1] = force[0] - share * leg.distal[1], force[1] + share * leg.distal[0]
+            torque = torque - my * (b * phi_ddot + beside * phi_dot * phi_dot) - share * beside - resists
+        torques.append(torque)
+    return tuple(force), tuple(torques)
+
+
+def at_rest(rates: Rates) -> Accelerations:
+    """The motion's Accelerations with q'' = 0 and xi'' = 0 (which need not close the loop): what is left is bias."""
+    zero = 0.0 * rates._xi_dot[0]
+    return Accelerations(rates, (zero, zero), (zero, zero))
+
+
+def _weight(physics, drive, leg, i):
+    """What a drive is asked for by the weight of what it moves."""
+    (gx, gy), mx, my = physics.gravity, physics.levers[i], physics.sides[i]
+    x, y = (part * (1 / drive.length) for part in drive.tangent(leg.direction))
+    return my * (gx * y - gy * x) - mx * (gx * x + gy * y)
+
+
+def _friction(physics, i, q_dot, slip):
+    """Friction of a drive, against its motion."""
+    dry = physics.coulomb[i]
+    if not named(dry):
+        return physics.viscous[i] * q_dot
+    if slip is not None:
+        return physics.viscous[i] * q_dot + dry * slip[i]
+    if named(physics.smoothing):
+        return physics.viscous[i] * q_dot + dry * q_dot / sqrt(q_dot * q_dot + physics.smoothing * physics.smoothing)
+    return physics.viscous[i] * q_dot + dry * (sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot))
+
+
+def potential(pose: Pose) -> np.ndarray:
+    """Potential energy (*batch,) in J of a robot with gravity, 0 for one without.
+
+    V = -m g . xi - sum_i (mx_i1 u_i1 + my_i1 v_i1 + my_i2 v_i2) . g; of a biglide's foot -mf_i g_y q_i.
+    """
+    a_pose(pose, "pose")
+    robot, physics = pose.robot, physics_of(pose.robot)
+    value = 0.0 * pose.point[0]
+    if physics is None or not physics.weighs:
+        return value
+    refuse_weightless(robot, physics, "potential")
+    g = physics.gravity
+    value = value - robot.m * dot(g, pose.point)
+    for i, (drive, leg) in enumerate(zip(robot.drives, pose.legs)):
+        x, y = drive.pivot(leg.direction)
+        arm = (x - drive.x) * (1 / drive.length), (y - drive.y) * (1 / drive.length)
+        value = value - physics.levers[i] * dot(g, arm) - physics.sides[i] * cross(arm, g)
+        if named(physics.across[i]):
+            value = value - physics.across[i] * cross(leg.distal, g)
+    return value
+
+
+def friction_torques(rates: Rates) -> np.ndarray:
+    """What friction of the motors asks them for, (*batch, 2) N m: fv q' + fs sign(q'), 0 where a motor stands."""
+    some_rates(rates, "rates")
+    physics = physics_of(rates.pose.robot) or Physics()
+    return pack(*(_friction(physics, i, q_dot, None) for i, q_dot in enumerate(rates._q_dot)))
+
+
+def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
+    """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols too."""
+    signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
+    dry = loads_of(robot).coulomb
+    return pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
+
+
+def lost_power(rates: Rates) -> np.ndarray:
+    """What friction takes, (*batch,) W."""
+    robot, physics = rates.pose.robot, physics_of(rates.pose.robot) or Physics()
+    power = 0.0 * rates._q_dot[0]
+    for i, (drive, q_dot) in enumerate(zip(robot.drives, rates._q_dot)):
+        power = power + _friction(physics, i, q_dot, None) * q_dot
+        if named(physics.elbows[i]):
+            opens = drive.relative(rates.phi_dot[i], q_dot)
+            power = power + physics.elbows[i] * opens * opens
+    return power

@@ -1,0 +1,99 @@
+"""What a robot may have beyond the lab's base parameters: gravity, heavy bars, friction; one form for every kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .._backend import is_symbolic
+
+Pair = tuple[Any, Any]
+NOTHING = 0.0, 0.0
+
+
+def named(value: object) -> bool:
+    """Whether a parameter is asked for: a symbol, or a number that is not 0."""
+    return is_symbolic(value) or value != 0
+
+
+def any_named(*values: Pair) -> bool:
+    return any(named(value) for pair in values for value in pair)
+
+
+@dataclass(frozen=True)
+class Physics:
+    """Of both legs, left and right; 0 where nothing is named, and then nothing is computed.
+
+    gravity: m/s^2. levers, sides: first moments of the driven bodies along and across their direction, kg m (of a foot
+    its mass, kg). turning: inertias that turn with the distal bars, kg m^2; across: their first moments across, kg m.
+    viscous, coulomb: of the drives, N m s/rad and N m; elbows: viscous, of the elbows, N m s/rad.
+    smoothing: rate, rad/s, by which Coulomb friction is smoothed, inside an optimisation.
+    """
+
+    gravity: Pair = NOTHING
+    levers: Pair = NOTHING
+    sides: Pair = NOTHING
+    turning: Pair = NOTHING
+    across: Pair = NOTHING
+    viscous: Pair = NOTHING
+    coulomb: Pair = NOTHING
+    elbows: Pair = NOTHING
+    smoothing: float = 0.0
+
+    @property
+    def asked(self) -> bool:
+        """Whether any of it changes a motion."""
+        return self.weighs or self.heavy or self.rubs
+
+    @property
+    def weighs(self) -> bool:
+        return any_named(self.gravity)
+
+    @property
+    def heavy(self) -> bool:
+        """Whether distal bars carry more than forces along them."""
+        return any_named(self.turning, self.across)
+
+    @property
+    def rubs(self) -> bool:
+        return any_named(self.viscous, self.coulomb, self.elbows)
+
+    @property
+    def sticks(self) -> bool:
+        return any_named(self.coulomb)
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """A robot whose Coulomb friction is fs q' / sqrt(q'^2 + rate^2): what an optimisation can differentiate.
+
+    It is less than the friction itself by half of (rate / q')^2 of it, and nothing where the drive stands.
+    """
+
+    robot: Any
+    rate: float
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.robot, name)
+
+    @property
+    def physics(self) -> Physics:
+        return replace(self.robot.physics, smoothing=self.rate)
+
+
+def smoothed(robot: Any, rate: float) -> Any:
+    """The robot itself where nothing in it needs smoothing."""
+    physics = physics_of(robot)
+    return Smoothed(robot, rate) if physics is not None and physics.sticks else robot
+
+
+def loads_of(robot: Any) -> Physics:
+    """What a robot has beyond the lab's parameters, where it is known to have something."""
+    return robot.physics
+
+
+def physics_of(robot: Any) -> Physics | None:
+    """What a robot has beyond the lab's parameters; None: nothing."""
+    return getattr(robot, "physics", None)

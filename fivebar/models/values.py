@@ -1,0 +1,81 @@
+"""A robot's fields: what each may be, and which of them it shows."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, ClassVar
+
+from .._backend import is_symbolic
+from ..checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
+from .physics import named
+
+MAY_BE_NEGATIVE = "zz1", "zz2", "m"  # what is grouped, of a heavy bar whose centre of mass is not between its ends
+
+
+def _rule(robot, name):
+    """The rule for a field by its name."""
+    if name[0] == "l":
+        return size
+    if name == "d":
+        return base
+    if name[0] == "f":
+        return not_negative
+    if name.startswith("mx") or name.startswith("my") or name in robot.turning_names:
+        return moment
+    if name in MAY_BE_NEGATIVE and any(named(getattr(robot, each)) for each in robot.turning_names):
+        return moment
+    return inertia
+
+
+def check_values(robot):
+    """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that products fail."""
+    # First those that say whether others may be negative.
+    for f in sorted(fields(robot), key=lambda f: f.name not in robot.turning_names):
+        value = getattr(robot, f.name)
+        if f.name == "gravity":
+            object.__setattr__(robot, "gravity", _gravity(value))
+            continue
+        if is_symbolic(value):
+            if value.numel() == 1 and not value.is_constant():
+                continue  # what a compiled function is told later
+            if value.numel() == 1:
+                value = float(value)  # CasADi's numbers are numbers
+        object.__setattr__(robot, f.name, _rule(robot, f.name)(value, f.name))
+    lengths = {f.name: getattr(robot, f.name) for f in fields(robot) if f.name[0] == "l"}
+    if not any(map(is_symbolic, lengths.values())):
+        not_too_different(lengths)
+    for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
+        value, inertia_of = getattr(robot, rub), getattr(robot, own)
+        if named(value) and not named(inertia_of):
+            raise ValueError(
+                f"{rub} = {value} is the friction of a drive, but {own} = 0: there is nothing that it slows"
+            )
+
+
+def _gravity(value):
+    """(gx, gy), numbers or symbols."""
+    symbols = is_symbolic(value) and value.numel() == 2
+    if symbols or (isinstance(value, (tuple, list)) and len(value) == 2 and any(map(is_symbolic, value))):
+        return value[0], value[1]
+    return two_numbers(value, "gravity")
+
+
+class Named:
+    """What a robot shows of itself: the first `lab` parameters, the lab's, and of the others those that are named."""
+
+    lab = 0
+    __dataclass_fields__: ClassVar[dict]
+
+    def __repr__(self):
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.parameters.items())})"
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """{name: value} of the lab's parameters and of those beyond that are not 0."""
+        names = list(self.__dataclass_fields__)
+        always = names[: self.lab]
+        values = {name: getattr(self, name) for name in names}
+        return {
+            k: v for k, v in values.items()
+            if k in always or (any(map(named, v)) if k == "gravity" else named(v))
+        }  # fmt: skip
