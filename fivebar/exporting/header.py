@@ -1,0 +1,101 @@
+"""The robot's models and a controller as one C99 header, for a microcontroller."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+import casadi as ca
+
+from ..models.compiled import compile
+from ..models.dynamics import dynamic_model
+from ..models.geometry import joint_pose
+from ..models.kinematics import dkm
+from .c import PRELUDE, to_c
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..models.robots import Biglide, FiveBar
+
+# Name -> (inputs, outputs of `compile`, what it is, whether it needs the robot's inertias).
+MODELS = {
+    "dgm": (["q", "assembly"], ["xi"], "Direct geometric model.", False),
+    "passive": (["q", "assembly"], ["q_passive"], "Coordinates of the passive joints.", False),
+    "igm": (["xi", "working"], ["q"], "Inverse geometric model.", False),
+    "dkm": (["q", "q_dot", "assembly"], ["xi", "xi_dot"], "Direct models of position and velocity.", False),
+    "ikm": (["xi", "xi_dot", "working"], ["q", "q_dot"], "Inverse models of position and velocity.", False),
+    "ikm2": (["xi", "xi_dot", "xi_ddot", "working"], ["q", "q_dot", "q_ddot"],
+             "Inverse models to accelerations: what a controller follows, of a motion of the end-effector.", False),
+    "dynamic_model": (["q", "q_dot", "assembly"], ["M", "c"], "tau = M q_ddot + c.", True),
+    "inverse_dynamics": (["q", "q_dot", "q_ddot", "assembly"], ["tau"], "Efforts of the drives for a motion.", True),
+    "forward_dynamics": (["q", "q_dot", "tau", "assembly"], ["q_ddot"], "Accelerations under the drives' efforts.",
+                         True),
+}  # fmt: skip
+CONTROLLER = "computed_torque"
+NAMES = *MODELS, CONTROLLER
+LAW = "tau = M (q_ref_ddot + kd (q_ref_dot - q_dot) + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s, one per joint."
+ABOUT = """\
+/*
+ * {title}, by fivebar: {parameters}.
+ *
+ * Units: m, kg, s, {units}. All vectors are left, right or x, y:
+ *   q, q_dot, q_ddot    drives' coordinates ({joints}), {unit}, {unit}/s, {unit}/s^2
+ *   q_passive           {passive}, rad in (-pi, pi]
+ *   xi, xi_dot, xi_ddot end-effector's position, velocity, acceleration
+ *   tau                 drives' {effort}s, {effort_unit}
+ *   assembly            +1 or -1: which of the two places of the end-effector; -1 has det A > 0
+ *   working[2]          +1 or -1: which of the two places of each leg's {pivots}
+ *
+ * Every function returns 0, or 1 where there is no such pose, or it is singular to the last digit: results are then
+ * not numbers, and of {prefix}_{controller}, which a motor might get, 0. Near a singularity they are as large as the
+ * models say: limit them. Results must not overlap inputs. C99; no memory is taken.
+ * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
+ */
+"""
+
+
+def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None = None) -> str:
+    """The robot's models as C; functions: which of NAMES (None: all that a robot of its inertias has).
+
+    name: what the names of all begin with.
+    """
+    prefix, words = name, robot.words
+    heavy = all(robot.inertias)
+    wanted = [n for n in NAMES if heavy or not _needs_inertia(n)] if functions is None else list(functions)
+    if unknown := [name for name in wanted if name not in NAMES]:
+        raise ValueError(f"no function {unknown[0]!r}; the known ones are {', '.join(NAMES)}")
+    if not wanted:
+        raise ValueError(f"functions must name at least one of {', '.join(NAMES)}")
+    if (name := next(filter(_needs_inertia, wanted), None)) and not heavy:
+        raise ValueError(f"{name} needs {' and '.join(words.inertias)} > 0")
+    parameters = ", ".join(f"{f.name} = {getattr(robot, f.name)!r}" for f in fields(robot))
+    about = ABOUT.format(
+        title=words.title.capitalize(), parameters=parameters, units="rad" if words.unit == "rad" else "N, rad",
+        unit=words.unit, joints=", ".join(words.joints), passive=", ".join(words.passive), effort=words.effort,
+        effort_unit=words.effort_unit, pivots=words.pivots, prefix=prefix, controller=CONTROLLER,
+    )  # fmt: skip
+    guard = f"{prefix.upper()}_H"
+    parts = [_function(robot, name, prefix) for name in dict.fromkeys(wanted)]
+    return "\n".join([about + f"#ifndef {guard}\n#define {guard}\n\n{PRELUDE}", *parts, f"#endif /* {guard} */\n"])
+
+
+def _needs_inertia(name):
+    return name == CONTROLLER or MODELS[name][3]
+
+
+def _function(robot, name, prefix):
+    if name == CONTROLLER:
+        return to_c(computed_torque(robot), f"{prefix}_{name}", f"Computed torque: {LAW}", safe=True)
+    inputs, outputs, about, _ = MODELS[name]
+    return to_c(compile(robot, inputs, outputs), f"{prefix}_{name}", about)
+
+
+def computed_torque(robot: FiveBar | Biglide) -> ca.Function:
+    """`ComputedTorque.law` of (q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd, assembly), gains one per joint."""
+    names = "q", "q_dot", "q_ref", "q_ref_dot", "q_ref_ddot", "kp", "kd"
+    q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd = vectors = [ca.SX.sym(name, 2) for name in names]
+    assembly = ca.SX.sym("assembly")
+    M, c = dynamic_model(dkm(joint_pose(robot, (q[0], q[1]), assembly), q_dot))
+    tau = M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.differ(q_ref - q) * kp) + c
+    return ca.Function(CONTROLLER, [*vectors, assembly], ca.cse([tau]), [*names, "assembly"], ["tau"])
