@@ -31,6 +31,10 @@ NEEDED = {
         "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",
     ),
     "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
+    "an ARM compiler": (
+        lambda: shutil.which("arm-linux-gnueabihf-gcc") and shutil.which("qemu-arm"),
+        "apt-get install gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user",
+    ),
     "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
 }
 MARK = "this test needs {}: "
