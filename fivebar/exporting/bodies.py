@@ -11,7 +11,8 @@ import numpy as np
 from .._backend import is_symbolic
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, dgm
-from ..models.robots import parameters_of
+from ..models.parameters import parameters_of
+from ..models.physics import Physics
 
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
@@ -60,17 +61,10 @@ class _Moments(NamedTuple):
 
 
 def _moments(robot):
-    return (_Moments(0.0, 0.0, 0.0, 0.0),) * 2
-
-
-def _friction(robot):
-    """Per leg the viscous friction of both its joints, and the drive's Coulomb friction."""
-    return ((0.0, 0.0), 0.0), ((0.0, 0.0), 0.0)
-
-
-def gravity_of(robot: FiveBar | Biglide) -> tuple[float, float]:
-    """m/s^2."""
-    return 0.0, 0.0
+    if not robot.turns:
+        return _Moments(0.0, 0.0, robot.zz1, robot.my1), _Moments(0.0, 0.0, robot.zz2, robot.my2)
+    left = _Moments(robot.mx11, robot.my11, robot.zz12, robot.my12)
+    return left, _Moments(robot.mx21, robot.my21, robot.zz22, robot.my22)
 
 
 def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
@@ -83,7 +77,7 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
     s (zz_2 + k l^2) > my^2 - k zz_2: the masses s are put in the middle of what that allows, and m2 so too. Mass at a
     drive's own axis changes nothing: there is as much of it as its first moment needs.
     """
-    if any(is_symbolic(value) for value in np.ravel(np.array(parameters_of(robot), dtype=object))):
+    if any(map(is_symbolic, parameters_of(robot))):
         raise ValueError("bodies are made of a robot's numbers: this one has CasADi symbols as parameters")
     least, moments = [], _moments(robot)
     for k, (drive, bar, z, own) in enumerate(zip(robot.drives, robot.distal, robot.inertias, moments)):
@@ -128,9 +122,10 @@ def _leg(robot, k, share, own):
     words = robot.words
     parts = ("proximal", "distal") if robot.turns else ("foot", "bar")
     names = *(f"{part}{k + 1}" for part in parts), words.joints[k], words.passive[k]
-    viscous, coulomb = _friction(robot)[k]
+    rubs = robot.physics or Physics()
+    viscous = rubs.viscous[k], rubs.elbows[k]
     length = drive.length if robot.turns else None
-    return Leg(k + 1, drive.x, length, bar, first, second, viscous, coulomb, names)
+    return Leg(k + 1, drive.x, length, bar, first, second, viscous, rubs.coulomb[k], names)
 
 
 def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import casadi as ca
 
 from .instructions import Language, statements, variables
@@ -65,7 +67,7 @@ def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) 
         body += [f"if ({good}) return 0;", f"{' = '.join(results)} = 0;", "return 1;"]
     else:
         body.append(f"return !({good});")
-    head = "".join(f" * {line}\n" for line in about.splitlines())
+    head = "".join(f" * {line}\n" for line in textwrap.wrap(about, WIDTH - 3))
     comment = f"/*\n{head} * {function.n_instructions()} instructions.\n */\n"
     lines = "\n".join(f"    {line}" for line in body)
     declaration = "\n".join(_wrapped(f"static inline int {name}(", arguments, ")"))

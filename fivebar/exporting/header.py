@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+import textwrap
 from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from .._backend import is_symbolic
 from ..models.compiled import compile
 from ..models.dynamics import dynamic_model
 from ..models.geometry import joint_pose
 from ..models.kinematics import dkm
-from .c import PRELUDE, to_c
+from ..models.parameters import parameters_of
+from ..models.physics import Physics
+from .c import PRELUDE, WIDTH, to_c
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from ..models.robots import Biglide, FiveBar
 
-# Name -> (inputs, outputs of `compile`, what it is, whether it needs the robot's inertias).
+# Name -> (inputs, outputs of `compile`, what it is, whether it is about masses).
 MODELS = {
     "dgm": (["q", "assembly"], ["xi"], "Direct geometric model.", False),
     "passive": (["q", "assembly"], ["q_passive"], "Coordinates of the passive joints.", False),
@@ -34,10 +37,10 @@ MODELS = {
 }  # fmt: skip
 CONTROLLER = "computed_torque"
 NAMES = *MODELS, CONTROLLER
-LAW = "tau = M (q_ref_ddot + kd (q_ref_dot - q_dot) + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s, one per joint."
+LAW = "tau = M (q_ref_ddot + kd (q_ref_dot - q_dot) + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s."
 ABOUT = """\
 /*
- * {title}, by fivebar: {parameters}.
+ * {title}
  *
  * Units: m, kg, s, {units}. All vectors are left, right or x, y:
  *   q, q_dot, q_ddot    drives' coordinates ({joints}), {unit}, {unit}/s, {unit}/s^2
@@ -50,38 +53,46 @@ ABOUT = """\
  * Every function returns 0, or 1 where there is no such pose, or it is singular to the last digit: results are then
  * not numbers, and of {prefix}_{controller}, which a motor might get, 0. Near a singularity they are as large as the
  * models say: limit them. Results must not overlap inputs. C99; no memory is taken.
- * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
+{friction} * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
  */
+"""
+COULOMB = """\
+ * Coulomb friction is fs sign(q_dot), 0 of a drive that stands: let small rates of a noisy sensor be 0.
 """
 
 
 def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None = None) -> str:
-    """The robot's models as C; functions: which of NAMES (None: all that a robot of its inertias has).
+    """The robot's models as C; functions: which of NAMES (None: all that a robot of its masses has).
 
     name: what the names of all begin with.
     """
-    prefix, words = name, robot.words
-    heavy = all(robot.inertias)
-    wanted = [n for n in NAMES if heavy or not _needs_inertia(n)] if functions is None else list(functions)
+    prefix, words, physics = name, robot.words, robot.physics or Physics()
+    if any(map(is_symbolic, parameters_of(robot))):
+        raise ValueError("C is made of a robot's numbers: this one has CasADi symbols as parameters")
+    wanted = [n for n in NAMES if _is_of(robot, physics, n)] if functions is None else list(functions)
     if unknown := [name for name in wanted if name not in NAMES]:
         raise ValueError(f"no function {unknown[0]!r}; the known ones are {', '.join(NAMES)}")
     if not wanted:
         raise ValueError(f"functions must name at least one of {', '.join(NAMES)}")
-    if (name := next(filter(_needs_inertia, wanted), None)) and not heavy:
-        raise ValueError(f"{name} needs {' and '.join(words.inertias)} > 0")
-    parameters = ", ".join(f"{f.name} = {getattr(robot, f.name)!r}" for f in fields(robot))
+    parameters = ", ".join(f"{key}={value!r}" for key, value in robot.parameters.items())
+    title = textwrap.wrap(f"{words.title.capitalize()}, by fivebar: {parameters}.", WIDTH - 3)
     about = ABOUT.format(
-        title=words.title.capitalize(), parameters=parameters, units="rad" if words.unit == "rad" else "N, rad",
-        unit=words.unit, joints=", ".join(words.joints), passive=", ".join(words.passive), effort=words.effort,
+        title="\n * ".join(title), units="rad" if words.unit == "rad" else "N, rad", unit=words.unit,
+        joints=", ".join(words.joints), passive=", ".join(words.passive), effort=words.effort,
         effort_unit=words.effort_unit, pivots=words.pivots, prefix=prefix, controller=CONTROLLER,
+        friction=COULOMB if physics.sticks else "",
     )  # fmt: skip
     guard = f"{prefix.upper()}_H"
     parts = [_function(robot, name, prefix) for name in dict.fromkeys(wanted)]
     return "\n".join([about + f"#ifndef {guard}\n#define {guard}\n\n{PRELUDE}", *parts, f"#endif /* {guard} */\n"])
 
 
-def _needs_inertia(name):
-    return name == CONTROLLER or MODELS[name][3]
+def _is_of(robot, physics, name):
+    """Whether there is anything in this function for a robot of these masses."""
+    if name == "forward_dynamics":
+        return physics.heavy or all(robot.inertias)
+    dynamic = name == CONTROLLER or MODELS[name][3]
+    return not dynamic or physics.heavy or any((robot.m, *robot.inertias))
 
 
 def _function(robot, name, prefix):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .bodies import angles_of, gravity_of, legs_of
+from .bodies import angles_of, legs_of
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
@@ -19,6 +19,9 @@ four time steps; solimp = 0.9999, the most there is, leaves to accelerations 1e-
 With this integrator and motor torques set by a callback at its every stage, 2 s of the lab's robot end with a gap of
 1e-9 m and errors of 4e-9 rad in steps of 1 ms; with torques held over the step 2e-6 rad; by Euler's method 1e-4 rad.
 For less, divide time step and solref's first number by two: a quarter of the errors.
+"""
+COULOMB = """\
+Dry friction is as soft: a drive that would stand within that time constant is braked less.
 """
 TEXT = """\
 <mujoco model="{model}">
@@ -61,20 +64,21 @@ def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) 
     step: s, the time step; the constraint's time constant is four of them.
     """
     legs = legs_of(robot)
-    gx, gy = gravity_of(robot)
+    gx, gy = robot.gravity
     joints = ", ".join(name for leg in legs for name in leg.names[2:])
     motors = " and ".join(leg.names[2] for leg in legs)
-    about = ABOUT.format(title=robot.words.title.capitalize(), names=joints, motors=motors)
+    rubs = COULOMB if any(leg.coulomb for leg in legs) else ""
+    about = ABOUT.format(title=robot.words.title.capitalize(), names=joints, motors=motors) + rubs
     return TEXT.format(
         model=name, about="".join(f"    {line}\n" for line in about.splitlines()),
         step=step, constant=4 * step, gx=gx, gy=gy,
-        legs="".join(_leg(leg, *angles) for leg, angles in zip(legs, angles_of(start))),
+        legs="".join(_leg(leg, *angles, 4 * step) for leg, angles in zip(legs, angles_of(start))),
         bars=[leg.names[1] for leg in legs], reach=legs[0].distal,
         motors="".join(MOTOR.format(joint=leg.names[2]) for leg in legs),
     )  # fmt: skip
 
 
-def _leg(leg, q, passive):
+def _leg(leg, q, passive, constant):
     drive, bar, joint, other = leg.names
     thin = leg.distal / 40
     turns = leg.proximal is not None
@@ -85,7 +89,7 @@ def _leg(leg, q, passive):
         kind='type="hinge" axis="0 0 1"' if turns else 'type="slide" axis="0 1 0"', distal=leg.distal, thin=thin,
         shape=shape, size=repr(1.5 * thin) if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}",
         colour=COLOURS[leg.number - 1], first=_inertial(leg.drive), second=_inertial(leg.bar),
-        friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
+        friction=_dynamics(leg.viscous[0], leg.coulomb, constant), slack=_dynamics(leg.viscous[1], 0.0, constant),
     )  # fmt: skip
 
 
@@ -94,5 +98,6 @@ def _inertial(body):
     return f'pos="{body.x!r} {body.y!r} 0" mass="{body.mass!r}" diaginertia="{j} {j} {j}"'
 
 
-def _dynamics(viscous, coulomb):
-    return f' damping="{viscous!r}"' * bool(viscous) + f' frictionloss="{coulomb!r}"' * bool(coulomb)
+def _dynamics(viscous, coulomb, constant):
+    soft = f'frictionloss="{coulomb!r}" solreffriction="{constant!r} 1" solimpfriction="0.9999 0.9999 0.001"'
+    return f' damping="{viscous!r}"' * bool(viscous) + f"\n        {soft}" * bool(coulomb)

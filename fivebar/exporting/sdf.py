@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from .bodies import angles_of, gravity_of, legs_of
+from .bodies import angles_of, legs_of
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
@@ -98,7 +98,7 @@ def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constr
     otherwise. step: s, of the world's physics.
     """
     legs, joined = legs_of(robot), closure == "joint"
-    gx, gy = gravity_of(robot)
+    gx, gy = robot.gravity
     known = angles_of(start)
     angles = ", ".join(
         f"{name} = {value!r}" for leg, own in zip(legs, known) for name, value in zip(leg.names[2:], own)

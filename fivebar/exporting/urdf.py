@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .bodies import angles_of, gravity_of, legs_of
+from .bodies import angles_of, legs_of
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
@@ -71,7 +71,7 @@ SLIDER = 'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" ef
 def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
     """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in its comment."""
     legs = legs_of(robot)
-    gx, gy = gravity_of(robot)
+    gx, gy = robot.gravity
     angles = ", ".join(
         f"{name} = {value!r}" for leg, own in zip(legs, angles_of(start)) for name, value in zip(leg.names[2:], own)
     )

@@ -38,17 +38,17 @@ class InMujoco:
         return np.array(columns)
 
     def bias(self, q, v):
+        """With viscous friction, as in all of them; dry friction is a constraint here, and nothing elsewhere."""
         self.set(q, v)
         return self.data.qfrc_bias - self.data.qfrc_passive
 
     def closed(self, q, v, tau):
         """Accelerations, and by how much MuJoCo says itself that its constraint gives way: R of f = ... - R f."""
         self.set(q, v, tau)
-        rows = self.data.nefc
-        jacobian = np.reshape(self.data.efc_J, (rows, 4))
-        force, soft = self.data.efc_force[:rows], self.data.efc_R[:rows]
-        held = self.data.efc_aref[:rows]
-        return self.data.qacc.copy(), jacobian, soft * force, held
+        tie = self.data.efc_type == self.lib.mjtConstraint.mjCNSTR_EQUALITY
+        jacobian = np.reshape(self.data.efc_J, (-1, 4))[tie]
+        soft = (self.data.efc_R * self.data.efc_force)[tie]
+        return self.data.qacc.copy(), jacobian, soft, self.data.efc_aref[tie]
 
 
 class InPinocchio:
@@ -76,11 +76,12 @@ class InPinocchio:
         return np.triu(found) + np.triu(found, 1).T
 
     def bias(self, q, v):
-        return self.pin.nonLinearEffects(self.model, self.data, self.place(q), v)
+        return self.pin.nonLinearEffects(self.model, self.data, self.place(q), v) + self.model.damping * v
 
-    def closed(self, q, v, tau):
+    def closed(self, q, v, efforts):
+        """Under the efforts (4,) of all joints, friction included: it applies none itself."""
         found = self.pin.constraintDynamics(
-            self.model, self.data, self.place(q), np.array(v), spread(tau), self.loop, self.loops, self.settings
+            self.model, self.data, self.place(q), np.array(v), efforts, self.loop, self.loops, self.settings
         )
         return found.copy()
 
@@ -110,7 +111,9 @@ class InDrake:
         self.plant.SetPositions(self.context, q)
         self.plant.SetVelocities(self.context, v)
         gravity = self.plant.CalcGravityGeneralizedForces(self.context)
-        return self.plant.CalcBiasTerm(self.context) - gravity
+        joints = [self.plant.get_joint(index) for index in self.plant.GetJointIndices()]
+        damping = [joint.default_damping_vector()[0] for joint in joints if joint.num_velocities()]
+        return self.plant.CalcBiasTerm(self.context) - gravity + damping * np.array(v)
 
     def moved(self, q, v, torque, count):
         """(q, v) after so many steps from (q, v) under torque (t)."""

@@ -7,14 +7,17 @@ import fivebar as fb
 from fivebar.exporting.header import CONTROLLER, MODELS, computed_torque
 
 from ..helpers.needs import need
+from ..models.test_physics import CASES, robot_of_case
 from . import chip
 
 ROBOTS = {
     "fivebar": fb.FiveBar(),
     "uneven": fb.FiveBar(l11=0.1, l12=0.13, l21=0.08, l22=0.15, d=0.05, zz1=0.001, zz2=0.003, m=0.2),
     "biglide": fb.Biglide(),
+    "vertical": robot_of_case(CASES[0]),
+    "rubbing": robot_of_case(CASES[1], elbows=(0.004, 0.007)),
 }
-COUNT = 400
+COUNT = 200
 ULP = np.finfo(float).eps
 
 
