@@ -59,3 +59,49 @@ def test_a_robot_without_masses_has_none():
 
     with pytest.raises(ValueError, match="symbols as parameters"):
         legs_of(replace(fb.FiveBar(), m=casadi.SX.sym("m")))
+
+
+def possible(robot):
+    """Whether some masses of the bars, with some shares of the end-effector, leave positive masses and inertias."""
+    shares, allowed = np.linspace(-3, 3, 1201) * abs(robot.m), []
+    for k, (drive, bar, z) in enumerate(zip(robot.drives, robot.distal, robot.inertias)):
+        j, my = (robot.zz12, robot.my12) if k == 0 else (robot.zz22, robot.my22)
+        share = shares[:, None] if k == 0 else robot.m - shares[:, None]
+        mass = np.geomspace(1e-4, 1e3, 2001)
+        left = z - (mass - share) * drive.length**2
+        own = j + share * bar**2 - (share**2 * bar**2 + my**2) / mass
+        allowed.append(((left > 0) & (own > 0)).any(axis=1))
+    return (allowed[0] & allowed[1]).any()
+
+
+def test_bodies_are_found_wherever_there_are_any():
+    rng, found = np.random.default_rng(6), []
+    for _ in range(60):
+        robot = fb.FiveBar(
+            *rng.uniform(0.05, 0.2, 4), 0.05, *10 ** rng.uniform(-4, -2, 2), 10 ** rng.uniform(-2, 0),
+            *rng.normal(size=4) * 0.1, *rng.normal(size=2) * 2e-3, *rng.normal(size=2) * 0.01,
+        )  # fmt: skip
+        try:
+            values = grouped(robot)
+        except ValueError as error:
+            assert "no bodies of positive mass move as" in str(error)
+            assert not possible(robot)
+            found.append(False)
+        else:
+            for name, value in values.items():
+                assert value == pytest.approx(getattr(robot, name), rel=1e-11, abs=1e-13), name
+            assert all(body.mass > 0 < body.inertia for leg in legs_of(robot) for body in (leg.drive, leg.bar))
+            found.append(True)
+    assert 10 < sum(found) < 50
+
+
+def test_what_is_asked_for_is_the_least():
+    robot = fb.FiveBar(m=0.3, zz12=-0.001, my12=0.01, zz22=-0.0012)
+    k1, k2 = robot.zz1 / robot.l11**2, robot.zz2 / robot.l21**2
+    least = (0.01**2 + k1 * 0.001) / (k1 * 0.09**2 - 0.001) + k2 * 0.0012 / (k2 * 0.09**2 - 0.0012)
+    assert possible(replace(robot, m=least * 1.05)) and not possible(replace(robot, m=least * 0.95))
+    legs_of(replace(robot, m=least * (1 + 1e-9)))
+    with pytest.raises(ValueError, match=f"must be above {least:.6g} kg"):
+        legs_of(replace(robot, m=least * (1 - 1e-9)))
+    with pytest.raises(ValueError, match="zz12 = -0.003 is zz12"):
+        legs_of(replace(robot, zz12=-0.003))
