@@ -134,7 +134,7 @@ def test_the_command(tmp_path, capsys):
         ),
         (["--format", "mjcf", "--functions", "dgm"], "functions is no option of mjcf"),
         (["--format", "c", "--functions", "foo"], "no function 'foo'"),
-        (["--format", "urdf", "--start", "0", "3.1", "--d", "0.2"], "--start: unreachable"),
+        (["--format", "urdf", "--start", "3.1", "0", "--d", "0.2"], "--start: unreachable"),
     ],
 )
 def test_the_command_refuses(arguments, message, capsys):
@@ -166,7 +166,8 @@ def test_any_function_of_sx_is_written():
     x = casadi.SX.sym("x", 2)
     every = [
         casadi.tan(x[0]), casadi.fmin(x[0], x[1]), casadi.if_else(x[0] < x[1], x[0], 3), casadi.floor(x[1]),
-        casadi.exp(x[0]), casadi.logic_and(x[0] <= 1, casadi.logic_not(x[1] == 2)), casadi.fabs(x[0]) ** 2.5, -casadi.inf,
+        casadi.exp(x[0]), casadi.logic_and(x[0] <= 1, casadi.logic_not(x[1] == 2)), casadi.fabs(x[0]) ** 2.5,
+        -casadi.inf,
     ]  # fmt: skip
     text = to_c(casadi.Function("f", [x], [casadi.densify(casadi.vertcat(*every))], ["x"], ["y"]), "f")
     for piece in ("FIVEBAR_(tan)(", "FIVEBAR_(fmin)(", " ? ", "+!", "<=", "FIVEBAR_(pow)(", "-INFINITY"):
