@@ -55,6 +55,7 @@ LEG = """\
     </body>
 """
 MOTOR = '    <motor name="{joint}" joint="{joint}" gear="1"/>\n'
+LEAST = 1e-15
 COLOURS = "0 0.447 0.698 1", "0.835 0.369 0 1"  # left, right
 
 
@@ -65,6 +66,10 @@ def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) 
     """
     legs = legs_of(robot)
     gx, gy = robot.gravity
+    for leg in legs:
+        for part, body in zip(leg.names, (leg.drive, leg.bar)):
+            if min(body.mass, body.inertia) < LEAST:
+                raise ValueError(f"MuJoCo takes no body below {LEAST:g} kg or kg m^2, and {part} would be {body}")
     joints = ", ".join(name for leg in legs for name in leg.names[2:])
     motors = " and ".join(leg.names[2] for leg in legs)
     rubs = COULOMB if any(leg.coulomb for leg in legs) else ""

@@ -93,6 +93,8 @@ def test_robots_that_no_format_has():
                 fb.export(robot, format)
     with pytest.raises(TypeError, match="robot must be a FiveBar or a Biglide"):
         fb.export("amoro", "c")
+    with pytest.raises(ValueError, match="MuJoCo takes no body below 1e-15 kg or kg m.2, and proximal2 would be"):
+        fb.export(fb.FiveBar(zz2=1e-15), "mjcf")
     text = fb.export(fb.ROBOTS["hoang-2015"].robot, "c")
     assert "fivebar_ikm2(" in text and "dynamic" not in text and "torque(" not in text
     with pytest.raises(ValueError, match="forward_dynamics needs zz1 > 0"):
