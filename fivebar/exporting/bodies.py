@@ -17,6 +17,8 @@ from ..models.physics import Physics
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
 
+# Whether drives turn -> per leg what messages call the distal inertia, and what of a drive's inertia it is added to.
+NAMES = {True: (("zz12", "(l12 / l11)^2"), ("zz22", "(l22 / l21)^2")), False: (("zz1", "l1^2"), ("zz2", "l2^2"))}
 SIDES = 36  # of the grid on which a pose that closes is looked for
 
 
@@ -81,13 +83,13 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
         raise ValueError("bodies are made of a robot's numbers: this one has CasADi symbols as parameters")
     least, moments = [], _moments(robot)
     for k, (drive, bar, z, own) in enumerate(zip(robot.drives, robot.distal, robot.inertias, moments)):
-        name, sort = _distal_name(robot, k), robot.words.inertias[k]
+        sort, name, scale = robot.words.inertias[k], *NAMES[robot.turns][k]
         carried = z / drive.length**2
         stiff = own.zz + carried * bar**2
         if not stiff > 0:
             raise ValueError(
                 f"no bodies of positive mass move as leg {k + 1} of this robot: with {sort} = {z:g} and "
-                f"{name} = {own.zz:g} is {name} + {sort} (bar / drive's length)^2 = {stiff:g}, but it must be above 0"
+                f"{name} = {own.zz:g} is {name} + {sort} {scale} = {stiff:g}, but it must be above 0"
             )
         least.append((own.across**2 - carried * own.zz) / stiff)
     if not robot.m > sum(least):
@@ -98,10 +100,6 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
         )
     spare = (robot.m - sum(least)) / 2
     return tuple(_leg(robot, k, share + spare, moments[k]) for k, share in enumerate(least))
-
-
-def _distal_name(robot, k):
-    return f"zz{k + 1}2" if robot.turns else f"zz{k + 1}"
 
 
 def _leg(robot, k, share, own):
