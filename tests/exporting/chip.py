@@ -108,11 +108,16 @@ def in_casadi(function, samples):
     return np.array(found)
 
 
-def evaluate(function, samples, moved=None, by=0.0):
-    """Results by rows, instruction by instruction in NumPy; moved: the one whose result grows by this share of it."""
+def evaluate(function, samples, moved=(), by=0.0):
+    """Results by rows (1 + moved, n, all elements), instruction by instruction in NumPy.
+
+    moved: instructions each of whose results in turn grows by this share of it; the first is without.
+    """
     starts = np.cumsum([0, *(function.numel_in(k) for k in range(function.n_in()))])
     ends = np.cumsum([0, *(function.numel_out(k) for k in range(function.n_out()))])
-    work, results = {}, np.empty((len(samples), ends[-1]))
+    shape = 1 + len(moved), len(samples)
+    rows = {k: row for row, k in enumerate(moved, 1)}
+    work, results = {}, np.empty((*shape, ends[-1]))
     for k in range(function.n_instructions()):
         code, inputs, outputs = (
             function.instruction_id(k),
@@ -120,7 +125,7 @@ def evaluate(function, samples, moved=None, by=0.0):
             function.instruction_output(k),
         )
         if code == ca.OP_OUTPUT:
-            results[:, ends[outputs[0]] + outputs[1]] = work[inputs[0]]
+            results[..., ends[outputs[0]] + outputs[1]] = work[inputs[0]]
             continue
         if code == ca.OP_INPUT:
             value = samples[:, starts[inputs[0]] + inputs[1]]
@@ -128,8 +133,11 @@ def evaluate(function, samples, moved=None, by=0.0):
             value = np.full(len(samples), function.instruction_constant(k))
         else:
             value = OPERATIONS[code](*(work[slot] for slot in inputs))
-        work[outputs[0]] = value * (1 + by) if k == moved else value
-    return results[:, rowwise(function)]
+        if k in rows:
+            value = np.array(np.broadcast_to(value, shape))
+            value[rows[k]] *= 1 + by
+        work[outputs[0]] = value
+    return results[..., rowwise(function)]
 
 
 OPERATIONS = {
@@ -145,11 +153,7 @@ def bound(function, samples, share, only=None):
 
     only: the operations that change.
     """
-    exact = evaluate(function, samples)
-    total = np.zeros_like(exact)
-    for k in range(function.n_instructions()):
-        code = function.instruction_id(k)
-        if code == ca.OP_OUTPUT or (only is not None and code not in only):
-            continue
-        total += np.abs(evaluate(function, samples, k, share) - exact)
-    return total
+    codes = [function.instruction_id(k) for k in range(function.n_instructions())]
+    moved = [k for k, code in enumerate(codes) if code != ca.OP_OUTPUT and (only is None or code in only)]
+    exact, *others = evaluate(function, samples, moved, share)
+    return np.sum(np.abs(others - exact), axis=0) if moved else np.zeros_like(exact)

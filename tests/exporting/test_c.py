@@ -1,10 +1,13 @@
 """Exported C: against CasADi's virtual machine, the models themselves, on ARM, and in single precision."""
 
+import ctypes
+
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.exporting.header import CONTROLLER, MODELS, computed_torque
+from fivebar.models.machine_code import library
 
 from ..helpers.needs import need
 from ..models.test_physics import CASES, robot_of_case
@@ -138,8 +141,55 @@ def test_single_precision_errs_by_no_more_than_its_instructions_round(made):
     own = program(single=True)
     for name, function, samples in pairs(functions, robot, seed=3):
         found, status = own(name, samples)
-        exact = chip.evaluate(function, samples)
+        exact = chip.evaluate(function, samples)[0]
         allowed = chip.bound(function, samples, np.finfo(np.float32).eps)  # twice what a rounding is
         tame = (status == 0) & (allowed < 1e-3 * np.abs(exact)).all(axis=1)  # first order says it all
         assert tame.mean() > 0.1, name
         assert (np.abs(found - exact)[tame] <= allowed[tame]).all(), name
+
+
+STEP = """
+{header}
+int step(const double *in, double *out)
+{{
+    fivebar_real q[2], q_dot[2], x[2], v[2], a[2], r[2], rv[2], ra[2], tau[2], kp[2] = {{100, 100}}, kd[2] = {{20, 20}};
+    int k, status, working[2] = {{-1, -1}};
+    for (k = 0; k < 2; k++) {{
+        q[k] = (fivebar_real)in[k], q_dot[k] = (fivebar_real)in[2 + k], x[k] = (fivebar_real)in[4 + k];
+        v[k] = (fivebar_real)in[6 + k], a[k] = (fivebar_real)in[8 + k];
+    }}
+    status = fivebar_ikm2(x, v, a, working, r, rv, ra);
+    status |= fivebar_computed_torque(q, q_dot, r, rv, ra, kp, kd, -1, tau);
+    out[0] = tau[0], out[1] = tau[1];
+    return status;
+}}
+"""
+
+
+@pytest.mark.parametrize("flags, most", [((), 1e-12), (("-DFIVEBAR_FLOAT",), 2e-7)], ids=["double", "float"])
+def test_the_loop_closed_by_the_exported_controller(flags, most):
+    """The lab's control task 1 by C that gets what a chip gets: the run is that of ComputedTorque to its precision."""
+    need("a C compiler")
+    robot, reference = fb.FiveBar(), fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
+    text = STEP.format(header=fb.export(robot, "c", functions=["ikm2", "computed_torque"]))
+    step = ctypes.CDLL(str(library(text, "test", ("-std=c99", *flags)))).step
+
+    def controller(t, q, q_dot, reference):
+        given, tau = np.concatenate([q, q_dot, *reference(t)]), np.empty(2)
+        assert step(*(ctypes.c_void_p(array.ctypes.data) for array in (given, tau))) == 0
+        return tau
+
+    ours = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, duration=2.2)
+    chips = fb.simulate(robot, controller, reference, duration=2.2)
+    apart = np.abs(chips.xi - ours.xi).max()
+    assert apart < most and (not flags or apart > 1e-9)
+
+
+def test_a_motor_gets_nothing_where_there_is_no_pose(tmp_path):
+    need("a C compiler")
+    function = computed_torque(fb.FiveBar())
+    own = chip.Program(tmp_path, fb.export(fb.FiveBar(), "c"), {"fivebar_computed_torque": function})
+    sample = np.zeros((1, 15))
+    sample[0, :2], sample[0, 14] = (np.pi, 0.0), -1
+    found, status = own("fivebar_computed_torque", sample)
+    assert status == [1] and (found == 0).all()
