@@ -225,3 +225,17 @@ def test_what_is_loaded_stands_closed():
         np.testing.assert_allclose(loaded.data.qpos, np.ravel([pose.q, pose.q_passive], order="F"), atol=1e-15)
         np.testing.assert_allclose(loaded.data.site_xpos[:, :2], [pose.xi, pose.xi], atol=1e-15)
         assert np.abs(loaded.data.efc_pos).max() < 1e-15
+
+
+def test_a_vertical_robot_falls_through_both_types_there_as_here():
+    need("other simulators")
+    robot = ROBOTS["vertical"]
+    begin, errors = fb.dkm(fb.dgm(robot, (0.3, 2.6)), (0.0, 0.0)), []
+    ours = fb.simulate(robot, None, duration=0.5, start=begin)
+    assert [int(event.type) for event in ours.events] == [1, 2]
+    for step in (0.001, 0.0005):
+        loaded = InMujoco(fb.export(robot, "mjcf", start=begin.pose, step=step))
+        for _ in range(round(0.5 / step)):
+            loaded.lib.mj_step(loaded.model, loaded.data)
+        errors.append(np.abs(loaded.data.qpos[DRIVES] - ours.q[-1]).max())
+    assert errors[1] < 3e-5 and 3 < errors[0] / errors[1] < 5
