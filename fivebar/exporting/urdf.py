@@ -17,6 +17,8 @@ URDF has no loops: this is the robot opened at its end-effector, and what uses i
              A joint that turns without limits is (cos, sin) there: integrate(model, neutral(model), angles) makes it.
   Drake      reads drake:ball_constraint, for a MultibodyPlant with a time step and the contact approximation kLagged.
              Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a gap of 1e-8 m.
+  PyBullet   URDF_USE_INERTIA_FROM_FILE, and a JOINT_POINT2POINT between {bars[0]} and {bars[1]}, whose points count
+             from the bars' centres of mass. Of order 1.
   MuJoCo     loads the tree alone: for the loop use the MJCF file.
 It closes for instance at {angles}.
 Gravity is the simulator's: set it to ({gx!r}, {gy!r}, 0) m/s^2.{friction}
@@ -47,7 +49,7 @@ LEG = """\
     <inertial>{second}</inertial>
     <visual><origin xyz="{half!r} 0 0"/><geometry><box size="{distal!r} {thin!r} {thin!r}"/></geometry></visual>
   </link>
-  <link name="tip{number}"/>
+  <link name="tip{number}">{nothing}</link>
   <joint name="{joint}" {kind}
     <parent link="world"/><child link="{drive}"/><origin xyz="{base!r} 0 0"/>{friction}
   </joint>
@@ -63,8 +65,10 @@ LEG = """\
     <actuator name="{joint}"><mechanicalReduction>1</mechanicalReduction></actuator>
   </transmission>
 """
+# Written down, as some readers give a link without masses 1 kg.
+NOTHING = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
 CRANK = 'type="continuous"><axis xyz="0 0 1"/>'
-# A prismatic joint must have limits, and these guides have no ends: the largest that MuJoCo takes for a number.
+# A prismatic joint must have limits, and these guides have no ends.
 SLIDER = 'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>'
 
 
@@ -76,7 +80,7 @@ def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
         f"{name} = {value!r}" for leg, own in zip(legs, angles_of(start)) for name, value in zip(leg.names[2:], own)
     )
     about = ABOUT.format(
-        title=robot.words.title.capitalize(), angles=angles, gx=gx, gy=gy,
+        title=robot.words.title.capitalize(), angles=angles, gx=gx, gy=gy, bars=[leg.names[1] for leg in legs],
         friction=COULOMB if any(leg.coulomb for leg in legs) else "",
     )  # fmt: skip
     return TEXT.format(
@@ -92,7 +96,7 @@ def _leg(leg):
     return LEG.format(
         drive=drive, bar=bar, joint=joint, other=other, number=leg.number, base=leg.base, elbow=leg.proximal or 0.0,
         middle=(leg.proximal or 0.0) / 2, boxed=boxed, half=leg.distal / 2, distal=leg.distal, thin=thin,
-        kind=CRANK if leg.proximal else SLIDER, first=_inertial(leg.drive), second=_inertial(leg.bar),
+        nothing=NOTHING, kind=CRANK if leg.proximal else SLIDER, first=_inertial(leg.drive), second=_inertial(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
     )  # fmt: skip
 
