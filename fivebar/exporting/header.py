@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import casadi as ca
 
 from .._backend import is_symbolic
+from ..control.laws import computed_torque
 from ..models.compiled import compile
-from ..models.dynamics import dynamic_model
 from ..models.geometry import joint_pose
 from ..models.kinematics import dkm
 from ..models.parameters import parameters_of
@@ -52,12 +52,12 @@ ABOUT = """\
  *
  * Every function returns 0, or 1 where there is no such pose, or it is singular to the last digit: results are then
  * not numbers, and of {prefix}_{controller}, which a motor might get, 0. Near a singularity they are as large as the
- * models say: limit them. Results must not overlap inputs. C99; no memory is taken.
+ * models say: limit them. A leg stretched to the last digit may count as out of reach. Results must not overlap inputs. C99; no memory is taken.
 {friction} * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
  */
 """
 COULOMB = """\
- * Coulomb friction is fs sign(q_dot), 0 of a drive that stands: let small rates of a noisy sensor be 0.
+ * Coulomb friction is fs sign(q_dot), 0 of a drive that stands; of {prefix}_{controller} fs sign(q_ref_dot).
 """
 
 
@@ -80,7 +80,7 @@ def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None 
         title="\n * ".join(title), units="rad" if words.unit == "rad" else "N, rad", unit=words.unit,
         joints=", ".join(words.joints), passive=", ".join(words.passive), effort=words.effort,
         effort_unit=words.effort_unit, pivots=words.pivots, prefix=prefix, controller=CONTROLLER,
-        friction=COULOMB if physics.sticks else "",
+        friction=COULOMB.format(prefix=prefix, controller=CONTROLLER) if physics.sticks else "",
     )  # fmt: skip
     guard = f"{prefix.upper()}_H"
     parts = [_function(robot, name, prefix) for name in dict.fromkeys(wanted)]
@@ -97,16 +97,16 @@ def _is_of(robot, physics, name):
 
 def _function(robot, name, prefix):
     if name == CONTROLLER:
-        return to_c(computed_torque(robot), f"{prefix}_{name}", f"Computed torque: {LAW}", safe=True)
+        return to_c(controller(robot), f"{prefix}_{name}", f"Computed torque: {LAW}", safe=True)
     inputs, outputs, about, _ = MODELS[name]
     return to_c(compile(robot, inputs, outputs), f"{prefix}_{name}", about)
 
 
-def computed_torque(robot: FiveBar | Biglide) -> ca.Function:
+def controller(robot: FiveBar | Biglide) -> ca.Function:
     """`ComputedTorque.law` of (q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd, assembly), gains one per joint."""
     names = "q", "q_dot", "q_ref", "q_ref_dot", "q_ref_ddot", "kp", "kd"
-    q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd = vectors = [ca.SX.sym(name, 2) for name in names]
+    q, q_dot, *others = [ca.SX.sym(name, 2) for name in names]
     assembly = ca.SX.sym("assembly")
-    M, c = dynamic_model(dkm(joint_pose(robot, (q[0], q[1]), assembly), q_dot))
-    tau = M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.differ(q_ref - q) * kp) + c
-    return ca.Function(CONTROLLER, [*vectors, assembly], ca.cse([tau]), [*names, "assembly"], ["tau"])
+    rates = dkm(joint_pose(robot, (q[0], q[1]), assembly), q_dot)
+    tau = ca.cse([computed_torque(rates, *others)])
+    return ca.Function(CONTROLLER, [q, q_dot, *others, assembly], tau, [*names, "assembly"], ["tau"])

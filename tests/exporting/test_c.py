@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.exporting.header import CONTROLLER, MODELS, computed_torque
+from fivebar.exporting.header import CONTROLLER, MODELS, controller
 from fivebar.models.machine_code import library
 
 from ..helpers.needs import need
@@ -26,7 +26,7 @@ ULP = np.finfo(float).eps
 
 def functions_of(robot, name):
     found = {f"{name}_{key}": fb.compile(robot, *model[:2]) for key, model in MODELS.items()}
-    return found | {f"{name}_{CONTROLLER}": computed_torque(robot)}
+    return found | {f"{name}_{CONTROLLER}": controller(robot)}
 
 
 def samples_of(robot, function, rng, count=COUNT):
@@ -174,20 +174,20 @@ def test_the_loop_closed_by_the_exported_controller(flags, most):
     text = STEP.format(header=fb.export(robot, "c", functions=["ikm2", "computed_torque"]))
     step = ctypes.CDLL(str(library(text, "test", ("-std=c99", *flags)))).step
 
-    def controller(t, q, q_dot, reference):
+    def chip_controller(t, q, q_dot, reference):
         given, tau = np.concatenate([q, q_dot, *reference(t)]), np.empty(2)
         assert step(*(ctypes.c_void_p(array.ctypes.data) for array in (given, tau))) == 0
         return tau
 
     ours = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, duration=2.2)
-    chips = fb.simulate(robot, controller, reference, duration=2.2)
+    chips = fb.simulate(robot, chip_controller, reference, duration=2.2)
     apart = np.abs(chips.xi - ours.xi).max()
     assert apart < most and (not flags or apart > 1e-9)
 
 
 def test_a_motor_gets_nothing_where_there_is_no_pose(tmp_path):
     need("a C compiler")
-    function = computed_torque(fb.FiveBar())
+    function = controller(fb.FiveBar())
     own = chip.Program(tmp_path, fb.export(fb.FiveBar(), "c"), {"fivebar_computed_torque": function})
     sample = np.zeros((1, 15))
     sample[0, :2], sample[0, 14] = (np.pi, 0.0), -1

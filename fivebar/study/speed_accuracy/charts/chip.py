@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ....exporting.c import PRELUDE, to_c
-from ....exporting.header import CONTROLLER, MODELS, NAMES, computed_torque
+from ....exporting.header import CONTROLLER, MODELS, NAMES, controller
 from ....exporting.instructions import Language, statements
 from ....models.compiled import compile
 from ....models.geometry import dgm
@@ -47,7 +47,7 @@ NUMPY = {"atan2": "arctan2", "fabs": "abs", "fmin": "minimum", "fmax": "maximum"
 def function_of(index: int) -> ca.Function:
     """The exported function of this place among NAMES."""
     name = NAMES[index]
-    return computed_torque(ROBOT) if name == CONTROLLER else compile(ROBOT, *MODELS[name][:2])
+    return controller(ROBOT) if name == CONTROLLER else compile(ROBOT, *MODELS[name][:2])
 
 
 @cache
