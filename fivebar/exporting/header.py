@@ -52,7 +52,8 @@ ABOUT = """\
  *
  * Every function returns 0, or 1 where there is no such pose, or it is singular to the last digit: results are then
  * not numbers, and of {prefix}_{controller}, which a motor might get, 0. Near a singularity they are as large as the
- * models say: limit them. A leg stretched to the last digit may count as out of reach. Results must not overlap inputs. C99; no memory is taken.
+ * models say: limit them. A leg stretched to the last digit may count as out of reach. Results must not overlap
+ * inputs. C99; no memory is taken.
 {friction} * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
  */
 """
