@@ -117,7 +117,7 @@ def test_the_models_themselves_say_the_same(made):
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero", "ignore:overflow")
 @pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
 def test_arm_is_equal_to_the_bit_where_no_trigonometric_function_is(made, single):
-    need("an ARM compiler")
+    need("ARM compilers")
     robot, functions, program = made
     here, there = program(single=single), program(single=single, arm=True, flags=["-mfpu=neon-vfpv4"])
     ulp, exact = (np.finfo(chip.REAL[single]).eps), 0

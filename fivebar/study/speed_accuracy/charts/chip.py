@@ -17,13 +17,14 @@ from ....models.geometry import dgm
 from ....models.kinematics import dkm, dkm2
 from ....models.machine_code import library
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
+from ..rivals.arm import OnArm
 from .dgm_routes import ROBOT, printed
 from .geometry import GAPS, poses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-REGULAR, NEAR = "regular", "near"
+REGULAR, NEAR, ARM = "regular", "near", "arm"
 DYNAMIC, DIRECT = NAMES.index("dynamic_model"), NAMES.index("dgm")
 FLAGS = "-std=c99", "-ffp-contract=off"
 PRECISIONS = {np.float32: ("-DFIVEBAR_FLOAT",), np.float64: ()}
@@ -82,7 +83,7 @@ def printed_function(index: int) -> ca.Function:
 @cache
 def inputs_of(problem: str, knob: float) -> dict[str, np.ndarray]:
     """{name of an input: (n, its elements)}, numbers of single precision, of poses of assembly mode -1."""
-    q = poses("batch")[0] if problem == REGULAR else poses("singular", knob)[0]
+    q = poses("singular", knob)[0] if problem == NEAR else poses("batch")[0]
     rng = np.random.default_rng(21)
     q_dot, q_ddot, away = rng.normal(size=(3, *q.shape))
     q = q.astype(np.float32).astype(float)
@@ -134,13 +135,8 @@ def in_c(make: Callable[[int], ca.Function], precision: type) -> Callable[..., A
     """prepare of a function made (index), in C of this precision, a loop over the poses."""
 
     def prepare(problem, knob):
-        index = int(knob) if problem == REGULAR else DYNAMIC
-        function = make(index)
-        known = inputs_of(problem, 0.0 if problem == REGULAR else knob)
-        given = [known[function.name_in(k)] for k in range(function.n_in())]
-        samples = np.ascontiguousarray(np.hstack(given), dtype=precision)
-        results = np.empty((len(samples), sum(function.numel_out(k) for k in range(function.n_out()))), precision)
-        run = ctypes.CDLL(str(library(_looped(function), "chip", (*FLAGS, *PRECISIONS[precision])))).run
+        text, samples, results, judge = _made(make, precision, problem, knob)
+        run = ctypes.CDLL(str(library(text, "chip", (*FLAGS, *PRECISIONS[precision])))).run
         count, addresses = ctypes.c_long(len(samples)), [ctypes.c_void_p(a.ctypes.data) for a in (samples, results)]
 
         def call():
@@ -148,10 +144,34 @@ def in_c(make: Callable[[int], ca.Function], precision: type) -> Callable[..., A
             return results
 
         call.keeps = samples  # what the first address is of
-        judge = judged(problem, index, 0.0 if problem == REGULAR else knob, function, precision)
         return Attempt(call, judge, per=len(samples))
 
     return prepare
+
+
+def on_arm(precision: type, chip: str) -> Callable[..., Attempt]:
+    """prepare of an exported function on one of `arm.CHIPS`, with the instructions that it executes."""
+
+    def prepare(problem, knob):
+        text, samples, results, judge = _made(function_of, precision, problem, knob)
+        program = OnArm(text, chip, samples.shape[1], results.shape[1], PRECISIONS[precision])
+
+        def judge_all(found):
+            return {**judge(found), "executed": program.executed(samples)}
+
+        return Attempt(lambda: program.results(samples), judge_all, per=len(samples))
+
+    return prepare
+
+
+def _made(make, precision, problem, knob):
+    """C text of a problem's function, its inputs and where results go, (n, all elements), and their judge."""
+    index, knob = (DYNAMIC, knob) if problem == NEAR else (int(knob), 0.0)
+    function, known = make(index), inputs_of(problem, knob)
+    given = [known[function.name_in(k)] for k in range(function.n_in())]
+    samples = np.ascontiguousarray(np.hstack(given), dtype=precision)
+    results = np.empty((len(samples), sum(function.numel_out(k) for k in range(function.n_out()))), precision)
+    return _looped(function), samples, results, judged(problem, index, knob, function, precision)
 
 
 def _looped(function):
@@ -184,6 +204,12 @@ def chart() -> Chart:
         Method("fivebar export, double", "double precision", in_c(function_of, np.float64), every, need),
         Method("formulas as printed, float", "as printed", in_c(printed_function, np.float32), gaps, need),
         Method("formulas as printed, double", "as printed, double", in_c(printed_function, np.float64), gaps, need),
+        *(
+            Method(f"{name}, ARM with {chip} precision", f"ARM with {chip} precision", on_arm(precision, chip),
+                   {ARM: tuple(places)}, ("ARM compilers",))
+            for chip, name, precision in (("single", "float", np.float32), ("single", "double", np.float64),
+                                          ("double", "float", np.float32), ("double", "double", np.float64))
+        ),
     )  # fmt: skip
     largest = "largest error, in parts of the largest value"
     return Chart(
@@ -191,14 +217,17 @@ def chart() -> Chart:
         title="What single precision costs on a chip: error of exported C against its instructions",
         reading="Each point on the left is one function of `fivebar export --format c`, from left to right "
         f"{', '.join(NAMES[place] for place in places)}: its error over a hundred poses with |det A| above 0.3, "
-        "against how many instructions it has, each one operation, sine, root or copy. Many a chip has only single "
-        "precision in hardware. Right: M and c close to Type 2, where 1 / det A magnifies what the "
-        "angles' own rounding leaves, in any formula. References are the same instructions in extended precision. As "
-        "printed: h = sqrt(l^2 - a^2), passive joints by atan2, A inverted as it stands.",
-        problems={REGULAR: "regular poses", NEAR: "dynamic model near Type 2"},
+        "against how many instructions it has, each one operation, sine, root or copy. Middle: the same as ARM "
+        "executes it, counted by an emulator, with the sines of the GNU library (whose single ones are computed in "
+        "double): a chip whose hardware has single precision alone, as a Cortex-M4F, and one that has double too. "
+        "Right: M and c close to Type 2, where 1 / det A magnifies what the angles' rounding leaves, in any formula. "
+        "References are the same instructions in extended precision. As printed: h = sqrt(l^2 - a^2), passive joints "
+        "by atan2, A inverted as it stands.",
+        problems={REGULAR: "regular poses", ARM: "regular poses on ARM", NEAR: "dynamic model near Type 2"},
         methods=methods,
         panels=((
             Panel(REGULAR, "exported functions", ylabel=largest, x="instructions", xlabel="instructions"),
+            Panel(ARM, "as ARM executes them", ylabel=largest, x="executed", xlabel="instructions executed by a call"),
             Panel(NEAR, "near Type 2", ylabel=largest, x="det_A", xlabel="|det A|, median of the poses", ceiling=10.0),
         ),),
     )  # fmt: skip
