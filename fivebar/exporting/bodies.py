@@ -81,6 +81,9 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
     """
     if any(map(is_symbolic, parameters_of(robot))):
         raise ValueError("bodies are made of a robot's numbers: this one has CasADi symbols as parameters")
+    if not any((robot.m, *robot.inertias)):
+        names = ", ".join((*robot.words.inertias, "m"))
+        raise ValueError(f"a simulator asks for masses, and this robot has none: give it {names}")
     least, moments = [], _moments(robot)
     for k, (drive, bar, z, own) in enumerate(zip(robot.drives, robot.distal, robot.inertias, moments)):
         sort, name, scale = robot.words.inertias[k], *NAMES[robot.turns][k]

@@ -47,8 +47,10 @@ def test_bodies_exist_and_are_the_robot():
 
 
 def test_a_robot_without_masses_has_none():
-    with pytest.raises(ValueError, match="leg 1 of this robot: with zz1 = 0"):
+    with pytest.raises(ValueError, match="asks for masses, and this robot has none: give it zz1, zz2, m"):
         legs_of(fb.ROBOTS["hoang-2015"].robot)
+    with pytest.raises(ValueError, match="leg 1 of this robot: with zz1 = 0"):
+        legs_of(fb.FiveBar(zz1=0))
     with pytest.raises(ValueError, match="leg 2 of this robot: with zz2 = 0"):
         legs_of(fb.FiveBar(zz2=0))
     with pytest.raises(ValueError, match="m = 0 kg must be above 0 kg"):
