@@ -34,6 +34,7 @@ _LATER = {
     "compare": "simulation.comparison",
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
+    "export": "exporting.export",
     "from_csv": "planning.trajectory",
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
@@ -57,6 +58,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from . import amoro, grading, linkages, study
     from .control.laws import PD, ComputedTorque, FeedForward
     from .control.tracker import Tracker
+    from .exporting.export import export
     from .models.compiled import compile
     from .pictures import pages, plot, view
     from .pictures.pages import page

@@ -21,7 +21,7 @@ FLOORS = [
     {"_backend", "checks", "described", "errors", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
-    {"pictures"},
+    {"pictures", "exporting"},
     {"planning"},
     {"simulation"},
     {"study", "amoro", "grading"},

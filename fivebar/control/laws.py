@@ -13,7 +13,7 @@ from ..checks import flag, modes, not_negative, shown
 from ..checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import dgm, igm
-from ..models.kinematics import Accelerations, dkm, ikm, ikm2
+from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
 from ..models.loads import dry_friction
 from ..models.physics import physics_of
 
@@ -111,11 +111,20 @@ class ComputedTorque(_JointController):
 
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
-        M, c = dynamic_model(dkm(dgm(self.robot, q, self.assembly), q_dot))
-        physics = physics_of(self.robot)
-        if physics is not None and physics.sticks:
-            c = c + dry_friction(self.robot, q_ref_dot) - dry_friction(self.robot, q_dot)
-        return M @ (q_ref_ddot + (q_ref_dot - q_dot) * self.kd + self.robot.differ(q_ref - q) * self.kp) + c
+        rates = dkm(dgm(self.robot, q, self.assembly), q_dot)
+        return computed_torque(rates, q_ref, q_ref_dot, q_ref_ddot, self.kp, self.kd)
+
+
+def computed_torque(
+    rates: Rates, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector, kp: Vector, kd: Vector
+) -> Vector:
+    """`ComputedTorque.law` at the measured Rates; the gains may be symbols too."""
+    robot, q, q_dot = rates.pose.robot, rates.pose.q, rates.q_dot
+    M, c = dynamic_model(rates)
+    physics = physics_of(robot)
+    if physics is not None and physics.sticks:
+        c = c + dry_friction(robot, q_ref_dot) - dry_friction(robot, q_dot)
+    return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.differ(q_ref - q) * kp) + c
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from ..checks import jit as must_be_jit
 from ..checks import modes, strings, takes
 from ..checks import robot as must_be_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
-from .geometry import dgm, igm
+from .geometry import dgm, igm, joint_pose, task_pose
 from .kinematics import dkm, dkm2, ikm, ikm2
 from .loads import friction_torques, potential
 
@@ -38,6 +38,7 @@ POSE_OUTPUTS = (
 RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "friction_torques")
 LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_torques": friction_torques}
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
+MODES = {"assembly": 1, "working": 2}  # how many; with q and xi
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 
 
@@ -54,7 +55,8 @@ def compile(
 
     inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also one of q_ddot,
     xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ..., of the loads gravity_torques, potential
-    and friction_torques. assembly is used with q, working with xi.
+    and friction_torques. assembly is used with q, working with xi; named among the inputs, it is one of them, its modes
+    told with each call.
     jit: True compiles to machine code with the system's C compiler, kept in the user's cache folder; "auto" does so
     where it can and warns where it cannot. Vectors are 2 x 1, matrices 2 x 2. ValueError for names that do not fit.
     """
@@ -62,17 +64,21 @@ def compile(
 
     inputs, outputs = list(inputs), list(outputs)
     chosen = _choose(inputs, outputs)
-    symbols = {name: casadi.SX.sym(name, 2) for name in inputs}
+    symbols = {name: casadi.SX.sym(name, MODES.get(name, 2)) for name in inputs}
     known: dict = {}
-    if chosen[0] == "q":
+    if "assembly" in symbols:
+        pose = joint_pose(robot, (symbols["q"][0], symbols["q"][1]), symbols["assembly"])
+    elif "working" in symbols:
+        pose = task_pose(robot, (symbols["xi"][0], symbols["xi"][1]), (symbols["working"][0], symbols["working"][1]))
+    elif chosen[0] == "q":
         pose = dgm(robot, symbols["q"], assembly)
     else:
         pose = igm(robot, symbols["xi"], working)
     rates: Any = None
     acc: Any = None
-    if len(inputs) > 1:
+    if chosen[1]:
         rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](pose, symbols[chosen[1]])
-    if len(inputs) > 2:
+    if chosen[2]:
         model = {"q_ddot": dkm2, "xi_ddot": ikm2, "tau": forward_dynamics}[chosen[2]]
         acc = model(rates, symbols[chosen[2]])
 
@@ -102,13 +108,16 @@ def _choose(inputs, outputs):
         if len(given) > 1:
             raise ValueError(f"inputs have two of {what}: {' and '.join(given)}; give one")
         chosen += given or [None]
-    unknown = [name for name in inputs if name not in chosen]
+    unknown = [name for name in inputs if name not in chosen and name not in MODES]
     if unknown:
         raise ValueError(f"no input {unknown[0]!r}; the known ones are {', '.join(POSITION + VELOCITY + ACCELERATION)}")
     if chosen[0] is None or (chosen[2] and not chosen[1]):
         raise ValueError(
             f"inputs {', '.join(inputs) or '()'} need also one of {', '.join(VELOCITY if chosen[0] else POSITION)}"
         )
+    fitting = ("assembly", "working")[chosen[0] == "xi"]
+    if wrong := [name for name in inputs if name in MODES and name != fitting]:
+        raise ValueError(f"no input {wrong[0]} beside {chosen[0]}, whose mode is {fitting}")
     if not outputs:
         raise ValueError("outputs must name at least one quantity")
     for output in outputs:

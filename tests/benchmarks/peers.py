@@ -1,6 +1,6 @@
 """Settings with which other simulators come closest to the motions: `python -m tests.benchmarks.peers`.
 
-What it prints is shipped as MUJOCO_STIFFNESS, DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.speed_accuracy.
+What it prints is shipped as DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.speed_accuracy.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from fivebar.study.speed_accuracy.charts.motions import DRIVEN
 from fivebar.study.speed_accuracy.charts.simulators import FAR
 from fivebar.study.speed_accuracy.rivals.drake import drake_bushing
 from fivebar.study.speed_accuracy.rivals.exudyn import exudyn_springs
-from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, read
+from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import read
 
 RATIOS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.4  # of damping
 STEPS = (
@@ -36,11 +36,6 @@ def error(motion, q):
     return np.abs(wrap(q - motion.end)).max() if np.abs(q).max() < FAR else np.inf
 
 
-def mujoco(count, stiffness):
-    motion = DRIVEN["forced"]
-    return error(motion, read(mujoco_run(motion, count, stiffness)[0]())[0])
-
-
 def drake(stiffness, settings):
     """Errors of all motions."""
     return np.array([error(m, read(drake_bushing(m, stiffness, settings)[0]())[0]) for m in DRIVEN.values()])
@@ -62,10 +57,6 @@ def cheapest(run, stiffness, schemes):
 
 
 def main():
-    for count in MUJOCO_STIFFNESS:
-        found = {stiffness: mujoco(count, stiffness) for stiffness in 10.0 ** np.arange(-2, 7)}
-        best = min(found, key=found.get)
-        print(f"MuJoCo, {count} steps: stiffness {best:g}, error {found[best]:.2g} rad", flush=True)
     for name, run, schemes, last in (("Drake", drake, DRAKE, 7.5), ("Exudyn", exudyn, EXUDYN, 10)):
         for stiffness in (float(f"{10**k:.0e}") for k in np.arange(3, last + 0.1, 0.5)):
             settings, found = cheapest(run, stiffness, schemes)

@@ -8,6 +8,7 @@ import pytest
 from fivebar.grading.worker.places import bwrap_trouble
 from fivebar.models.machine_code import c_compiler
 from fivebar.study.speed_accuracy.machine import PEERS, missing
+from fivebar.study.speed_accuracy.rivals.arm import PACKAGES, lacks_arm
 
 BROWSERS = "chromium", "chromium-browser", "google-chrome"
 
@@ -31,6 +32,7 @@ NEEDED = {
         "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",
     ),
     "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
+    "ARM compilers": (lambda: not lacks_arm(), f"apt-get install {PACKAGES}"),
     "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
 }
 MARK = "this test needs {}: "

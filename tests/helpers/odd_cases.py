@@ -109,6 +109,15 @@ CASES = {
         fb.compile, dict(robot=ROBOT, inputs=["q"], outputs=["xi"], assembly=-1, working=(-1, -1), jit=False),
         words=("no input", "no output"),
     ),
+    "export": Case(
+        fb.export,
+        dict(
+            robot=ROBOT, format="mjcf", out=FOLDER / "robot.xml", start=POSE, step=0.001, closure=None, functions=None,
+            name="robot",
+        ),
+        words=(*WORDS_OF_FILES, "to write, a path", "is no option of", "no function"),
+        options={"format": ["c", "sdf", "urdf"], "closure": ["joint"], "functions": [("igm",), ["dance"], []]},
+    ),
     # what the models give, made by hand
     "Pose": Case(fb.Pose, dict(robot=ROBOT, point=HOME, _build=lambda: None), nan=True),
     "Rates": Case(fb.Rates, dict(pose=POSE, _q_dot=(0.0, 0.0), _xi_dot=(0.0, 0.0)), nan=True),

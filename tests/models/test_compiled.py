@@ -73,6 +73,10 @@ def test_compiled_models_equal_numpy(compiler):
         (["q"], ["speed"], "no output 'speed'; the known ones are q, xi"),
         (["angle"], ["xi"], "no input 'angle'; the known ones are q, xi, q_dot"),
         (["q", "xi"], ["A"], "inputs have two of position: q and xi"),
+        (["q", "working"], ["xi"], "no input working beside q, whose mode is assembly"),
+        (["xi", "assembly"], ["q"], "no input assembly beside xi, whose mode is working"),
+        (["assembly"], ["xi"], "inputs assembly need also one of q, xi"),
+        (["q", "assembly"], ["assembly"], "output assembly is an input already"),
         (["q_dot"], ["xi_dot"], "need also one of q, xi"),
         (["q", "tau"], ["xi"], "need also one of q_dot, xi_dot"),
         (["q"], ["xi_dot"], "output xi_dot needs one of q_dot, xi_dot among the inputs"),
@@ -83,6 +87,21 @@ def test_compiled_models_equal_numpy(compiler):
 def test_names_that_do_not_fit(inputs, outputs, message):
     with pytest.raises(ValueError, match=message):
         fb.compile(ROBOT, inputs, outputs)
+
+
+@pytest.mark.parametrize("robot", [ROBOT, fb.Biglide()])
+def test_modes_told_with_each_call(robot):
+    """What the export to C is made of: one function for all modes."""
+    q, q_dot = (0.2, -0.1), (0.5, 0.7)
+    by_joints = fb.compile(robot, ["q", "q_dot", "assembly"], ["xi", "M", "c"])
+    by_task = fb.compile(robot, ["xi", "working"], ["q", "q_passive"])
+    for assembly in (-1, 1):
+        pose = fb.dgm(robot, q, assembly)
+        for found, expected in zip(by_joints(q, q_dot, assembly), (pose.xi, *fb.dynamic_model(fb.dkm(pose, q_dot)))):
+            np.testing.assert_allclose(np.squeeze(found.full()), expected, rtol=1e-12, atol=1e-15)
+        found, passive = by_task(pose.xi, casadi.DM(pose.working.astype(float)))
+        np.testing.assert_allclose(found.full().ravel(), q, rtol=1e-12)
+        np.testing.assert_allclose(passive.full().ravel(), pose.q_passive, rtol=1e-12)
 
 
 def test_batches_of_one_and_bad_shapes():

@@ -23,6 +23,7 @@ MODULES = {
         "trackers": "trackers",
         "singularity-map": "contours",
         "stability": "stability",
+        "chip": "chip",
         "simulators": "simulators",
     }.items()
 }

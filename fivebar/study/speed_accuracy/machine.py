@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ...models.machine_code import c_compiler
+from .rivals.arm import lacks_arm
 from .rivals.native import cxx_compiler, lacks_headers
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ NEEDED = {
     "C compiler": lambda: None if c_compiler() else "no C compiler (cc, gcc, clang)",
     "C++ compiler": lambda: None if cxx_compiler() else "no C++ compiler (c++, g++, clang++) on Linux",
     "Pinocchio's headers": lacks_headers,
+    "ARM compilers": lacks_arm,
     **{name: partial(_installed, name) for name in PEERS},
 }
 

@@ -22,7 +22,7 @@ from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from ..rivals.drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
 from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
 from ..rivals.heyoka import heyoka_run
-from ..rivals.mujoco_pinocchio import MUJOCO_STIFFNESS, mujoco_run, pinocchio_native, pinocchio_run, read
+from ..rivals.mujoco_pinocchio import mujoco_run, pinocchio_native, pinocchio_run, read
 from . import branches
 from .constrained import multipliers
 from .integrators import counts, fixed_steps, to_tolerance
@@ -31,7 +31,6 @@ from .motions import DRIVEN, DURATION, ROBOT
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from .motions import DrivenMotion
 
 SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
@@ -167,8 +166,8 @@ def read_bars(a: np.ndarray) -> tuple:
     return pose.q, _gap(pose.q, pose.xi)
 
 
-def mujoco_tuned(motion: DrivenMotion, count: int, **trap: bool) -> tuple:
-    return mujoco_run(motion, count, MUJOCO_STIFFNESS[count], **trap)
+def in_mujoco(**how: bool) -> Callable[..., Attempt]:
+    return simulator(partial(mujoco_run, **how))
 
 
 def pinocchio_by(method: str, loop: Callable = pinocchio_run) -> Callable:
@@ -177,7 +176,7 @@ def pinocchio_by(method: str, loop: Callable = pinocchio_run) -> Callable:
 
 def simulated() -> tuple[Method, ...]:
     """Methods of the motions: ours, the same equations otherwise, the simulators."""
-    few, tuned, tolerances = counts(6, 128), tuple(MUJOCO_STIFFNESS), tuple(10.0**-k for k in range(3, 13))
+    few, tuned, tolerances = counts(6, 128), tuple(25 * 2**k for k in range(9)), tuple(10.0**-k for k in range(3, 13))
     dense = tuple(sorted({*few, *counts(7, 108)}))  # where curves lie close to each other
     compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
     in_c, in_cxx = ("mujoco", "C compiler"), ("pinocchio", "Pinocchio's headers", "C++ compiler")
@@ -200,15 +199,15 @@ def simulated() -> tuple[Method, ...]:
                few, in_cxx, 8),
         Method("Pinocchio, RK4, C++ loop", "Pinocchio", simulator(pinocchio_by("rk4", pinocchio_native)),
                counts(25, 3200), in_cxx, 4),
-        Method("MuJoCo as it comes, torque held, Python", "MuJoCo", simulator(mujoco_run), counts(200, 6400), mj),
-        Method("MuJoCo as it comes, torque held, C loop", "MuJoCo", simulator(partial(mujoco_run, in_c=True)),
+        Method("MuJoCo as it comes, torque held, Python", "MuJoCo", in_mujoco(), counts(200, 6400), mj),
+        Method("MuJoCo as it comes, torque held, C loop", "MuJoCo", in_mujoco(in_c=True),
                counts(200, 6400), in_c),
-        Method("MuJoCo tuned, RK4, torque by callback, Python", "MuJoCo", simulator(mujoco_tuned), tuned, mj),
-        Method("MuJoCo tuned, RK4, C loop and torque", "MuJoCo", simulator(partial(mujoco_tuned, in_c=True)),
+        Method("MuJoCo tuned, RK4, torque by callback, Python", "MuJoCo", in_mujoco(tuned=True), tuned, mj),
+        Method("MuJoCo tuned, RK4, C loop and torque", "MuJoCo", in_mujoco(tuned=True, in_c=True),
                tuned, in_c),
-        Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", simulator(partial(mujoco_tuned, held=True)),
+        Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", in_mujoco(tuned=True, held=True),
                trap, mj),
-        Method("MuJoCo tuned, but tied by a body of 1 mg", "MuJoCo", simulator(partial(mujoco_tuned, light=True)),
+        Method("MuJoCo tuned, but tied by a body of 1 mg", "MuJoCo", in_mujoco(tuned=True, light=True),
                trap, mj),
         Method("Drake as it comes, C++ loop", "Drake", simulator(drake_as_it_comes),
                counts(100, 3200), drake, 1),
@@ -240,13 +239,14 @@ def chart() -> Chart:
         name="simulators",
         title="The five-bar in heyoka, MuJoCo, Pinocchio, Drake, Exudyn, SciPy and fivebar, positions in pylinkage",
         reading="Each point is a number of steps, a tolerance or a stiffness. Of the peers, one way as their Python "
-        "users run them, one tuned: an integrator of high order, torques at every stage, and what ties the loop "
-        "searched for each point. Names say where the loop runs: of MuJoCo and Pinocchio also in C and C++, compiled "
+        "users run them, one tuned: an integrator of high order, torques at every stage, MuJoCo as `fivebar "
+        "export` ties its loop, in Drake and Exudyn what ties it searched for each point. "
+        "Names say where the loop runs: of MuJoCo and Pinocchio also in C and C++, compiled "
         "against their wheels, so that no Python is in those times; Drake's wheel has no headers: what its calls from "
         "Python take without the loop around them. heyoka integrates the very equations of our four bars. "
         "Drake's continuous plants know no constraints: a stiff bushing, or multipliers by hand on its matrices. "
         "Exudyn's explicit integrators neither: stiff springs as distal bars. Traps, set on purpose: the torque held "
-        "over a step, and a tiny body in the loop, both for MuJoCo at the settings that are best without; Baumgarte "
+        "over a step, and a tiny body in the loop, both for MuJoCo as exported otherwise; Baumgarte "
         "gains of 1/step are on the chart integrators; pylinkage takes the branch nearest to the last pose, at any "
         "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
         "the choice of coordinates gains.",

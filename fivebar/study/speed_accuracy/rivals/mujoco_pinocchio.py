@@ -1,15 +1,17 @@
 """The five-bar in other simulators: each from a start, under torques, in so many steps; installed by `fivebar[peers]`.
 
-A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. Both distal bars carry half of the
-end-effector's mass at their ends, which the loop holds together: the dynamics is the robot's.
+A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. MuJoCo has the exported robot; elsewhere both
+distal bars carry half of the end-effector's mass at their ends, which the loop holds together: the same dynamics.
 """
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....exporting.export import export
 from ....simulation.steps import tableau
 from ..charts.motions import DURATION, ROBOT
 from .native import mujoco_loop, pinocchio_loop
@@ -21,28 +23,13 @@ if TYPE_CHECKING:
     from ....models.robots import FiveBar
     from ..charts.motions import DrivenMotion
 
-# Constraint stiffness, 1/s^2, that came closest to the forced motion's end with that many steps of RK4, critically
-# damped: searched over powers of ten by `python -m tests.benchmarks.peers`.
-MUJOCO_STIFFNESS = {25: 1e0, 50: 1e0, 100: 1e2, 200: 1e3, 400: 1e3, 800: 1e4, 1600: 1e5, 3200: 1e5, 6400: 1e6}
-
-MUJOCO_LEG = """
-<body pos="{base} 0 0"><joint name="q{leg}" type="hinge" axis="0 0 1"/>
-  <inertial pos="0 0 0" mass="1e-12" diaginertia="{zz} {zz} {zz}"/>
-  <body pos="{l1} 0 0"><joint name="passive{leg}" type="hinge" axis="0 0 1"/>
-    <inertial pos="{l2} 0 0" mass="{half}" diaginertia="1e-13 1e-13 1e-13"/><site name="tip{leg}" pos="{l2} 0 0"/>
-  </body>
+# For the trap: both tips tied to a body of 1 mg in place of each other.
+LIGHT_BODY = """
+<body name="light" pos="{x!r} {y!r} 0"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+  <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-13 1e-13 1e-13"/>
 </body>"""
-MUJOCO_LIGHT = """
-<body pos="{x} {y} 0"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-  <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-13 1e-13 1e-13"/><site name="light"/>
-</body>"""
-MUJOCO = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 0" {option}><flag contact="disable" {flag}/></option>
-  <worldbody>{legs}</worldbody>
-  <equality>{equality}</equality>
-  <actuator><motor joint="q0"/><motor joint="q1"/></actuator>
-</mujoco>"""
+LIGHT_TIE = '<connect body1="{}" body2="light" anchor="{!r} 0 0" solref="{!r} 1" solimp="0.9999 0.9999 0.001"/>'
+ITS_OWN = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's solref and solimp
 
 
 def legs_of(robot: FiveBar) -> tuple[tuple, tuple]:
@@ -67,35 +54,27 @@ def read(q: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def mujoco_run(
-    motion: DrivenMotion, count: int, stiffness: float | None = None, held: bool = False, light: bool = False,
-    in_c: bool = False,
-) -> tuple[Callable, None]:  # fmt: skip
-    """call () -> final joints. stiffness: None for MuJoCo's own settings and Euler's method with the torque set before
-    each step; else RK4, torques at every stage.
+    motion: DrivenMotion, count: int, tuned: bool = False, held: bool = False, light: bool = False, in_c: bool = False
+) -> tuple[Callable, None]:
+    """call () -> final joints, of the exported robot. tuned: as exported, RK4, torques at every stage; else MuJoCo's
+    own settings and Euler's method with the torque set before each step.
 
     held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg; in_c: loop and torque in C.
     """
     import mujoco
 
-    legs = "".join(
-        MUJOCO_LEG.format(leg=k, base=base, l1=l1, l2=l2, zz=zz, half=ROBOT.m / 2)
-        for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT))
-    )
-    tuned = stiffness is not None
-    by_step = held or not tuned
-    damping = 2 * np.sqrt(stiffness or 0)
-    constraint = f'solref="{-stiffness} {-damping}" solimp="0.9999 0.9999 0.001"' if tuned else ""
-    ties = [("tip0", "tip1")]
+    start, step, by_step = motion.begin().pose, DURATION / count, held or not tuned
+    text = export(ROBOT, "mjcf", start=start, step=step)
     if light:
-        x, y = motion.begin().pose.xi
-        legs += MUJOCO_LIGHT.format(x=x, y=y)
-        ties = [("tip0", "light"), ("tip1", "light")]
-    text = MUJOCO.format(
-        step=DURATION / count, legs=legs, flag='refsafe="disable"' if tuned else "",
-        option='integrator="RK4" solver="Newton" iterations="50" tolerance="0"' if tuned else "",
-        equality="".join(f'<connect site1="{a}" site2="{b}" {constraint}/>' for a, b in ties),
-    )  # fmt: skip
+        ends = ("distal1", ROBOT.l12), ("distal2", ROBOT.l22)
+        ties = "".join(LIGHT_TIE.format(*end, 4 * step) for end in ends)
+        x, y = start.xi.tolist()
+        text = re.sub("<connect.*?/>", ties, text, flags=re.DOTALL)
+        text = text.replace("</worldbody>", LIGHT_BODY.format(x=x, y=y) + "</worldbody>")
     model = mujoco.MjModel.from_xml_string(text)
+    if not tuned:
+        model.opt.integrator, model.opt.iterations, model.opt.tolerance = mujoco.mjtIntegrator.mjINT_EULER, 100, 1e-8
+        model.eq_solref[:], model.eq_solimp[:] = ITS_OWN
     data = mujoco.MjData(model)
     q, q_dot = joints(motion.begin())
 

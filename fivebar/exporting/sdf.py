@@ -1,0 +1,145 @@
+"""SDF: the opened tree with Drake's constraint on its tips, or with the loop's own joint, as Gazebo reads it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from .bodies import angles_of, legs_of
+
+if TYPE_CHECKING:
+    from ..models.geometry import Pose
+    from ..models.robots import Biglide, FiveBar
+
+ABOUT = """\
+{title}, by fivebar: m, kg, s, rad. Load it as a world (Gazebo) or with Drake's Parser.
+{closed}
+Gravity is the world's; Drake does not read it: set it to ({gx!r}, {gy!r}, 0) m/s^2.{friction}
+Its bodies move as the robot's base parameters do; their single masses are a choice that does not show in the motion.
+"""
+CLOSED = {
+    "constraint": """\
+Its loop is open in SDF's own terms, and closed by drake:ball_constraint: for a MultibodyPlant with a time step and the
+contact approximation kLagged. Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a
+gap of 1e-8 m. Joints' coordinates are the robot's; it closes for instance at
+{angles}.""",
+    "joint": """\
+Its loop is closed by the joint tip, as Gazebo Classic reads it, and Gazebo where its physics takes closed chains; Drake
+takes none. It stands in a closed pose, from which all joints count: the robot's coordinates are theirs and
+{angles}.""",
+}
+COULOMB = """
+Coulomb friction of the drives is in it for Gazebo; Drake does not apply it."""
+TEXT = """\
+<?xml version="1.0"?>
+<!--
+{about}-->
+<sdf version="1.9" xmlns:drake="http://drake.mit.edu">
+  <world name="{model}">
+    <gravity>{gx!r} {gy!r} 0</gravity>
+    <physics name="step" type="ignored">
+      <max_step_size>{step!r}</max_step_size>
+      <real_time_factor>1</real_time_factor>
+    </physics>
+    <model name="{model}">
+{legs}{closure}    </model>
+  </world>
+</sdf>
+"""
+LEG = """\
+      <link name="{drive}">
+        <pose>{base!r} {foot!r} 0 0 0 {turn!r}</pose>
+        <inertial>{first}</inertial>
+        <visual name="{drive}">
+          <pose>{middle!r} 0 0 0 0 0</pose><geometry><box><size>{boxed}</size></box></geometry>
+        </visual>
+      </link>
+      <link name="{bar}">
+        <pose>{x!r} {y!r} 0 0 0 {phi!r}</pose>
+        <inertial>{second}</inertial>
+        <visual name="{bar}">
+          <pose>{half!r} 0 0 0 0 0</pose><geometry><box><size>{distal!r} {thin!r} {thin!r}</size></box></geometry>
+        </visual>
+      </link>
+      <joint name="{joint}" type="{kind}">
+        <parent>world</parent><child>{drive}</child>
+        <axis>
+          <xyz expressed_in="__model__">{axis}</xyz>
+          <limit><lower>-1e16</lower><upper>1e16</upper><effort>-1</effort></limit>{friction}
+        </axis>
+      </joint>
+      <joint name="{other}" type="revolute">
+        <parent>{drive}</parent><child>{bar}</child>
+        <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit>{slack}</axis>
+      </joint>
+"""
+CONSTRAINT = """\
+      <drake:ball_constraint>
+        <drake:ball_constraint_body_A>{bars[0]}</drake:ball_constraint_body_A>
+        <drake:ball_constraint_p_AP>{lengths[0]!r} 0 0</drake:ball_constraint_p_AP>
+        <drake:ball_constraint_body_B>{bars[1]}</drake:ball_constraint_body_B>
+        <drake:ball_constraint_p_BQ>{lengths[1]!r} 0 0</drake:ball_constraint_p_BQ>
+      </drake:ball_constraint>
+"""
+JOINT = """\
+      <joint name="tip" type="revolute">
+        <pose>{lengths[1]!r} 0 0 0 0 0</pose>
+        <parent>{bars[0]}</parent><child>{bars[1]}</child>
+        <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit></axis>
+      </joint>
+"""
+CLOSURES = {"constraint": CONSTRAINT, "joint": JOINT}
+
+
+def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constraint", step: float = 0.001) -> str:
+    """The robot as an SDF world. closure: "constraint" for Drake, joints counted as the robot's; "joint" for Gazebo.
+
+    start: the pose in which a world with the loop's joint begins, from which its joints count, and which is told
+    otherwise. step: s, of the world's physics.
+    """
+    legs, joined = legs_of(robot), closure == "joint"
+    gx, gy = robot.gravity
+    known = angles_of(start)
+    angles = ", ".join(
+        f"{name} = {value!r}" for leg, own in zip(legs, known) for name, value in zip(leg.names[2:], own)
+    )
+    about = ABOUT.format(
+        title=robot.words.title.capitalize(), closed=CLOSED[closure].format(angles=angles), gx=gx, gy=gy,
+        friction=COULOMB if any(leg.coulomb for leg in legs) else "",
+    )  # fmt: skip
+    lengths, bars = [leg.distal for leg in legs], [leg.names[1] for leg in legs]
+    return TEXT.format(
+        model=name, gx=gx, gy=gy, step=step,
+        about="".join(f"  {line}\n" for line in about.splitlines()),
+        legs="".join(_leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, known)),
+        closure=CLOSURES[closure].format(bars=bars, lengths=lengths),
+    )  # fmt: skip
+
+
+def _leg(leg, q, passive):
+    drive, bar, joint, other = leg.names
+    thin, turns = leg.distal / 20, leg.proximal is not None
+    boxed = f"{leg.proximal!r} {1.5 * thin!r} {thin!r}" if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}"
+    length, turn, foot = (leg.proximal, q, 0.0) if turns else (0.0, 0.0, q)
+    return LEG.format(
+        drive=drive, bar=bar, joint=joint, other=other, base=leg.base, foot=foot, turn=turn,
+        x=leg.base + length * math.cos(turn), y=foot + length * math.sin(turn), phi=turn + passive,
+        middle=length / 2, boxed=boxed, half=leg.distal / 2, distal=leg.distal, thin=thin,
+        kind="revolute" if turns else "prismatic", axis="0 0 1" if turns else "0 1 0",
+        first=_inertial(leg.drive), second=_inertial(leg.bar),
+        friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
+    )  # fmt: skip
+
+
+def _inertial(body):
+    j = repr(body.inertia)
+    return (
+        f"<pose>{body.x!r} {body.y!r} 0 0 0 0</pose><mass>{body.mass!r}</mass><inertia><ixx>{j}</ixx><iyy>{j}</iyy>"
+        f"<izz>{j}</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>"
+    )
+
+
+def _dynamics(viscous, coulomb):
+    if not (viscous or coulomb):
+        return ""
+    return f"<dynamics><damping>{viscous!r}</damping><friction>{coulomb!r}</friction></dynamics>"

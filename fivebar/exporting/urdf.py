@@ -1,0 +1,113 @@
+"""URDF: the opened tree, which is all that URDF can say, and how Pinocchio, Drake and MuJoCo close it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .bodies import angles_of, legs_of
+
+if TYPE_CHECKING:
+    from ..models.geometry import Pose
+    from ..models.robots import Biglide, FiveBar
+
+ABOUT = """\
+{title}, by fivebar: m, kg, s, rad.
+URDF has no loops: this is the robot opened at its end-effector, and what uses it closes it again, link tip1 on tip2.
+  Pinocchio  a RigidConstraintModel(CONTACT_3D, ...) between the frames tip1 and tip2, and constraintDynamics: exact.
+             A joint that turns without limits is (cos, sin) there: integrate(model, neutral(model), angles) makes it.
+  Drake      reads drake:ball_constraint, for a MultibodyPlant with a time step and the contact approximation kLagged.
+             Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a gap of 1e-8 m.
+  PyBullet   URDF_USE_INERTIA_FROM_FILE, and a JOINT_POINT2POINT between {bars[0]} and {bars[1]}, whose points count
+             from the bars' centres of mass. Of order 1.
+  MuJoCo     loads the tree alone: for the loop use the MJCF file.
+It closes for instance at {angles}.
+Gravity is the simulator's: set it to ({gx!r}, {gy!r}, 0) m/s^2.{friction}
+Its bodies move as the robot's base parameters do; their single masses are a choice that does not show in the motion.
+"""
+COULOMB = """
+Coulomb friction is only written down in it: neither Pinocchio nor Drake applies it."""
+TEXT = """\
+<?xml version="1.0"?>
+<!--
+{about}-->
+<robot name="{model}" xmlns:drake="http://drake.mit.edu">
+  <link name="world"/>
+{legs}  <drake:ball_constraint>
+    <drake:ball_constraint_body_A name="{bars[0]}"/>
+    <drake:ball_constraint_body_B name="{bars[1]}"/>
+    <drake:ball_constraint_p_AP value="{lengths[0]!r} 0 0"/>
+    <drake:ball_constraint_p_BQ value="{lengths[1]!r} 0 0"/>
+  </drake:ball_constraint>
+</robot>
+"""
+LEG = """\
+  <link name="{drive}">
+    <inertial>{first}</inertial>
+    <visual><origin xyz="{middle!r} 0 0"/><geometry><box size="{boxed}"/></geometry></visual>
+  </link>
+  <link name="{bar}">
+    <inertial>{second}</inertial>
+    <visual><origin xyz="{half!r} 0 0"/><geometry><box size="{distal!r} {thin!r} {thin!r}"/></geometry></visual>
+  </link>
+  <link name="tip{number}">{nothing}</link>
+  <joint name="{joint}" {kind}
+    <parent link="world"/><child link="{drive}"/><origin xyz="{base!r} 0 0"/>{friction}
+  </joint>
+  <joint name="{other}" type="continuous">
+    <parent link="{drive}"/><child link="{bar}"/><origin xyz="{elbow!r} 0 0"/><axis xyz="0 0 1"/>{slack}
+  </joint>
+  <joint name="tip{number}_fixed" type="fixed">
+    <parent link="{bar}"/><child link="tip{number}"/><origin xyz="{distal!r} 0 0"/>
+  </joint>
+  <transmission name="{joint}">
+    <type>transmission_interface/SimpleTransmission</type>
+    <joint name="{joint}"><hardwareInterface>EffortJointInterface</hardwareInterface></joint>
+    <actuator name="{joint}"><mechanicalReduction>1</mechanicalReduction></actuator>
+  </transmission>
+"""
+# Written down, as some readers give a link without masses 1 kg.
+NOTHING = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+CRANK = 'type="continuous"><axis xyz="0 0 1"/>'
+# A prismatic joint must have limits, and these guides have no ends.
+SLIDER = 'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>'
+
+
+def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
+    """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in its comment."""
+    legs = legs_of(robot)
+    gx, gy = robot.gravity
+    angles = ", ".join(
+        f"{name} = {value!r}" for leg, own in zip(legs, angles_of(start)) for name, value in zip(leg.names[2:], own)
+    )
+    about = ABOUT.format(
+        title=robot.words.title.capitalize(), angles=angles, gx=gx, gy=gy, bars=[leg.names[1] for leg in legs],
+        friction=COULOMB if any(leg.coulomb for leg in legs) else "",
+    )  # fmt: skip
+    return TEXT.format(
+        model=name, about="".join(f"  {line}\n" for line in about.splitlines()),
+        legs="".join(map(_leg, legs)), bars=[leg.names[1] for leg in legs], lengths=[leg.distal for leg in legs],
+    )  # fmt: skip
+
+
+def _leg(leg):
+    drive, bar, joint, other = leg.names
+    thin = leg.distal / 20
+    boxed = f"{leg.proximal!r} {1.5 * thin!r} {thin!r}" if leg.proximal else f"{2 * thin!r} {3 * thin!r} {thin!r}"
+    return LEG.format(
+        drive=drive, bar=bar, joint=joint, other=other, number=leg.number, base=leg.base, elbow=leg.proximal or 0.0,
+        middle=(leg.proximal or 0.0) / 2, boxed=boxed, half=leg.distal / 2, distal=leg.distal, thin=thin,
+        nothing=NOTHING, kind=CRANK if leg.proximal else SLIDER, first=_inertial(leg.drive), second=_inertial(leg.bar),
+        friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
+    )  # fmt: skip
+
+
+def _inertial(body):
+    j = repr(body.inertia)
+    return (
+        f'<origin xyz="{body.x!r} {body.y!r} 0"/><mass value="{body.mass!r}"/>'
+        f'<inertia ixx="{j}" iyy="{j}" izz="{j}" ixy="0" ixz="0" iyz="0"/>'
+    )
+
+
+def _dynamics(viscous, coulomb):
+    return f'\n    <dynamics damping="{viscous!r}" friction="{coulomb!r}"/>' if viscous or coulomb else ""
