@@ -53,6 +53,8 @@ def word(check: Check) -> str:
 def facts(check: Check) -> Iterator[tuple[str, str]]:
     """(label, text) of what a student can do something with, most telling first."""
     if check.outcome == "right":
+        if check.beside:
+            yield "lab's test", check.beside
         return
     if check.outcome == "broken":
         yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
@@ -66,6 +68,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         )
     elif check.text:
         yield "why", check.text
+        if check.explained:
+            yield "means", check.explained
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
         if check.asked:
@@ -76,6 +80,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
             yield "off by", off_text(check.off)
     if check.line and not not_started(check):
         yield "where", f"{check.place}: {check.source.strip()}"
+    if check.beside:
+        yield "lab's test", check.beside
     if check.misconception:
         yield "looks like", check.misconception
         yield "hint", check.hint
