@@ -120,6 +120,11 @@ class Ask:
             asked = list(zip(*(c.tolist() for c in rows)))
             replies = self._replies(follow.function, asked, self._set_for(robot), None)
             inner = judge(called, robot, rows, replies, np.max(tolerance)).diagnosis
+            if inner is None and not follow.counts:
+                blank = replace(verdict, diagnosis=None)
+                inner = self._with_a_slip(
+                    blank, called, robot, rows, replies, tolerance, None, self._set_for(robot)
+                ).diagnosis
             if inner is None:
                 continue
             whole = f"{plain}: {inner.name}"
@@ -176,7 +181,7 @@ class Ask:
             limits = np.tile(np.broadcast_to(tolerance, len(replies))[rows], len(ks))
             return rows_right(exercise, robot, asked, found, limits).reshape(len(ks), -1).all(axis=1)
 
-        change = repaired(program.source, exercise.name, program.again, right)
+        change = repaired(program.source, exercise.name, program.again, right, set(self._exercises) - {exercise.name})
         if change is None:
             return verdict
         where = program.where(change.line)

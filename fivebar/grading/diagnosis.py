@@ -16,7 +16,7 @@ from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
 from .fits import Fit
 
-MOST_PAIRS = 1_500
+MOST_PAIRS = 3_000
 EXACT = 1e-9  # of a wrong model's largest answer
 
 

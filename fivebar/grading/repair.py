@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 
 MOST_CHANGES, MOST_SURE = 1_500, 12  # tried for one function; of those right once, asked all
@@ -29,8 +29,8 @@ class Change:
     source: str
 
 
-def changes(source: str, function: str) -> Iterator[Change]:
-    """All single changes in the function and in those of the file that it calls; nothing where it cannot be parsed."""
+def changes(source: str, function: str, others: Container[str] = ()) -> Iterator[Change]:
+    """All single changes in the function and in those of the file that it calls, the others apart."""
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -39,7 +39,7 @@ def changes(source: str, function: str) -> Iterator[Change]:
     waiting, seen = [function], set()
     while waiting:
         name = waiting.pop(0)
-        if name in seen or name not in defined:
+        if name in seen or name not in defined or name in others:
             continue
         seen.add(name)
         node = defined[name]
@@ -156,13 +156,15 @@ def with_changes(source: str, function: str, tried: list[Change]) -> str:
     return f"{source.rstrip()}\n\nmade__ = {{}}\nchanges__ = {table!r}\n{_CALLER.format(function=function)}"
 
 
-def repaired(source: str, function: str, open_again: Callable, right: Callable) -> Change | None:
+def repaired(
+    source: str, function: str, open_again: Callable, right: Callable, others: Container[str] = ()
+) -> Change | None:
     """The first change that makes the function right, None where none does.
 
-    open_again(source) gives a running Student; right(student, ks, few) says of each of these changes whether the
-    answers are right, few: to the first question only.
+    others: functions that are asked by themselves, and left as they are. open_again(source) gives a running Student;
+    right(student, ks, few) says of each of these changes whether the answers are right, few: to one or two questions.
     """
-    tried = _tried(source, function)
+    tried = _tried(source, function, others)
     if not tried:
         return None
     with open_again(with_changes(source, function, tried)) as student:
@@ -173,9 +175,9 @@ def repaired(source: str, function: str, open_again: Callable, right: Callable) 
     return None
 
 
-def _tried(source, function):
+def _tried(source, function, others):
     """Changes of what is written before such of what is missing; none twice."""
-    found = list(changes(source, function))
+    found = list(changes(source, function, others))
     found.sort(key=lambda change: change.what in MISSING)
     unique = {(change.function, change.source): change for change in reversed(found)}
     return list(reversed(unique.values()))[:MOST_CHANGES]

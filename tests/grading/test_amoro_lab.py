@@ -8,6 +8,7 @@ import pytest
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
+from fivebar.grading.report.text import told
 from tests.amoro.test_run import run
 from tests.helpers import LABS
 from tests.helpers.hand_ins import FOLDER
@@ -63,6 +64,16 @@ def test_one_slip_of_the_pen_is_found_where_it_stands(tmp_path):
     (name,) = {c.misconception for c in report(tmp_path, wrong).checks if c.function == "dkm2_passive"}
     line = wrong.split("\n").index("    return qpDD[0], qpDD[1]*qpDD[1]") + 1
     assert name == f"a part too many in line {line}, `qpDD[1]*qpDD[1]`: all else is right"
+
+
+def test_numpy_by_way_of_the_labs_star_import(tmp_path):
+    assert report(tmp_path, HELPERS.replace("import numpy as np\n", "")).points == 20
+
+
+def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_path):
+    checks = report(tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 0.0123, OA13[1]")).checks
+    assert checks[0].misconception == "x is off by 0.0123"
+    assert ("looks like", "x is off by #") in list(told(checks[0]))
 
 
 def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):

@@ -58,6 +58,7 @@ DKM2_ENDS = ended(
     ("elementwise product of A^-1 and B", STAR, lambda A, B, d, q: (inverse(A) * B) @ q + inverse(A) @ d),
     ("matrices in the wrong order", SOLVE_DKM2, lambda A, B, d, q: B @ inverse(A) @ q + inverse(A) @ d),
 )  # fmt: skip
+DKM2_ENDS += (Slip("rates in place of accelerations", SOLVE_DKM2, {"given": lambda row: (row[4], row[6])}),)
 IKM2_ENDS = ended(
     ("d not divided by B", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ x - d),
     ("d added instead of subtracted", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (A @ x + d)),

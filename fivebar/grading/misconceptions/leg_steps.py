@@ -121,6 +121,10 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
                   elbow=lambda m, up, robot, leg: m - up),
         *each_leg("atan for atan2", "Some of your angles are off by half a turn. What does y / x forget?",
                   read=lambda z: np.arctan(z.imag / z.real)),
+        *each_leg("asin for atan2", "Where an elbow is left of its base joint: does its height alone tell the angle?",
+                  read=lambda z: np.arcsin(z.imag / np.abs(z))),
+        *each_leg("acos for atan2", "Where an elbow is below its base joint: does its x alone tell the angle?",
+                  read=lambda z: np.arccos(z.real / np.abs(z))),
         *each_leg("atan2 with x before y", "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
                   read=lambda z: np.pi / 2 - np.angle(z)),
         *each_leg("sign of x in atan2", "Which way does your vector point?", read=lambda z: np.angle(-z.conj())),
@@ -135,16 +139,21 @@ def passive_steps(
     robot: Robot, q11: Array, q21: Array, mode: Array, end: Columns | None = None, robot_of: Callable = right,
     model: Callable = dgm, base: Callable = base_x, bars: Callable = proximal, read: Callable = np.angle,
     off: Callable | None = None, sign: Callable = right,
+    rest: Callable = lambda point, base, bar, length: point - base - bar,
 ) -> Columns:  # fmt: skip
     """AMORO eq. 5 and 6. end: what the student's own dgm gave, x and y (n,)."""
     robot = robot_of(robot)
     x, y = model(robot, q11, q21, sign(mode)) if end is None else end
     found, both = [], (q11, q21)
     for leg, q in enumerate(both):
-        rest = x + 1j * y - own(base, leg, base_x)(robot, leg) - own(bars, leg, proximal)(robot, leg, q)
-        angle = own(read, leg, np.angle)(rest)
+        parts = own(base, leg, base_x)(robot, leg), own(bars, leg, proximal)(robot, leg, q), robot.distal[leg]
+        angle = own(read, leg, np.angle)(own(rest, leg, _rest)(x + 1j * y, *parts))
         found.append(own(off, leg, _relative)(robot, angle, q, both[1 - leg]) if off else _relative(robot, angle, q))
     return tuple(found)
+
+
+def _rest(point, base, bar, length):
+    return point - base - bar
 
 
 def _relative(robot, angle, q, other=None):
@@ -187,5 +196,13 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
                   bars=lambda robot, leg, q: np.exp(1j * q)),
         *each_leg("base offset not divided by the length", "x / l has no unit. Which unit has d / 2?",
                   base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length),
+        *each_leg("d / 2 * l in place of d / (2 l)", "Which operation does Python do first in d / 2 * l?",
+                  base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length ** 2),
+        *each_leg("y not divided by the length", "y / l - sin q11: which unit has what you subtract from?",
+                  rest=lambda p, base, bar, size: p.real - base - bar.real + 1j * (size * p.imag - bar.imag)),
+        *each_leg("x not divided by the length", "x / l - cos q11: which unit has what you subtract from?",
+                  rest=lambda p, base, bar, size: size * p.real - base - bar.real + 1j * (p.imag - bar.imag)),
+        *each_leg("x and y not divided by the length", "x / l - cos q11: which unit has what you subtract from?",
+                  rest=lambda p, base, bar, size: size * p - base - bar),
     ]  # fmt: skip
     return tuple(slips)

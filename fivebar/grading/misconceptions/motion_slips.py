@@ -93,6 +93,8 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
             *per_leg("lengths forgotten in B", length, "b", lambda j: dot(j.u2, j.v1), entry),
             *per_leg("u instead of v for the proximal bar in B", v1, "b", lambda j: j.proximal * dot(j.u2, j.u1),
                 entry),
+            *per_leg("minus sign of v forgotten in B", "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?", "b",
+                     lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]), entry),
             *per_leg("length of the distal bar in B", "Which bar carries the elbow?", "b",
                      lambda j: j.distal * dot(j.u2, j.v1), entry)[:1],
             *per_leg("direction of the distal bar in place of the angle between the bars in B",
@@ -146,6 +148,10 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
         )
     fixed = "How fast does the distal bar turn against the fixed frame?"
     slips += [
+        Slip("lengths forgotten in d", unit_, {"near": lambda j, rate: rate**2 * dot(j.u2, j.u1),
+                                               "far": lambda j, rate: rate**2 + 0 * j.distal}),
+        Slip("rates not squared in d", square, {"near": lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
+                                                "far": lambda j, rate: j.distal * rate}),
         *per_leg("rate of the proximal bar not squared in d", square, "near",
                  lambda j, rate: j.proximal * rate * dot(j.u2, j.u1), near),
         *per_leg("length of the proximal bar forgotten in d", unit_, "near",

@@ -98,10 +98,12 @@ def ikm_steps(robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(
     return first_order(robot, *row, solve=solve, **steps)
 
 
-def second_order(robot: Robot, *row: Array, finish: Callable, **steps: Callable) -> Columns:
+def second_order(
+    robot: Robot, *row: Array, finish: Callable, given: Callable = lambda row: row[8:], **steps: Callable
+) -> Columns:
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
-    given = np.stack(row[8:], -1)[..., None]
+    given = np.stack(given(row), -1)[..., None]
     return tuple(finish(A, B, bias(j, row[4:8], **others)[..., None], given)[..., 0].T)
 
 

@@ -36,6 +36,13 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
         *per_leg("multiplied by the length instead of divided", length, "per", lambda value, j: value * j.distal, per),
     ]  # fmt: skip
     if kind.turns:
+        turn = "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?"
+        slips += [
+            Slip("minus sign of both v forgotten", turn,
+                 {"v": lambda j: j.v2 * [-1, 1], "drag": lambda j, v: j.proximal * dot(v, j.v1 * [-1, 1])}),
+            Slip("+90 degrees turned the other way for both bars", turn,
+                 {"v": lambda j: -j.v2, "drag": lambda j, v: j.proximal * dot(v, -j.v1)}),
+        ]  # fmt: skip
         solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
         slips += [
             *per_leg("v of the proximal bar in place of the distal one's", "With which vector do you multiply?", "v",

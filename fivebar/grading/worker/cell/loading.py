@@ -94,11 +94,21 @@ def _run(module, file, source, notebook, skip, announce, constants, rewrite):
             exec(code, module.__dict__)
         except BaseException as error:
             trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, file).items() if v is not None}
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lab_amoro"):
+                _names_of_the_lab(module)
         for name in _stored(node) & vars(module).keys():
             numbers[name] = _number(vars(module)[name])
             if name in constants and numbers[name] is not None:
                 vars(module)[name] = constants[name]
     return trouble, {name: number for name, number in numbers.items() if number is not None}
+
+
+def _names_of_the_lab(module):
+    """What its star imports bring besides the robot: np."""
+    try:
+        vars(module).setdefault("np", importlib.import_module("numpy"))
+    except ImportError:
+        pass  # a file that uses it says so
 
 
 def _stored(node):
