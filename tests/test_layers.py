@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 import fivebar
 
 FLOORS = [
-    {"_backend", "checks", "described", "errors", "progress", "tables"},
+    {"_backend", "checks", "described", "errors", "old_numpy", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures", "exporting"},

@@ -46,6 +46,7 @@ def _options():
     add("--seed", type=int, default=0, help="of random and numpy.random (default: %(default)s)")
     add("--exact-acceleration", dest="exact", action="store_true",
         help="joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab")  # fmt: skip
+    add("--mark", choices=("1", "2"), help="the tracking error in the lab's control task of this number, as points")
     add("--lenient", action="store_true", help="let arrays of one element pass for numbers, as older NumPy did")
     add("--timeout", type=float, default=60.0, metavar="S",
         help="wall time that the script may take without a step (default: %(default)g)")  # fmt: skip

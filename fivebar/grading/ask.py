@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
+from .diagnosis import consistent
 from .exercise import Exercise, Misconception
-from .judge import TOLERANCE, Verdict, came_text, judge
+from .judge import TOLERANCE, Verdict, answered, came_text, judge, rows_right
 from .labs import Lab
 from .program import Program
+from .python_errors import explained
+from .repair import repaired
 from .variants import parameters
 from .worker.replies import Reply
 
@@ -39,9 +44,19 @@ class Asked:
 class Ask:
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(self, program: Program, lab: Lab, hopeless: dict[str, Reply], order: np.random.Generator):
+    def __init__(
+        self,
+        program: Program,
+        lab: Lab,
+        hopeless: dict[str, Reply],
+        order: np.random.Generator,
+        known: tuple[dict, dict] | None = None,
+    ):
         self._program, self._hopeless, self._order = program, hopeless, order
+        self._repairs, self._known = ({}, {}) if known is None else known
         self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
+        self._constants = lab.constants()
+        self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
         self.record = []
 
     def __call__(
@@ -53,11 +68,15 @@ class Ask:
         tolerance: ArrayLike = TOLERANCE,
         refuse: np.ndarray | None = None,
         limit: float | None = None,
+        threshold: tuple[float, Callable] | None = None,
+        probe: tuple[ArrayLike, ...] | None = None,
     ) -> None:
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them. constants: more
-        names to set there, which it must hold. tolerance, refuse: of `judge`. limit: seconds for one call. Raises Wrong
+        names to set there, which it must hold. tolerance, refuse, threshold: of `judge`. probe: columns of
+        other rows, asked where something is wrong: what explains those, too,
+            is named. limit: seconds for one call. Raises Wrong
         unless all is right.
         """
         __tracebackhide__ = True
@@ -66,11 +85,151 @@ class Ask:
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
-        wanted = {} if own else {k: v for k, v in parameters(robot).items() if k in self._program.student.constants}
+        wanted = self._set_for(robot)
         replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
         if own and robot != self._standard:
             exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
-        self._keep(Asked(judge(exercise, robot, columns, replies, tolerance, refuse), name, exercise, robot))
+        own_answers = self._own(exercise, robot, columns, tolerance)
+        best = None
+        for also in (robot, *self._also) if own else (robot,):
+            verdict = judge(exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None)
+            best = verdict if best is None or verdict.share > best.share else best
+            if best.share == 1:
+                break
+        if probe is not None and best.reason in ("value", "nan", "exception"):
+            if name not in self._known:
+                self._known[name] = self._probed(exercise, probe, tolerance, limit, best.reason != "value")
+            best = replace(best, diagnosis=self._known[name] or best.diagnosis)
+        if best.reason == "exception" and best.diagnosis is None:
+            best = self._raised_in_called(best, exercise, columns, limit)
+        if best.reason in ("value", "nan", "exception") and best.diagnosis is None:
+            best = self._with_a_slip(
+                best, exercise, robot, columns, replies, tolerance, refuse, wanted | (constants or {})
+            )
+        self._keep(Asked(self._saying_which(best, exercise, robot, columns, tolerance), name, exercise, robot))
+
+    def _saying_which(self, verdict, exercise, robot, columns, tolerance):
+        """The verdict with what is wrong in the function that it is consistent with, where that can be told."""
+        texts = [*verdict.remarks, verdict.diagnosis.name if verdict.diagnosis else ""]
+        for follow in exercise.follows:
+            plain = consistent((follow,)).name
+            if plain not in texts:
+                continue
+            called = self._exercises[follow.function]
+            rows = _answered(called, robot, columns[: follow.first])
+            asked = list(zip(*(c.tolist() for c in rows)))
+            replies = self._replies(follow.function, asked, self._set_for(robot), None)
+            inner = judge(called, robot, rows, replies, np.max(tolerance)).diagnosis
+            if inner is None and not follow.counts:
+                blank = replace(verdict, diagnosis=None)
+                inner = self._with_a_slip(
+                    blank, called, robot, rows, replies, tolerance, None, self._set_for(robot)
+                ).diagnosis
+            if inner is None:
+                continue
+            whole = f"{plain}: {inner.name}"
+            if verdict.diagnosis and verdict.diagnosis.name == plain:
+                return replace(verdict, diagnosis=replace(verdict.diagnosis, name=whole))
+            return replace(verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks))
+        return verdict
+
+    def _probed(self, exercise, columns, tolerance, limit, silent):
+        """The diagnosis of other rows, and of other numbers where the file lets them be set.
+
+        With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where no number came,
+            longer
+        bars may give one.
+        """
+        for robot, constants in (self._with_others(silent), (self._robot, {})):
+            kept = _answered(exercise, robot, columns)
+            replies = self._replies(exercise.name, list(zip(*(c.tolist() for c in kept))), constants, limit)
+            own = self._own(exercise, robot, kept, tolerance, constants)
+            found = judge(exercise, robot, kept, replies, tolerance, own=own, deep=not constants).diagnosis
+            if found is not None:
+                return found
+        return None
+
+    def _with_others(self, longer):
+        """The robot with other masses and inertias, or with longer bars, and the file's constants for it."""
+        names = {
+            name: own
+            for name, own in self._constants.items()
+            if (own[0][0] == "l" if longer else own[0][0] not in "ld")
+        }
+        other = {name: (1.3 + 0.1 * k) * getattr(self._robot, own[0]) for k, (name, own) in enumerate(names.items())}
+        if longer:
+            other = {name: 2 * value for name, value in other.items()}
+        return replace(self._robot, **{key: other[name] for name, own in names.items() for key in own}), other
+
+    def _with_a_slip(self, verdict, exercise, robot, columns, replies, tolerance, refuse, constants):
+        """The verdict with the only place whose change makes all these answers right."""
+        program = self._program
+        if program.again is None or exercise.name in self._repairs:
+            return replace(verdict, diagnosis=self._repairs.get(exercise.name))
+        self._repairs[exercise.name] = None
+        refuse = np.zeros(len(replies), bool) if refuse is None else np.asarray(refuse)
+
+        def right(student, ks, few):
+            rows = np.flatnonzero(~refuse)[:: max(1, len(replies) // 2) if few else 1]
+            asked = [np.tile(np.asarray(column)[rows], len(ks)) for column in columns]
+            numbers = np.repeat(ks, len(rows)).tolist()
+            found = student.ask(
+                "changed__",
+                [(k, *row) for k, row in zip(numbers, zip(*(c.tolist() for c in asked)))],
+                constants or None,
+            )
+            limits = np.tile(np.broadcast_to(tolerance, len(replies))[rows], len(ks))
+            return rows_right(exercise, robot, asked, found, limits).reshape(len(ks), -1).all(axis=1)
+
+        change = repaired(program.source, exercise.name, program.again, right, set(self._exercises) - {exercise.name})
+        if change is None:
+            return verdict
+        where = program.where(change.line)
+        name = f"{change.what} in {where}, `{change.text[:60]}`: all else is right"
+        hint = (
+            f"Compare {where} with your derivation: with {change.what} changed there, all these answers would be right."
+        )
+        self._repairs[exercise.name] = Misconception(name, hint, None)
+        return replace(verdict, diagnosis=self._repairs[exercise.name])
+
+    def _raised_in_called(self, verdict, exercise, columns, limit):
+        """The verdict with the name of the function in which it fails, if that is another one of the lab's."""
+        for follow in exercise.follows:
+            if follow.function not in self._program.student.names or follow.function not in self._exercises:
+                continue
+            rows = list(zip(*(np.asarray(c).tolist() for c in columns[: follow.first])))
+            lines = {
+                reply.line for reply in self._replies(follow.function, rows, {}, limit) if reply.kind == "exception"
+            }
+            if verdict.line in lines - {None}:
+                hint = f"The error is raised in {follow.function}, which is called here: see to it first."
+                return replace(verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None))
+        return verdict
+
+    def _set_for(self, robot):
+        """The constants to be set for a robot that is not the student's own."""
+        known = self._program.student.constants
+        return {} if robot is self._robot else {k: v for k, v in parameters(robot).items() if k in known}
+
+    def _own(self, exercise, robot, columns, tolerance, constants=None):
+        """Gives what a function that the exercise builds on answers to the same rows, where that is not all right."""
+        known = {}
+
+        def ask(follow):
+            if follow in known:
+                return known[follow]
+            known[follow] = None
+            called = self._exercises.get(follow.function)
+            if called is None or follow.function not in self._program.student.names:
+                return None
+            rows = columns[: follow.first]
+            set_ = self._set_for(robot) if constants is None else constants
+            replies = self._replies(follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None)
+            numbers, right = answered(called, robot, rows, replies, tolerance)
+            known[follow] = None if right or numbers is None else called.parts(numbers)
+            return known[follow]
+
+        return ask
 
     def call(self, name: str, *row: float, limit: float | None = None) -> object:
         """The value that one call gives, arrays and floats as they came; Wrong where it gives none."""
@@ -113,9 +272,22 @@ class Ask:
 
     def _keep(self, asked):
         __tracebackhide__ = True
+        v = asked.verdict
+        if v.reason == "exception":
+            text = v.text.removeprefix("raised an exception: ")
+            asked = replace(
+                asked, verdict=replace(v, explained=explained(text, v.source, re.findall(r"\w+", self._program.source)))
+            )
         self.record.append(asked)
-        if asked.verdict.share < 1:
+        if v.share < 1:
             raise Wrong(asked.verdict)
+
+
+def _answered(exercise, robot, columns):
+    """The rows to which the right model has an answer."""
+    with np.errstate(all="ignore"):
+        known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
+    return [np.asarray(column)[known] for column in columns]
 
 
 def _not_your_robot(exercise, standard):

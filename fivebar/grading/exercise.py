@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -27,13 +28,53 @@ class Misconception:
 
 
 @dataclass(frozen=True)
+class Slip:
+    """A wrong step of a derivation with its name and hint: `steps` are keywords of Exercise.derivation.
+
+    A step that is done once per leg may be a pair (left, right), None where the leg's is right.
+    """
+
+    name: str
+    hint: str
+    steps: dict = field(repr=False)
+
+    def of(self, derivation: Callable) -> Misconception:
+        """The misconception of who makes this slip and no other."""
+        return Misconception(self.name, self.hint, partial(derivation, **self.steps))
+
+    def together(self, other: Slip) -> Slip | None:
+        """Both slips, None where they are about the same step."""
+        if self.steps.keys() & other.steps.keys():
+            return None
+        return Slip(f"{self.name}; and {other.name}", f"{self.hint} {other.hint}", self.steps | other.steps)
+
+
+@dataclass(frozen=True)
+class Follow:
+    """A function whose answers another one builds on: an error in it is not made twice.
+
+    first: how many of the arguments it takes; step: the derivation's keyword for its answers, arrays (n, *shape);
+    counts: whether what follows rightly from a wrong one earns its points, as the wrong one lost its own.
+    """
+
+    function: str
+    first: int
+    step: str
+    counts: bool = False
+
+
+@dataclass(frozen=True)
 class Exercise:
     """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
 
     answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape) per returned name
     (a single one need not be in a tuple), nan where the model has no answer. wrong: the Misconceptions. angles:
     returned names compared modulo one turn. shapes: name -> shape of the returned names that are no plain numbers.
-    guessable: few values are possible, so that all rows must be right to earn anything.
+    guessable: few values are possible,
+        so that all rows must be right to earn anything. derivation: the right model step
+    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps,
+        alone or two together; follows:
+    the functions that it may call.
     """
 
     signature: str
@@ -42,6 +83,9 @@ class Exercise:
     angles: tuple[str, ...] = ()
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
+    derivation: Callable | None = field(default=None, repr=False)
+    slips: tuple[Slip, ...] = field(default=(), repr=False)
+    follows: tuple[Follow, ...] = ()
 
     def __post_init__(self):
         if not _SIGNATURE.fullmatch(self.signature):
@@ -50,21 +94,22 @@ class Exercise:
         if unknown:
             raise ValueError(f"{self.name} does not return {', '.join(sorted(unknown))}")
 
+    @cached_property
     def _parts(self):
         name, arguments, returns = _SIGNATURE.fullmatch(self.signature).groups()
         return name, *(tuple(word.strip() for word in part.split(",") if word.strip()) for part in (arguments, returns))
 
     @property
     def name(self) -> str:
-        return self._parts()[0]
+        return self._parts[0]
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        return self._parts()[1]
+        return self._parts[1]
 
     @property
     def returns(self) -> tuple[str, ...]:
-        return self._parts()[2]
+        return self._parts[2]
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of a returned name, () for a number."""
@@ -72,13 +117,22 @@ class Exercise:
 
     def outcome(self, model: Callable, robot: Robot, columns: tuple[np.ndarray, ...]) -> np.ndarray:
         """The model's answers to all rows as one array (n, numbers returned)."""
-        answers = model(robot, *columns)
+        answers, n = model(robot, *columns), len(columns[0])
         if len(self.returns) == 1 and not isinstance(answers, tuple):
             answers = (answers,)
-        n = len(columns[0])
         flat = [np.broadcast_to(a, (n, *self.shape(name))).reshape(n, -1) for name, a in zip(self.returns, answers)]
         return np.concatenate(flat, axis=1).astype(float)
 
+    def parts(self, numbers: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The returned arrays (n, *shape) in the numbers (n, k): the inverse of `outcome`."""
+        sizes = np.cumsum([int(np.prod(self.shape(name))) for name in self.returns])[:-1]
+        split = np.split(numbers, sizes, axis=1)
+        return tuple(part.reshape(-1, *self.shape(name)) for name, part in zip(self.returns, split))
+
     def is_angle(self) -> np.ndarray:
         """Which of the numbers in `outcome` are angles, (numbers,)."""
+        return self._angle
+
+    @cached_property
+    def _angle(self):
         return np.concatenate([np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns])

@@ -18,6 +18,7 @@ from ..models.robots import Biglide
 from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
+from .python_errors import explained
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
 from .worker.live import Live, from_functions
@@ -117,17 +118,30 @@ def _report(lab, checks, before, home, **rest):
         trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
     return ShownReport(
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
-        seed=checks.seed, robot=robot.parameters, lab_hash=lab.hash(), trouble=trouble or "",
-        notes=(*filter(None, [program.remark]), *(_notes(lab, robot, student.constants) or _absent(robot, checks))),
+        seed=checks.seed, robot=(program.robot or robot).parameters, lab_hash=lab.hash(), trouble=trouble or "",
+        notes=(
+            *filter(None, [program.remark]), *(_notes(lab, robot, program) or _absent(lab, robot, checks)),
+            *_old_numpy(program),
+        ),
         faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip
 
 
-def _notes(lab, robot, constants):
+def _old_numpy(program):
+    """What a file does that only the NumPy of its year did: it is graded as it ran then."""
+    for reply in getattr(program.student, "mended", ()):
+        place = f"{program.where(reply.line)}, `{reply.source.strip()}`: " if reply.line else ""
+        sentence = explained(reply.text, reply.source) or reply.text
+        yield f"{place}{sentence} The file is graded as it ran before; the same may stand in other lines."
+
+
+def _notes(lab, robot, program):
     """A file that holds another robot than the one it is graded for explains wrong answers everywhere."""
-    numbers = parameters(robot).items()
+    if lab.constants():
+        return program.robot_of_file(lab)[1]
+    numbers, constants = parameters(robot).items(), program.student.constants
     other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
@@ -135,8 +149,10 @@ def _notes(lab, robot, constants):
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
-def _absent(robot, checks):
+def _absent(lab, robot, checks):
     """Points that were lost may be so because lengths cannot be set."""
+    if lab.constants():
+        return
     constants = checks.program.student.constants
     absent = ", ".join(name for name in parameters(robot) if name not in constants)
     if absent and constants and any(check.reason == "value" for check in checks.found):

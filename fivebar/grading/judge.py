@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
 from .columns import Columns
-from .exercise import Exercise, Misconception
+from .diagnosis import Answers, diagnose, difference, followed, largest
+from .exercise import Exercise, Follow, Misconception
 from .values import Unfit, read
 from .worker.replies import KINDS, Reply
 
@@ -28,7 +30,8 @@ class Verdict:
     reason: "" or one of value, nan, shape, type, accepted, or a Reply's kind; text: the reason in words; wrong, rows:
     how many of how many calls; asked, came: the first wrong call; off: by how much it is off, in the answer's unit;
     diagnosis: the Misconception that gives the student's answers; line, source: in the student's file; sample: the
-    numbers of that call for a figure, never printed; remarks: what was let pass.
+    numbers of that call for a figure, never printed; remarks: what was let pass; beside: what the lab's own test says;
+    explained: a sentence on Python's own message.
     """
 
     share: float
@@ -44,6 +47,8 @@ class Verdict:
     source: str = ""
     remarks: tuple[str, ...] = ()
     sample: dict | None = None
+    beside: str = ""
+    explained: str = ""
 
 
 def judge(
@@ -53,11 +58,18 @@ def judge(
     replies: list[Reply],
     tolerance: ArrayLike = TOLERANCE,
     refuse: np.ndarray | None = None,
+    threshold: tuple[float, Callable] | None = None,
+    own: Callable[[Follow], tuple | None] = lambda follow: None,
+    deep: bool = True,
 ) -> Verdict:
     """Verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
-    the function shall raise or give nan; they earn only if some of the others are right.
+    the function shall raise or give nan; they earn only if some of the others are right. threshold: the mean error that
+    the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the "
+        "student's own functions
+    gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep: of
+    `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -67,9 +79,9 @@ def judge(
     if np.any(unanswered):
         raise ValueError(f"the right {exercise.name} has no answer in row {np.argmax(unanswered)}")
     angles = exercise.is_angle()
-    limits = np.asarray(tolerance)[..., None] * np.where(angles, 1.0, _scale(expected))
+    limits = np.asarray(tolerance)[..., None] * np.where(angles, 1.0, largest(expected))
     came, reasons, texts, remarks = _outcomes(exercise, replies, refuse)
-    errors = _difference(came, expected, angles)
+    errors = difference(came, expected, angles)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
             reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error, or return nan or None"
@@ -80,34 +92,67 @@ def judge(
     forfeited = np.any(refuse) and not np.any(good & ~refuse)
     if forfeited:
         good[:] = False  # refusing everything is no answer
-    share = float(good.mean())
+    share, beside = float(good.mean()), _beside(came, expected, angles, threshold)
     if exercise.guessable and share < 1:
         share = 0.0
     if share == 1:
-        return Verdict(1.0, rows=n, remarks=remarks)
+        return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
+    answers = Answers(
+        exercise, robot, columns, came, expected, limits, good, refused, own, set(reasons) == {"exception"}, deep
+    )
+    with np.errstate(all="ignore"):
+        if not forfeited and (follows := followed(answers)):
+            return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
     first = _first_wrong(good, reasons, refuse)
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
         text += " (refusing counts only beside a right answer in the same check)"
     with np.errstate(all="ignore"):
-        diagnosis = _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles)
+        diagnosis = diagnose(answers)
     return Verdict(
         share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
-        _sample(exercise, columns, first, expected[first], came[first]),
+        _sample(exercise, columns, first, expected[first], came[first]), beside,
     )  # fmt: skip
 
 
-def _scale(expected):
-    """Per number the largest right answer, (numbers,); 1 where all are 0 or none exists."""
-    largest = np.max(np.abs(np.where(np.isnan(expected), 0.0, expected)), axis=0, initial=0.0)
-    return np.where(largest > 0, largest, 1.0)
+def answered(
+    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: ArrayLike
+) -> tuple[np.ndarray | None, bool]:
+    """The numbers (n, k) that came, nan where there are none, None where there is no function; are all right?"""
+    came, reasons, _, _ = _outcomes(exercise, replies, np.zeros(len(replies), bool))
+    if not set(reasons) <= {"", "nan", "exception"}:
+        return None, False
+    with np.errstate(all="ignore"):
+        expected = exercise.outcome(exercise.answer, robot, columns)
+    limits = np.asarray(tolerance)[..., None] * np.where(exercise.is_angle(), 1.0, largest(expected))
+    same = difference(came, expected, exercise.is_angle()) <= limits
+    return came, bool(np.all(same | np.isnan(expected) & np.isnan(came)))
 
 
-def _difference(a, b, angles, turn=2 * np.pi):
-    with np.errstate(invalid="ignore"):
-        raw = np.abs(a - b)
-        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
+def rows_right(
+    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
+) -> np.ndarray:
+    """Which rows (n,) are right, within tolerance (n,)."""
+    came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
+    with np.errstate(all="ignore"):
+        expected = exercise.outcome(exercise.answer, robot, columns)
+    limits = tolerance[:, None] * np.where(exercise.is_angle(), 1.0, largest(expected))
+    return np.all(difference(came, expected, exercise.is_angle()) <= limits, axis=1)
+
+
+def _beside(came, expected, angles, threshold):
+    """The mean errors by the lab's own measure, in words."""
+    if threshold is None:
+        return ""
+    most, measure = threshold
+    if angles.any():
+        came = expected + (came - expected + np.pi) % (2 * np.pi) - np.pi
+    errors = np.mean(np.abs(measure(came) - measure(expected)), axis=0)
+    if not np.all(np.isfinite(errors)):
+        return ""
+    word = "OK" if np.all(errors < most) else "error in model"
+    return f"mean errors {errors[0]:.2g} and {errors[1]:.2g}: {word} (threshold {most:g})"
 
 
 def _outcomes(exercise, replies, refuse):
@@ -149,46 +194,6 @@ def _where(exercise, off):
     owners = np.concatenate([np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns])
     wrong = [name for name in exercise.returns if np.any(off[owners == name])]
     return "" if len(wrong) == len(exercise.returns) else f" of {', '.join(wrong)}"
-
-
-def _diagnose(exercise, robot, columns, came, expected, limits, good, refused, angles):
-    """The first misconception whose outcomes are the student's in all rows, in a wrong one unlike the right answer.
-
-    A row rightly refused says nothing about the model behind it, nor does a huge outcome at a singularity about scale.
-    Failing that, the first one that the student has for some parts of the answer, the others being right: a mistake in
-    one leg.
-    """
-    none = np.isnan(expected[:, 0])
-    known = np.all(np.isfinite(came), axis=1)
-    starts = _starts(exercise)
-    right = _by_parts((_difference(came, expected, angles) <= limits) | refused[:, None], starts)
-    in_part = None
-    for misconception in exercise.wrong:
-        outcome = exercise.outcome(misconception.model, robot, columns)
-        outcome[~np.all(np.isfinite(outcome), axis=1)] = np.nan
-        nothing = np.isnan(outcome[:, 0])
-        close = np.maximum(limits, TOLERANCE * _scale(outcome[~none]))
-        alike = _difference(came, outcome, angles, misconception.turn) <= close
-        same = np.all(alike, axis=1)
-        fits = same | (~known & nothing) | refused
-        if np.all(fits) and np.any(same) and np.any(fits & ~good & ~(nothing & none)):
-            return misconception
-        taken = ~right & _by_parts(alike | refused[:, None], starts)
-        if in_part is None and np.any(taken) and np.all(right | taken):
-            in_part = misconception
-    return in_part
-
-
-def _starts(exercise):
-    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
-    shapes = [exercise.shape(name) for name in exercise.returns]
-    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
-    return np.cumsum([0, *widths[:-1]])
-
-
-def _by_parts(true, starts):
-    """Per part whether all its numbers (n, numbers) are true in all rows."""
-    return np.logical_and.reduceat(np.all(true, axis=0), starts)
 
 
 def call_text(exercise: Exercise, columns: Columns, row: int) -> str:

@@ -36,6 +36,14 @@ class Lab:
         """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
         return self._content().get("ROBOT", FiveBar())
 
+    def also(self) -> tuple[dict, ...]:
+        """Numbers that are right in place of the robot's own: ALSO of exercises.py."""
+        return self._content().get("ALSO", ())
+
+    def constants(self) -> dict[str, tuple[str, ...]]:
+        """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both are the same."""
+        return self._content().get("CONSTANTS", {})
+
     def hints_from(self) -> str:
         """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is none."""
         return str(self._content().get("HINTS_FROM", ""))
@@ -69,7 +77,7 @@ def known_labs(folder: str | Path | None = None) -> list[Lab]:
         raise UsageError(f"--labs: no folder {str(folder)!r}")
     place = SHIPPED if folder is None else Path(folder)
     found = sorted(path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py")))
-    return [Lab(path.resolve()) for path in found]
+    return [Lab(path.resolve()) for path in sorted(found, key=lambda path: not path.name.startswith("lab"))]
 
 
 def find_lab(name: str, folder: str | Path | None = None) -> Lab:

@@ -68,7 +68,7 @@ class Checks:
     def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
-        self._hopeless = {}
+        self._hopeless, self._known = {}, ({}, {})  # of all checks; the latter: repairs and diagnoses by function
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
@@ -79,7 +79,8 @@ class Checks:
 
     @pytest.fixture
     def ask(self, request: pytest.FixtureRequest) -> Ask:
-        ask = Ask(self.program, Lab(request.path.parent), self._hopeless, self._drawn("order", request))
+        lab, order = Lab(request.path.parent), self._drawn("order", request)
+        ask = Ask(self.program, lab, self._hopeless, order, self._known)
         request.node.stash[_ASK] = ask
         return ask
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..models.robots import Robot
 from .intake.hand_in import ProgramFile, imported
+from .lab_constants import robot_of_file
 from .labs import Lab
 from .variants import PUBLIC_SEED, robot_from
 from .worker.live import Live
@@ -19,7 +20,7 @@ from .worker.submission import SubmissionError, read_submission
 class NoProgram:
     """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
 
-    output, notes, constants = "", (), {}
+    output, notes, names, constants = "", (), (), {}
 
     def __init__(self, text: str):
         self.trouble = Reply("import", text=text)
@@ -36,7 +37,8 @@ class Program:
     """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
 
     robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
-    where: a line's number in its author's words; remark: how the file was read, where that is worth a sentence.
+    where: a line's number in its author's words; remark: how the file was read, where that is worth a sentence; again:
+    opens a changed source in a process likewise.
     """
 
     student: Student | Live | NoProgram
@@ -44,11 +46,19 @@ class Program:
     where: Callable[[int], str] = "line {}".format
     remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
+    source: str = field(default="", repr=False)
+    again: Callable[[str], Student] | None = field(default=None, repr=False)
 
     def robot_in(self, lab: Lab) -> Robot:
+        if lab.constants():
+            return self.robot_of_file(lab)[0]
         if self.robot_from_standard:
             return self.robot_from_standard(lab.robot())
         return self.robot or robot_from(lab.robot(), self.student.constants)
+
+    def robot_of_file(self, lab: Lab) -> tuple[Robot, tuple[str, ...]]:
+        """The robot of a file that has the lab's own names for its numbers, and what is to be said of them."""
+        return robot_of_file(lab.robot(), lab.constants(), self.student.constants)
 
 
 @dataclass(frozen=True)
@@ -87,4 +97,9 @@ class Job:
             limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
         modules = imported(submission.source, self.siblings)
         student = Student(submission, isolate=self.isolate, modules=modules, **limits)
-        return Program(student, self.robot, submission.where, submission.remark)
+
+        def again(source):
+            return Student(replace(submission, source=source), isolate=self.isolate, total=8.0, modules=modules)
+
+        source = submission.source
+        return Program(student, self.robot, submission.where, submission.remark, source=source, again=again)

@@ -16,7 +16,8 @@ class Check:
 
     points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source, remarks: as in Verdict, of
     what was asked first and was not right; place: the line in its author's words;
-    function: whose answers were judged; misconception, hint: "" where none.
+    function: whose answers were judged; beside: what the lab's own test says of them; explained: a sentence on "
+        "Python's message; misconception, hint: "" where none.
     """
 
     name: str
@@ -39,6 +40,8 @@ class Check:
     source: str = ""
     place: str = ""
     remarks: tuple[str, ...] = ()
+    beside: str = ""
+    explained: str = ""
     figure: str = field(default="", repr=False)  # SVG, for pages only
 
 
@@ -51,7 +54,8 @@ def checked(name: str, title: str, points: float, record: list[Asked], error: Ba
     functions = [asked.function for asked in record if asked.function]
     function = functions[-1] if functions else ""
     if error is None:
-        return Check(name, title, points, points, 1.0, "right", function, remarks=remarks)
+        beside = record[-1].verdict.beside if record else ""
+        return Check(name, title, points, points, 1.0, "right", function, remarks=remarks, beside=beside)
     if not isinstance(error, Wrong):  # a plain assert in the check
         text = " ".join(str(error).split())[:300] or "the check's assertion does not hold"
         return Check(name, title, points, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks)
@@ -61,7 +65,8 @@ def checked(name: str, title: str, points: float, record: list[Asked], error: Ba
     figure = pose_figure(asked.robot, asked.exercise, v.sample) if v.sample else ""
     return Check(
         name, title, points, earned, v.share, "partly" if v.share > 0 else "wrong", function, v.reason, v.text, v.wrong,
-        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, f"line {v.line}" if v.line else "", remarks, figure,
+        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, f"line {v.line}" if v.line else "", remarks, v.beside,
+        v.explained, figure,
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from fivebar.grading.misconceptions.direct import (
     xy,
 )
 from fivebar.grading.misconceptions.inverse import igm, igm_by_root, igm_with_bases, wrong_igm
+from fivebar.grading.misconceptions.stepwise import stepwise
 
 
 def right_base_at_left(robot, q11, q21, assembly_mode):
@@ -172,4 +173,4 @@ PASSIVE = Exercise(
     angles=("q12", "q22"),
 )
 
-EXERCISES = [DGM, IGM, PASSIVE]
+EXERCISES = stepwise(FiveBar, DGM, IGM, PASSIVE)

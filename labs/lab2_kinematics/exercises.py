@@ -16,6 +16,7 @@ from fivebar.grading.misconceptions.kinematics import (
     wrong_dkm_passive,
     wrong_ikm,
 )
+from fivebar.grading.misconceptions.stepwise import stepwise
 
 
 def A(robot, *q):
@@ -201,4 +202,4 @@ DKM_PASSIVE = Exercise(
     ),
 )
 
-EXERCISES = [A_EXERCISE, B_EXERCISE, DKM, IKM, DKM_PASSIVE]
+EXERCISES = stepwise(FiveBar, A_EXERCISE, B_EXERCISE, DKM, IKM, DKM_PASSIVE)

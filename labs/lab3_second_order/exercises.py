@@ -17,6 +17,7 @@ from fivebar.grading.misconceptions.second_order import (
     wrong_bias,
     wrong_dkm2_passive,
 )
+from fivebar.grading.misconceptions.stepwise import stepwise
 
 
 def proximal(robot, q11, q12, q21, q22, q11D, q12D, q21D, q22D):
@@ -154,4 +155,4 @@ DKM2_PASSIVE = Exercise(
     ),
 )
 
-EXERCISES = [DKM2, IKM2, DKM2_PASSIVE]
+EXERCISES = stepwise(FiveBar, DKM2, IKM2, DKM2_PASSIVE)

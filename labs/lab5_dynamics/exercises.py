@@ -7,6 +7,7 @@ from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import inverse, motion, times
 from fivebar.grading.misconceptions.common import c_forgotten, passive_misread
 from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, turned, with_model, wrong_dynamic_model
+from fivebar.grading.misconceptions.stepwise import stepwise
 
 ONLY_DIAGONAL = "only the diagonal of M", "Does the left motor feel nothing of the right one's acceleration?"
 
@@ -107,4 +108,4 @@ FORWARD = Exercise(
     ),
 )
 
-EXERCISES = [DYNAMIC_MODEL, INVERSE, FORWARD]
+EXERCISES = stepwise(FiveBar, DYNAMIC_MODEL, INVERSE, FORWARD)

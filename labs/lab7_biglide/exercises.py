@@ -33,6 +33,7 @@ from fivebar.grading.misconceptions.second_order import (
     wrong_bias,
     wrong_dkm2_passive,
 )
+from fivebar.grading.misconceptions.stepwise import stepwise
 
 KIND = fb.Biglide
 ROBOT = KIND()  # the handout's
@@ -345,4 +346,6 @@ EFFORTS = Exercise(
     ),
 )
 
-EXERCISES = [DGM, IGM, DGM_PASSIVE, DKM, IKM, DKM_PASSIVE, DKM2, IKM2, DKM2_PASSIVE, DYNAMIC_MODEL, EFFORTS]
+EXERCISES = stepwise(
+    KIND, DGM, IGM, DGM_PASSIVE, DKM, IKM, DKM_PASSIVE, DKM2, IKM2, DKM2_PASSIVE, DYNAMIC_MODEL, EFFORTS
+)

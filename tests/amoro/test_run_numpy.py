@@ -6,7 +6,7 @@ import linecache
 import numpy as np
 import pytest
 
-from fivebar.amoro.ros_free import lenient
+from fivebar import old_numpy
 from fivebar.amoro.ros_free.explain import explanation
 from fivebar.amoro.ros_free.tracebacks import last_place
 from tests.amoro.test_run import START, run
@@ -54,6 +54,20 @@ def test_the_line_and_its_mend(tmp_path, line, words):
     assert words in said and number == 5
 
 
+def test_results_of_a_function_are_named_where_they_are_returned(tmp_path):
+    """Not the arguments of the call that brought them."""
+    model = "import numpy as np\n\n\ndef ikm(x, y):\n    qD = np.array([[x], [y]])\n    return qD[0], qD[1]\n"
+    (tmp_path / "models.py").write_text(model)
+    script = (
+        "import numpy as np\nfrom models import *\nvx, vy = np.zeros(3), np.zeros(3)\nq11D, q21D = np.zeros(3), "
+        "np.zeros(3)\n"
+        "for i in range(3):\n    q11D[i], q21D[i] = ikm(vx[i], vy[i])\n"
+    )
+    said = run(tmp_path, script, code=1).stderr
+    assert "what ikm returns in line 6, qD[0], is an array" in said and "mend: write qD[0].item() there" in said
+    assert "ravel" not in said and run(tmp_path, script, "--lenient").returncode == 0
+
+
 @pytest.mark.parametrize("line", ["v @ np.zeros(3)", "np.no_such", "v[5] = 1.0", "x = int('a')", "v.shape = 3"])
 def test_other_errors_are_left_alone(tmp_path, line):
     assert explained(tmp_path, line)[0] == ""
@@ -77,8 +91,13 @@ def test_a_line_of_the_students_models(tmp_path):
 
 def namespace(source):
     """What lenient code leaves."""
-    names = {lenient.HELPER: lenient.lenient, lenient.LOOSEN: lenient.loosen, "__builtins__": builtins, "np": np}
-    exec(lenient.compiled(source, "old.py"), names)
+    names = {
+        old_numpy.HELPER: old_numpy.lenient,
+        old_numpy.LOOSEN: old_numpy.loosen,
+        "__builtins__": builtins,
+        "np": np,
+    }
+    exec(old_numpy.compiled(source, "old.py"), names)
     return names
 
 
@@ -167,6 +186,6 @@ print(type(left.effort).__name__, left.effort == -2e-3 * before)
 
 
 def test_every_dropped_name_is_dropped_and_has_a_successor():
-    for name, today in lenient.DROPPED.items():
+    for name, today in old_numpy.DROPPED.items():
         assert name not in vars(np)
         assert eval(today, {"np": np}) is not None

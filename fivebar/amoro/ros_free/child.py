@@ -14,11 +14,13 @@ from types import ModuleType
 import casadi  # noqa: F401  so that its import is not the script's time
 import numpy as np
 
+from ... import old_numpy
 from . import lenient, names, outputs, report
 from . import world as place
 from .clock import RealClock, SimulatedClock, real_monotonic, real_sleep
 from .explain import explanation
 from .tracebacks import last_place, print_exception
+from .tracking import tracking
 from .world import Stopped, World
 
 WATCH = 0.2  # s between two looks at a script that may hang
@@ -101,7 +103,7 @@ class Session:
     def _code(self):
         source = Path(self.file).read_bytes()
         if self.options["lenient"]:
-            return lenient.compiled(source, self.file)
+            return old_numpy.compiled(source, self.file)
         return compile(source, self.file, "exec", dont_inherit=True)
 
     def _main_module(self):
@@ -132,8 +134,10 @@ class Session:
     def _report(self, code):
         """Write and print what there is; 1 where something could not be written."""
         os.chdir(outputs.start)
-        run, failed = self.world.run(), 0
+        run, failed, mark = self.world.run(), 0, {}
         try:
+            if self.options["mark"]:
+                mark = {"tracking": tracking(self.options["mark"], self.world.kind, run)}
             if report.drawn():
                 self._scopes()
             if "matplotlib.pyplot" in sys.modules and not self.options["show"]:
@@ -144,7 +148,7 @@ class Session:
         except (OSError, ValueError) as error:
             report.say(str(error))
             failed = 1
-        about = report.figures(self.world, run, self.wall) | {"exit_code": failed or code}
+        about = report.figures(self.world, run, self.wall) | mark | {"exit_code": failed or code}
         if self.for_data is None:
             report.print_words(about)
         else:

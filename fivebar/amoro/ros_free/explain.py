@@ -6,10 +6,10 @@ import re
 
 import numpy as np
 
-from .lenient import CONVERTING, DROPPED, is_single
+from ...old_numpy import CONVERSION, CONVERTING, DROPPED, is_single
+from .tracebacks import is_users
 
 CONVERSIONS = {"array", "asarray", "print", *(function.__name__ for function in CONVERTING)}
-CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
 
 
 def explanation(error, frame, line):
@@ -35,6 +35,8 @@ def _dropped(name):
 
 def _conversion(frame, line):
     statement = _statement(frame, line)
+    if returned := _returned(statement, frame):
+        return returned
     arrays = dict(_arrays(statement, frame))
     for text, array in reversed(arrays.items()):
         if is_single(array):
@@ -45,6 +47,28 @@ def _conversion(frame, line):
         found = ", ".join(f"{text} of shape {array.shape}" for text, array in arrays.items())
         return [f"a number is wanted where there is an array: {found}."]
     return _refused("what is computed here is an array, often of one element", ".item() after it")
+
+
+def _returned(statement, frame):
+    """Where a function's results are put into numbers: the line in which it returns arrays of one element."""
+    if not isinstance(statement, ast.Assign) or not isinstance(statement.value, ast.Call):
+        return []
+    function = frame.f_globals.get(ast.unparse(statement.value.func))
+    code = getattr(function, "__code__", None)
+    if code is None or not is_users(code.co_filename):
+        return []
+    for node in ast.walk(ast.parse("".join(linecache.getlines(code.co_filename)))):
+        if isinstance(node, ast.FunctionDef) and node.name == code.co_name and node.lineno == code.co_firstlineno:
+            given = [
+                inner.value for inner in ast.walk(node) if isinstance(inner, ast.Return) and inner.value is not None
+            ]
+            parts = [part for value in given for part in (value.elts if isinstance(value, ast.Tuple) else [value])]
+            if parts:
+                text = ast.unparse(parts[0])
+                mend = f"{text}.item()" if isinstance(parts[0], (ast.Name, ast.Subscript)) else f"({text}).item()"
+                where = f"what {node.name} returns in line {parts[0].lineno}, {text}, is an array"
+                return _refused(where, f"{mend} there")
+    return []
 
 
 def _refused(what, mend):

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import outputs
 from .plot_tools import scopes
+from .tracking import words
 
 PEN = "#0072B2", "#D55E00"
 MOST_COLUMNS, MARGIN = 4, 0.04
@@ -113,6 +114,7 @@ def print_words(about):
         wall, factor = about["wall_s"], about["real_time_factor"]
         until = " (then its KeyboardInterrupt, --until)" if about["interrupted"] else ""
         lines.append(f"{about['simulated_s']:g} s simulated{until} in {wall:.2f} s, {factor:.3g} x real time")
+    lines += [words(about["tracking"])] if "tracking" in about else []
     lines += [f"wrote {path}" for path in about["files"]]
     say(*lines)
 

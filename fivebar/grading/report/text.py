@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import re
 import shutil
 import textwrap
 from collections.abc import Iterator
@@ -53,6 +54,8 @@ def word(check: Check) -> str:
 def facts(check: Check) -> Iterator[tuple[str, str]]:
     """(label, text) of what a student can do something with, most telling first."""
     if check.outcome == "right":
+        if check.beside:
+            yield "lab's test", check.beside
         return
     if check.outcome == "broken":
         yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
@@ -66,6 +69,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         )
     elif check.text:
         yield "why", check.text
+        if check.explained:
+            yield "means", check.explained
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
         if check.asked:
@@ -76,6 +81,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
             yield "off by", off_text(check.off)
     if check.line and not not_started(check):
         yield "where", f"{check.place}: {check.source.strip()}"
+    if check.beside:
+        yield "lab's test", check.beside
     if check.misconception:
         yield "looks like", check.misconception
         yield "hint", check.hint
@@ -94,8 +101,15 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls"
         if check.misconception:
-            yield "looks like", check.misconception
+            yield "looks like", _without_numbers(check.misconception)
             yield "hint", check.hint
+
+
+def _without_numbers(name):
+    """A plain relation's factor or offset could be an input that the program hands on."""
+    if not re.search("times the right|off by|multiple of", name):
+        return name
+    return re.sub(r"-?\d[\d.e+-]*", "#", name)
 
 
 def same_fault(check: Check) -> tuple | None:

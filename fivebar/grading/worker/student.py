@@ -8,10 +8,12 @@ import secrets
 import sys
 import time
 from dataclasses import replace
+from inspect import getsource
 from math import isfinite
 
 import numpy as np
 
+from ... import old_numpy
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, Worker
@@ -62,7 +64,10 @@ class Student:
         self._worker, self._hopeless = None, False
         self._output = ""
         self.names, self.constants, self.trouble, self.notes = (), {}, None, ()
+        self.mended: list[Reply] = []
         self._load()
+        if self.trouble is not None and old_numpy.refused(self.trouble.text):
+            self._mend(self.trouble)
 
     def __enter__(self):
         return self
@@ -86,7 +91,16 @@ class Student:
         """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
 
         constants: other values for names in `constants`, with which the file is run anew; limit: seconds for one call.
+        What only today's NumPy refuses is asked again as it ran before; `mended` holds the first refusal.
         """
+        replies = self._ask(function, rows, constants, limit)
+        refused = [reply for reply in replies if reply.kind == "exception" and old_numpy.refused(reply.text)]
+        if refused and not self.mended:
+            self._mend(refused[0])
+            return self._ask(function, rows, constants, limit)
+        return replies
+
+    def _ask(self, function, rows, constants, limit):
         rows = [[_number(part) for part in row] for row in rows]
         constants = {name: _number(part) for name, part in (constants or {}).items()}
         limit = limit or self._limit
@@ -126,6 +140,13 @@ class Student:
             if self._losses[function] >= MOST_LOSSES or left <= 0:
                 replies += [lost] * (len(rows) - len(replies))
         return replies
+
+    def _mend(self, refused):
+        """The file once more, as it ran with the NumPy of its year."""
+        self.mended.append(refused)
+        self.trouble, self._skip = None, []
+        self.close()
+        self._load()
 
     def _batch(self, function, rows, constants, limit, end, replies):
         """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
@@ -168,6 +189,7 @@ class Student:
                 end = start + LOAD_LIMIT
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
+                request["old_numpy"] = getsource(old_numpy) if self.mended else ""
                 request |= {"notebook": self._submission.kind == "notebook", "modules": self._modules}
                 self._worker.send(request, LOAD_LIMIT)
                 while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":

@@ -11,6 +11,7 @@ import io
 import json
 import os
 import sys
+from collections.abc import Callable
 
 from answers import call
 from confine import confine
@@ -32,6 +33,20 @@ class Gate:
             raise ModuleNotFoundError(
                 f"{top} is not available here: a submission may import the standard library, numpy and scipy", name=name
             )
+
+
+def as_with_old_numpy(source: str) -> Callable:
+    """How `fivebar.old_numpy`, given as text, rewrites a statement."""
+    known = {}
+    exec(source, known)
+    known["install"]()
+
+    def rewrite(tree):
+        if "numpy" in sys.modules:
+            known["give_names_back"](sys.modules["numpy"])
+        return known["rewritten"](tree)
+
+    return rewrite
 
 
 def main() -> None:
@@ -69,10 +84,13 @@ def main() -> None:
 
     request = receive()
     nonce = request["n"]
+    rewrite = as_with_old_numpy(request["old_numpy"]) if request["old_numpy"] else lambda tree: tree
     file = request["source"], request["notebook"], set(request["skip"])
-    siblings = Siblings(request["modules"])
+    siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
-    module, trouble, numbers = load(*file, lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}))
+    module, trouble, numbers = load(
+        *file, lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}), rewrite=rewrite
+    )
     trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
     names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
     send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
@@ -84,7 +102,7 @@ def main() -> None:
         if constants and not absent:
             with contextlib.redirect_stdout(io.StringIO()):  # what it prints is known
                 siblings.forget(constants)
-                asked = load(*file, lambda index, line: None, constants)[0]
+                asked = load(*file, lambda index, line: None, constants, rewrite)[0]
         function = vars(asked).get(request["function"])
         if absent or not callable(function):
             send({"n": nonce, "k": "missing", "absent": absent})

@@ -24,16 +24,22 @@ _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
 def load(
-    source: str, notebook: bool, skip: set[int], announce: Callable[[int, int], None], constants: dict | None = None
+    source: str,
+    notebook: bool,
+    skip: set[int],
+    announce: Callable[[int, int], None],
+    constants: dict | None = None,
+    rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree,
 ) -> tuple[types.ModuleType, dict | None, dict[str, float]]:
     """(module, first trouble or None, numbers) after running the statements that are not in `skip`.
 
     announce(index, line) is called before each, so that one that kills the process is known. numbers: those that the
     file's own statements give a name; constants: other values for some of them, from the statement on that does.
+    rewrite: changes a statement's syntax tree before it is compiled.
     """
     module = types.ModuleType("student")
     sys.modules["student"] = module
-    return module, *_run(module, FILE, source, notebook, skip, announce, constants or {})
+    return module, *_run(module, FILE, source, notebook, skip, announce, constants or {}, rewrite)
 
 
 class Siblings:
@@ -42,8 +48,9 @@ class Siblings:
     trouble: of the first one that had any; numbers: as `load` gives them, of all.
     """
 
-    def __init__(self, sources: dict[str, str]):
+    def __init__(self, sources: dict[str, str], rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree):
         self.sources, self.constants, self.trouble, self.numbers = sources, {}, None, {}
+        self.rewrite = rewrite
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> object:
         return importlib.machinery.ModuleSpec(name, self) if name in self.sources else None
@@ -53,7 +60,9 @@ class Siblings:
 
     def exec_module(self, module: types.ModuleType) -> None:
         file, source = f"<{module.__name__}.py>", self.sources[module.__name__]
-        trouble, numbers = _run(module, file, source, False, set(), lambda index, line: None, self.constants)
+        trouble, numbers = _run(
+            module, file, source, False, set(), lambda index, line: None, self.constants, self.rewrite
+        )
         self.numbers |= numbers
         if trouble and not self.trouble:
             line = f", line {trouble['l']}" if trouble.get("l") else ""
@@ -66,7 +75,7 @@ class Siblings:
             sys.modules.pop(name, None)
 
 
-def _run(module, file, source, notebook, skip, announce, constants):
+def _run(module, file, source, notebook, skip, announce, constants, rewrite):
     """(first trouble or None, numbers) after running a source in a module."""
     body, trouble = _statements(source, file)
     if notebook:
@@ -81,15 +90,25 @@ def _run(module, file, source, notebook, skip, announce, constants):
             continue
         announce(index, node.lineno)
         try:
-            code = compile(ast.Module([node], []), file, "exec", flags, dont_inherit=True)
+            code = compile(rewrite(ast.Module([node], [])), file, "exec", flags, dont_inherit=True)
             exec(code, module.__dict__)
         except BaseException as error:
             trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, file).items() if v is not None}
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lab_amoro"):
+                _names_of_the_lab(module)
         for name in _stored(node) & vars(module).keys():
             numbers[name] = _number(vars(module)[name])
             if name in constants and numbers[name] is not None:
                 vars(module)[name] = constants[name]
     return trouble, {name: number for name, number in numbers.items() if number is not None}
+
+
+def _names_of_the_lab(module):
+    """What its star imports bring besides the robot: np."""
+    try:
+        vars(module).setdefault("np", importlib.import_module("numpy"))
+    except ImportError:
+        pass  # a file that uses it says so
 
 
 def _stored(node):

@@ -1,0 +1,237 @@
+"""Which mistake gives the student's numbers: a known one, two of them, one made in a function called, a plain relation.
+
+Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within the tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import combinations, islice, product
+
+import numpy as np
+
+from ..models.robots import Robot
+from .columns import Columns
+from .exercise import Exercise, Follow, Misconception, Slip
+from .fits import Fit
+
+MOST_PAIRS = 3_000
+EXACT = 1e-9  # of a wrong model's largest answer
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What was asked and came, (n, k): expected nan where no answer exists; good, refused: (n,) bool.
+
+    raised: whether every row ended in an exception; deep: whether to
+    look for two mistakes together, too. own(follow) -> arrays (n,
+        *shape) that the student's function of this name gives for the same rows, or None.
+    """
+
+    exercise: Exercise
+    robot: Robot
+    columns: Columns
+    came: np.ndarray
+    expected: np.ndarray
+    limits: np.ndarray
+    good: np.ndarray
+    refused: np.ndarray
+    own: Callable[[Follow], tuple | None] = lambda follow: None
+    raised: bool = False
+    deep: bool = True
+
+    @property
+    def none(self) -> np.ndarray:
+        return np.isnan(self.expected[:, 0])
+
+    def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+        return difference(a, b, self.exercise.is_angle(), turn)
+
+    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+        """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about scale."""
+        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
+        return self.difference(self.came, outcome, turn) <= close
+
+    def outcome(self, model: Callable) -> np.ndarray:
+        found = self.exercise.outcome(model, self.robot, self.columns)
+        found[~np.all(np.isfinite(found), axis=1)] = np.nan
+        return found
+
+    def fits(self, outcome: np.ndarray, alike: np.ndarray) -> bool:
+        """Whether all rows are as this outcome has them, and a wrong one unlike the right answer."""
+        known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
+        same = np.all(alike, axis=1)
+        fits = same | (~known & nothing) | self.refused
+        return np.all(fits) and np.any(same) and bool(np.any(fits & ~self.good & ~(nothing & self.none)))
+
+
+def difference(a: np.ndarray, b: np.ndarray, angles: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        raw = np.abs(a - b)
+        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
+
+
+def largest(answers: np.ndarray) -> np.ndarray:
+    """Per number the largest answer, (k,); 1 where all are 0 or none exists."""
+    most = np.max(np.abs(np.where(np.isnan(answers), 0.0, answers)), axis=0, initial=0.0)
+    return np.where(most > 0, most, 1.0)
+
+
+def followed(answers: Answers) -> Misconception | None:
+    """Where a function that counts by itself is wrong and this one is right but for that: which one."""
+    for follow in answers.exercise.follows:
+        steps = _own_steps(answers, (follow,)) if follow.counts else None
+        if steps is not None:
+            outcome = answers.outcome(_with(answers.exercise, steps))
+            if answers.fits(outcome, answers.alike(outcome)):
+                return consistent((follow,))
+    return None
+
+
+def diagnose(answers: Answers) -> Misconception | None:
+    """The mistake that gives the student's answers, None where none is known that does."""
+    exercise = answers.exercise
+    fit = Fit(exercise, answers.robot, answers.columns, answers.came, answers.expected, answers.limits)
+    return (
+        _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
+        or fit.constant()
+        or _of_called(answers)
+        or next(fit.facts(), None)
+        or _in_parts(answers)
+        or (_pair(answers) if answers.deep else None)
+        or _in_some_rows(answers)
+    )
+
+
+def _single(answers, misconceptions):
+    for misconception in misconceptions:
+        outcome = answers.outcome(misconception.model)
+        if answers.fits(outcome, answers.alike(outcome, misconception.turn)):
+            return misconception
+    return None
+
+
+def _with(exercise, steps):
+    return lambda robot, *columns: exercise.derivation(robot, *columns, **steps)
+
+
+def _own_steps(answers, follows):
+    """The derivation's keywords for what these functions of the student's give; None where one is right."""
+    steps = {}
+    for follow in follows:
+        own = answers.own(follow)
+        if own is None:
+            return None
+        steps[follow.step] = own
+    return steps or None
+
+
+def consistent(follows: tuple[Follow, ...]) -> Misconception:
+    """Said of who does the right thing with what wrong functions of his own give."""
+    names = " and ".join(follow.function for follow in follows)
+    return Misconception(
+        f"consistent with your {names}, which is wrong",
+        f"This function does the right thing with what {names} gives: see to {names} first.",
+        None,
+    )
+
+
+def _of_called(answers):
+    """Right, or wrong in one known step, on top of a wrong function that it calls."""
+    exercise = answers.exercise
+    for count in range(1, len(exercise.follows) + 1):
+        for follows in combinations(exercise.follows, count):
+            steps = _own_steps(answers, follows)
+            if steps is None:
+                continue
+            outcome = answers.outcome(_with(exercise, steps))
+            lost = not answers.raised and not np.any(np.isfinite(outcome)) and not np.any(np.isfinite(answers.came))
+            if lost or answers.fits(outcome, answers.alike(outcome)):
+                return consistent(follows)
+            for slip in exercise.slips:
+                both = slip.together(Slip("", "", steps))
+                if both is None:
+                    continue
+                outcome = answers.outcome(_with(exercise, both.steps))
+                if answers.fits(outcome, answers.alike(outcome)):
+                    names = " and ".join(follow.function for follow in follows)
+                    return Misconception(f"{slip.name}; and your {names} is wrong, too", slip.hint, None)
+    return None
+
+
+def _in_parts(answers):
+    """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes in one leg."""
+    exercise, starts = answers.exercise, _starts(answers.exercise)
+    exact = answers.difference(answers.came, answers.expected) <= answers.limits
+    right = _by_parts(exact | answers.refused[:, None], starts)
+    if not np.any(np.all(np.isfinite(answers.came), axis=1)):
+        return None
+    first, models = {}, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
+    for misconception in models:
+        outcome = answers.outcome(misconception.model)
+        alike = _by_parts(answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts)
+        taken = ~right & alike
+        if np.any(taken) and np.all(right | taken):
+            return misconception
+        for part in np.flatnonzero(taken):
+            first.setdefault(part, misconception)
+    if np.all(right | np.isin(np.arange(len(right)), list(first))) and len(first) > 1:
+        named = list({m.name: m for m in first.values()}.values())
+        return Misconception("; and ".join(m.name for m in named), " ".join(m.hint for m in named), None)
+    return None
+
+
+def _starts(exercise):
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
+    shapes = [exercise.shape(name) for name in exercise.returns]
+    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
+    return np.cumsum([0, *widths[:-1]])
+
+
+def _by_parts(true, starts):
+    """Per part whether all its numbers (n, numbers) are true in all rows."""
+    return np.logical_and.reduceat(np.all(true, axis=0), starts)
+
+
+def _pair(answers):
+    """Two slips in different steps, first those of which one explains a part of the answer already."""
+    exercise, starts = answers.exercise, _starts(answers.exercise)
+    if not exercise.slips:
+        return None
+    exact = answers.difference(answers.came, answers.expected) <= answers.limits
+    wrong = ~_by_parts(exact | answers.refused[:, None], starts)
+    promising = [
+        slip for slip in exercise.slips
+        if np.any(wrong & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts))
+    ]  # fmt: skip
+    for pair in islice(_pairs(promising, exercise.slips), MOST_PAIRS):
+        outcome = answers.outcome(_with(exercise, pair.steps))
+        if answers.fits(outcome, answers.alike(outcome)):
+            return Misconception(pair.name, pair.hint, _with(exercise, pair.steps))
+    return None
+
+
+def _pairs(promising, slips) -> Iterator[Slip]:
+    for one, other in product(promising, slips):
+        if both := one.together(other):
+            yield both
+    for one, other in combinations(slips, 2):
+        if both := one.together(other):
+            yield both
+
+
+def _in_some_rows(answers):
+    """Right in one mode and nowhere else."""
+    for name, column in zip(answers.exercise.arguments, answers.columns):
+        if name not in ("assembly_mode", "gamma1", "gamma2", "branch"):
+            continue
+        for mode in (-1, 1):
+            rows = (np.asarray(column) == mode) & ~answers.none
+            others = (np.asarray(column) == -mode) & ~answers.none
+            if rows.sum() >= 2 and others.sum() >= 2 and answers.good[rows].all() and not answers.good[others].any():
+                return Misconception(
+                    f"right only for {name.replace('_', ' ')} {mode:+d}",
+                    f"Does {name} take part in all that depends on it, and with its sign?", None,
+                )  # fmt: skip
+    return None

@@ -1,0 +1,144 @@
+"""The ten functions of the AMORO lab as questions: at any pose, and along the oscillation of the lab's own tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from ..models.geometry import dgm, igm
+from ..models.kinematics import Accelerations, dkm, dkm2, ikm, ikm2
+from ..models.robots import Robot
+from ..simulation.simulate import simulate
+from .columns import Columns, batch, joint_motion, joints
+from .columns import pose as pose_of
+from .exercise import Exercise
+from .misconceptions.common import Kind
+from .misconceptions.stepwise import stepwise
+from .samples import poses
+
+TEN = ("dgm", "igm", "dgm_passive", "dkm", "ikm", "dkm_passive", "dkm2", "ikm2", "dkm2_passive", "dynamic_model")
+TOLERANCE = 1e-6  # of the largest right answer: what l = 0.2828427 in place of 0.2 sqrt(2) costs is right
+THRESHOLD = 1e-3  # below it the lab's own tests print OK
+SAMPLES, EVERY, PERIOD = 50, 10, 0.01  # of the oscillation, each so many steps of so many s
+
+
+def columns_of(name: str, acc: Accelerations) -> Columns:
+    """What a batch of motions (n,) asks one of the ten functions, and A and B."""
+    rates, pose = acc.rates, acc.rates.pose
+    four = joints(pose)
+    return {
+        "dgm": lambda: (*pose.q.T, pose.assembly),
+        "igm": lambda: (*pose.xi.T, *pose.working.T),
+        "dgm_passive": lambda: (*pose.q.T, pose.assembly),
+        "compute_A_B": lambda: four,
+        "dkm": lambda: (*four, *rates.q_dot.T),
+        "ikm": lambda: (*four, *rates.xi_dot.T),
+        "dkm_passive": lambda: (*four, *rates.q_dot.T, *rates.xi_dot.T),
+        "dkm2": lambda: (*joint_motion(rates), *acc.q_ddot.T),
+        "ikm2": lambda: (*joint_motion(rates), *acc.xi_ddot.T),
+        "dkm2_passive": lambda: (*joint_motion(rates), *acc.q_ddot.T, *acc.xi_ddot.T),
+        "dynamic_model": lambda: joint_motion(rates),
+    }[name]()
+
+
+def motions(robot: Robot, draw: np.random.Generator, n: int) -> Accelerations:
+    """n motions in regular poses of all modes."""
+    speed, most = (0.3, 2.0) if robot.turns else (0.5, 3.0)  # m/s, m/s^2
+    rates = ikm(poses(robot, draw, n), draw.uniform(-speed, speed, (n, 2)))
+    return ikm2(rates, draw.uniform(-most, most, (n, 2)))
+
+
+@cache
+def oscillation(robot: Robot) -> Accelerations:
+    """States of the lab's oscillation from home: efforts +-, each turned when its joint has passed a limit."""
+    effort, limit = (0.0002, 0.05) if robot.turns else (0.01, 0.01)  # N m and rad, N and m
+    now = np.array([effort, -effort])
+
+    def square(t, q, q_dot, reference):
+        now[(now * q > 0) & (np.abs(q) > limit)] *= -1
+        return now.copy()
+
+    start = dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
+    run = simulate(robot, square, duration=SAMPLES * EVERY * PERIOD, start=start, control_period=PERIOD, step=PERIOD)
+    rows = slice(EVERY // 2, None, EVERY)
+    rates = dkm(dgm(robot, run.q[rows]), run.q_dot[rows])
+    # q'' of M q'' + c = tau is not asked for here: any acceleration of this size tells as much.
+    return dkm2(rates, np.gradient(run.q_dot, PERIOD, axis=0)[rows])
+
+
+def evaluated(acc: Accelerations, name: str) -> Callable:
+    """What the lab's own test compares, (n, 2), of the numbers (n, k) that a function gave."""
+    if name != "dynamic_model":
+        return lambda numbers: numbers
+    q_ddot = acc.q_ddot
+    return lambda numbers: np.einsum("nij,nj->ni", numbers[:, :4].reshape(-1, 2, 2), q_ddot) + numbers[:, 4:]
+
+
+def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> Columns:
+    """Questions of dgm or igm that have no answer."""
+    if name == "dgm":
+        q = draw.uniform(-np.pi, np.pi, (400, 2)) if robot.turns else draw.uniform(-1, 1, (400, 2))
+        pose = dgm(robot, q, unreachable="nan")
+        return (*q[np.isnan(pose.xi[:, 0])][:n].T, np.tile([-1, 1], n)[:n])
+    xi = draw.uniform(-1, 1, (400, 2)) * 2.2 * sum(robot.distal)
+    pose = igm(robot, xi, unreachable="nan")
+    return (*xi[np.isnan(pose.q).any(axis=1)][:n].T, *draw.choice([-1, 1], (2, n)))
+
+
+def A_and_B(robot: Robot, *q: np.ndarray) -> Columns:
+    at = pose_of(robot, *q)
+    return at.A, at.B
+
+
+COMPUTE_A_B = Exercise("compute_A_B(q11, q12, q21, q22) -> A, B", A_and_B, shapes={"A": (2, 2), "B": (2, 2)})
+
+
+def exercises(kind: Kind, *labs: dict[str, Exercise]) -> list[Exercise]:
+    """The ten of these labs, with all their misconceptions, and the helper that most files have."""
+    known = {name: exercise for lab in labs for name, exercise in lab.items()}
+    return [*(known[name] for name in TEN), *stepwise(kind, COMPUTE_A_B)]
+
+
+def checks() -> dict[str, Callable]:
+    """The tests of a lab on the ten functions, by name: two that count for each; one of dgm and igm that does not."""
+    found = {}
+    for name in TEN:
+        found[f"test_{name}_oscillating"] = _oscillating(name)
+        found[f"test_{name}_all_over"] = _all_over(name)
+        if name in ("dgm", "igm"):
+            found[f"test_{name}_beyond"] = _beyond(name)
+    return found
+
+
+def _oscillating(name):
+    @pytest.mark.points(1)
+    def test(ask, robot, draw):
+        acc, probe = oscillation(robot), columns_of(name, motions(robot, draw, 16))
+        threshold = THRESHOLD, evaluated(acc, name)
+        ask(name, *columns_of(name, acc), tolerance=TOLERANCE, threshold=threshold, probe=probe)
+
+    test.__doc__ = f"{name}: along the lab's oscillation"
+    return test
+
+
+def _all_over(name):
+    @pytest.mark.points(1)
+    def test(ask, robot, draw):
+        rows = columns_of(name, motions(robot, draw, 16))
+        ask(name, *rows, tolerance=TOLERANCE, probe=rows)
+
+    test.__doc__ = f"{name}: regular poses of all modes"
+    return test
+
+
+def _beyond(name):
+    @pytest.mark.points(0)
+    def test(ask, robot, draw):
+        rows = batch(columns_of(name, motions(robot, draw, 8)), unreachable(robot, name, draw, 8))
+        ask(name, *rows, tolerance=TOLERANCE, refuse=np.arange(16) >= 8)
+
+    test.__doc__ = f"{name}: where no pose exists (not counted)"
+    return test

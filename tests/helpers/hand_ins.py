@@ -1,0 +1,94 @@
+"""The corpus of hand-ins: bases with patches and their true mistakes, graded, and how many are named."""
+
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from fivebar.grading.grade import grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from tests.helpers import DATA
+
+FOLDER = DATA / "hand_ins"
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """A file of the corpus: `truths` has function -> regular expression of each of its mistakes."""
+
+    lab: str
+    base: str
+    encoding: str
+    title: str
+    source: str
+    truths: dict
+
+
+def hand_ins(file: str = "cases.txt") -> Iterator[HandIn]:
+    for block in re.split(r"(?m)^== ", (FOLDER / file).read_text())[1:]:
+        head, *lines = block.rstrip().split("\n")
+        words, title = head.split(": ", 1)
+        lab, base, encoding = (words.split() + ["utf-8"])[:3]
+        source = (FOLDER / f"{base}.py").read_text()
+        for hunk in re.findall(r"(?:^-.*\n)+(?:^\+.*\n)*", "\n".join(lines) + "\n", re.MULTILINE):
+            source = patched(source, hunk.splitlines(), title)
+        truths = dict(line[2:].split(": ", 1) for line in lines if line.startswith("= "))
+        yield HandIn(lab, base, encoding, title, source, truths)
+
+
+def patched(source, hunk, title):
+    """The source with the hunk's lines exchanged; blanks within a line do not count where it is looked for."""
+    old, new = ([line[1:] for line in hunk if line[0] == sign] for sign in "-+")
+    lines, wanted = source.split("\n"), [re.sub(r"\s", "", line) for line in old]
+    bare = [re.sub(r"\s", "", line) for line in lines]
+    found = [k for k in range(len(bare)) if bare[k : k + len(old)] == wanted]
+    assert len(found) == 1, f"{title}: {old} is found {len(found)} times"
+    return "\n".join([*lines[: found[0]], *new, *lines[found[0] + len(old) :]])
+
+
+def graded(case, folder, seed="corpus"):
+    path = Path(folder) / "hand_in.py"
+    path.write_bytes(case.source.encode(case.encoding))
+    return grade(find_lab(case.lab), Job(path, seed=seed))
+
+
+def outcome(case, report):
+    """(functions whose mistake is named, {(function, name)} of names that are not true, points lost beside them)."""
+    named, false, lost = set(), set(), 0
+    for check in report.checks:
+        true = case.truths.get(check.function)
+        said = " ".join((check.misconception, check.text, check.explained, *check.remarks))
+        if true is not None and re.search(true, said, re.DOTALL):
+            named.add(check.function)
+        elif check.misconception and not re.match("(consistent with|fails in) your", check.misconception):
+            false.add((check.function, check.misconception))
+        lost += (check.max_points - check.points) * (true is None)
+    return named, false, lost
+
+
+def main(files):
+    """Prints what is named of each file, and the sums."""
+    mistakes = found = wrongly = right = full = 0
+    cases = [case for file in files for case in hand_ins(file)]
+    for case in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            report = graded(case, folder)
+        named, false, lost = outcome(case, report)
+        mistakes, found, wrongly = mistakes + len(case.truths), found + len(named), wrongly + len(false)
+        right, full = right + (not case.truths), full + (not case.truths and report.points == report.max_points)
+        print(f"{case.lab} {case.base}: {case.title}: {report.points} points, {len(named)} of {len(case.truths)} named")
+        for name in sorted(set(case.truths) - named):
+            texts = {f"{c.text} [{c.misconception}] {c.explained}" for c in report.checks if c.function == name}
+            print(f"    missed in {name}: {' | '.join(sorted(texts))[:300]}")
+        for name in sorted(false):
+            print("    NOT TRUE:", *name)
+        if lost:
+            print(f"    {lost:g} points lost beside the mistakes")
+    print(f"named {found} of {mistakes}, {wrongly} not truly; full marks for {full} of {right} right files")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or ["cases.txt"])
