@@ -226,6 +226,6 @@ def test_on_the_command_line(tmp_path, capsys):
     file = tmp_path / "own.toml"
     file.write_text("l1 = 0.5\nmf1 = 2.0\n")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 0
-    file.write_text("l1 = 0.5\nzz1 = 2.0\n")
+    file.write_text("l1 = 0.5\nzz12 = 2.0\n")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 2
     assert "no parameter" in capsys.readouterr().err
