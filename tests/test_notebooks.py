@@ -65,7 +65,7 @@ def test_told_as_a_story(path):
     text = sources(notebook, "markdown")
     assert text[0].startswith("# ") and "?" in text[0]
     tasks = re.findall(r"^\d\. ", text[-1].partition("## Exercises")[2], flags=re.MULTILINE)
-    assert 2 <= len(tasks) <= 4
+    assert 2 <= len(tasks) <= 5
     for link in re.findall(r"\]\(([^)]+)\)", "\n".join(text)):
         assert (path.parent / link).is_file(), link
     if path.stem[:2] in LABS:
