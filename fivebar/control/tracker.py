@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .laws import Reference
 
 ASTRAY = 0.1  # of a bar, by which a prediction may err
-FARTHEST = 1.5  # rad that a bar turns in a stage, m that a foot moves
+FARTHEST = 0.5  # rad that a bar turns in a stage, m that a foot moves
 LEAST_STAGES = 3  # that a prediction must reach
 MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow with the square; samples
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
