@@ -95,11 +95,8 @@ class Pose:
     def _words(self):
         words, place = self.robot.words, [vector("xi", self.point, "m")]
         if single(self.point):
-            left, right = map(int, self.working)
-            place += [
-                vector("q", tuple(leg.q for leg in self.legs), words.unit),
-                f"working ({left:+d}, {right:+d})", f"assembly {int(self.assembly):+d}",
-            ]  # fmt: skip
+            modes = "working ({:+d}, {:+d}), assembly {:+d}".format(*map(int, self.working), int(self.assembly))
+            place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
         return (*place, words.title)
 
     @cached_property
