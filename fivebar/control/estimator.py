@@ -8,12 +8,13 @@ import casadi as ca
 import numpy as np
 
 from ..errors import SingularityError, UnreachableError
+from ..models.charts import halves
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_of, bars_rates, closed, closure_columns, loop_gap
+from ..models.four_joints import bars_of, bars_rates, closed, closure_columns, gap_rate, loop_gap
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
 from ..models.robots import Robot
-from .prediction import JOINTS, RATES, SIZE, sample
+from .prediction import CHART, JOINTS, RATES, SIZE, sample
 
 LOST = 0.1  # rad between measured and estimated joints: more is no error of an estimate, but another motion
 EXACT = 1e-6, 1e-4  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
@@ -76,10 +77,10 @@ class Estimator:
 def _closure(robot):
     """State -> slopes (4, 8) of the loop's gap and of its rate."""
     x = ca.SX.sym("x", SIZE)
-    parts = ca.vertsplit(x)
-    pose = bars_rates(robot, tuple(parts[:4]), tuple(parts[4:])).pose
-    rate = (sum(column[k] * each for column, each in zip(closure_columns(pose), parts[4:])) for k in (0, 1))
-    return ca.Function("closure", [x], [ca.jacobian(ca.vertcat(*loop_gap(pose), *rate), x)])
+    a, a_dot = halves(x, CHART)
+    pose = bars_rates(robot, a, a_dot).pose
+    gaps = *loop_gap(pose), *gap_rate(closure_columns(pose), a_dot)
+    return ca.Function("closure", [x], [ca.jacobian(ca.vertcat(*gaps), x)])
 
 
 @lru_cache(maxsize=64)
@@ -105,8 +106,7 @@ def _filter(robot, period, noise):
         gain = P_now[:, k] / (P_now[k, k] + variance)
         correction += gain * (error - correction[k])
         P_now -= gain @ P_now[k, :]
-    found = ca.vertsplit(predicted + correction[:SIZE])
-    c, c_dot, rates = closed(robot, tuple(found[:4]), tuple(found[4:]))
+    c, c_dot, rates = closed(robot, *halves(predicted + correction[:SIZE], CHART))
     state = ca.vertcat(*c, *c_dot)
     misfit = ca.norm_inf(robot.differ((seen - state[MEASURED])[:2]))
     margins = ca.vertcat(*rates.pose.sines, rates.pose.det_A, misfit)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 
-from ..models.charts import Bars
+from ..models.charts import Bars, halves
 from ..models.compiled import Buffered, compiled
 from ..models.dynamics import forward_dynamics
 from ..models.four_joints import closed
@@ -41,7 +41,7 @@ def sample(robot: Robot) -> ca.Function:
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
 
     def slope(state):
-        rates = CHART.turned(robot, *_halves(state), None)
+        rates = CHART.turned(robot, *halves(state, CHART), None)
         return ca.vertcat(state[CHART.size :], *CHART.accelerations(forward_dynamics(rates, tau)))
 
     # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second order, like the rule.
@@ -51,7 +51,7 @@ def sample(robot: Robot) -> ca.Function:
     k, fx, fu = slope_at(x + h / 2 * slope(x), tau)
     one = ca.SX.eye(SIZE)
     A, B = one + h * fx @ (one + h / 2 * fx), h * (one + h / 2 * fx) @ fu
-    c, c_dot, _ = closed(robot, *_halves(x + h * k))
+    c, c_dot, _ = closed(robot, *halves(x + h * k, CHART))
     return ca.Function("sample", [x, tau, h], [ca.vertcat(*c, *c_dot), A, B])
 
 
@@ -59,7 +59,7 @@ def sample(robot: Robot) -> ca.Function:
 def _functions(robot, lengths):
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
     step = ca.Function("tracker_step", [x, tau], ca.cse([sample(robot)(x, tau, lengths[0])[0]]))
-    rates = CHART.rates(robot, *_halves(x), None)
+    rates = CHART.rates(robot, *halves(x, CHART), None)
     y = ca.vertcat(*rates.pose.point, *rates.components[1])
     look = ca.Function("tracker_look", [x], ca.cse([y, _rows(ca.jacobian(y, x))]))
     after, A, B = sample(robot)(x, tau, h)
@@ -68,11 +68,6 @@ def _functions(robot, lengths):
     start, torques = ca.MX.sym("x", SIZE), ca.MX.sym("tau", 2, N)
     stages = stage.mapaccum(N)(start, torques, ca.DM(lengths).T)
     return step, ca.Function("tracker_rollout", [start, torques], stages), look
-
-
-def _halves(state):
-    parts = tuple(state[k] for k in range(SIZE))
-    return parts[: CHART.size], parts[CHART.size :]
 
 
 def _rows(matrix):

@@ -51,6 +51,18 @@ class Leg:
     coulomb: float
     names: tuple[str, str, str, str]  # drive's body, bar's body, drive's joint, passive joint
 
+    @property
+    def thin(self) -> float:
+        """Of the distal bar where it is drawn as a box, m."""
+        return self.distal / 20
+
+    @property
+    def box(self) -> str:
+        """Sides, m, of the drive's body where that is drawn as a box: a bar, or a foot."""
+        if self.proximal is None:
+            return f"{2 * self.thin!r} {3 * self.thin!r} {self.thin!r}"
+        return f"{self.proximal!r} {1.5 * self.thin!r} {self.thin!r}"
+
 
 class _Moments(NamedTuple):
     """What a leg has beside the drive's inertia: first moments of the drive, kg m; inertia, kg m^2, and first moment

@@ -118,13 +118,12 @@ def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constr
 
 def _leg(leg, q, passive):
     drive, bar, joint, other = leg.names
-    thin, turns = leg.distal / 20, leg.proximal is not None
-    boxed = f"{leg.proximal!r} {1.5 * thin!r} {thin!r}" if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}"
+    turns = leg.proximal is not None
     length, turn, foot = (leg.proximal, q, 0.0) if turns else (0.0, 0.0, q)
     return LEG.format(
         drive=drive, bar=bar, joint=joint, other=other, base=leg.base, foot=foot, turn=turn,
         x=leg.base + length * math.cos(turn), y=foot + length * math.sin(turn), phi=turn + passive,
-        middle=length / 2, boxed=boxed, half=leg.distal / 2, distal=leg.distal, thin=thin,
+        middle=length / 2, boxed=leg.box, half=leg.distal / 2, distal=leg.distal, thin=leg.thin,
         kind="revolute" if turns else "prismatic", axis="0 0 1" if turns else "0 1 0",
         first=_inertial(leg.drive), second=_inertial(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),

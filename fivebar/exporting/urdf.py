@@ -91,11 +91,9 @@ def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
 
 def _leg(leg):
     drive, bar, joint, other = leg.names
-    thin = leg.distal / 20
-    boxed = f"{leg.proximal!r} {1.5 * thin!r} {thin!r}" if leg.proximal else f"{2 * thin!r} {3 * thin!r} {thin!r}"
     return LEG.format(
         drive=drive, bar=bar, joint=joint, other=other, number=leg.number, base=leg.base, elbow=leg.proximal or 0.0,
-        middle=(leg.proximal or 0.0) / 2, boxed=boxed, half=leg.distal / 2, distal=leg.distal, thin=thin,
+        middle=(leg.proximal or 0.0) / 2, boxed=leg.box, half=leg.distal / 2, distal=leg.distal, thin=leg.thin,
         nothing=NOTHING, kind=CRANK if leg.proximal else SLIDER, first=_inertial(leg.drive), second=_inertial(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
     )  # fmt: skip

@@ -6,6 +6,7 @@ pose, has none; `Task` is the fastest where the motion is regular; `Joint` is wh
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from .._backend import sign
 from .dyads import SINGULAR, dot
@@ -97,6 +98,12 @@ class Task(Minimal):
 
     def coordinates(self, rates):
         return rates.pose.point, rates._xi_dot, tuple(-sign(sine, SINGULAR) for sine in rates.pose.sines)
+
+
+def halves(state: Any, chart: Bars | Minimal) -> tuple[tuple, tuple]:
+    """(c, c') of a state of the chart, symbols, on components."""
+    parts = tuple(state[k] for k in range(2 * chart.size))
+    return parts[: chart.size], parts[chart.size :]
 
 
 CHARTS = {"auto": Bars(), "task": Task(), "joint": Joint()}

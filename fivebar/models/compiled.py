@@ -23,18 +23,8 @@ if TYPE_CHECKING:
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
 POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
 POSE_OUTPUTS = (
-    "q",
-    "xi",
-    "q_passive",
-    "elbows",
-    "assembly",
-    "working",
-    "A",
-    "B",
-    "reach_margin",
-    "gravity_torques",
-    "potential",
-)
+    "q", "xi", "q_passive", "elbows", "assembly", "working", "A", "B", "reach_margin", "gravity_torques", "potential",
+)  # fmt: skip
 RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "friction_torques")
 LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_torques": friction_torques}
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")

@@ -113,8 +113,7 @@ def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> t
     pose = _pose(robot, a[::2], a[1::2])
     columns = _movable(pose, free)
     whole = columns if free is None else closure_columns(pose)
-    gap = tuple(sum(column[k] * rate for column, rate in zip(whole, a_dot)) for k in (0, 1))
-    a_dot = _least(columns, a_dot, gap)
+    a_dot = _least(columns, a_dot, gap_rate(whole, a_dot))
     return a, a_dot, _rates(pose, a_dot)
 
 
@@ -122,6 +121,11 @@ def closure_columns(pose: Pose) -> tuple:
     """Columns of d(gap) / d(q1, phi1, q2, phi2)."""
     first, second = _columns(pose)
     return *first, *((-x, -y) for x, y in second)
+
+
+def gap_rate(columns: tuple, a_dot: tuple) -> tuple:
+    """Of `loop_gap`, m/s, on components, by its columns; 0 in a motion that keeps the loop closed."""
+    return tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
 
 
 def _movable(pose, free):

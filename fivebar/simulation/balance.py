@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from ..models.four_joints import bars_rates, seen_rates
+from ..models.four_joints import bars_rates
 from ..models.loads import lost_power
-from .plant import STRETCH
-from .steps import Q_DOT, XI, XI_DOT, Q, between
+from .plant import stretches
+from .steps import between, motion_of
 
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # exact for what polynomials of degree 7 give squared
 
 
 def loss_by_rows(robot, t, rows):
     """What friction has taken until each of the rows of a motion, (n,) J, by Simpson's rule on them."""
-    seen = seen_rates(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
-    return cumulative_simpson(lost_power(seen) + np.zeros(len(t)), x=t, initial=0.0)
+    return cumulative_simpson(lost_power(motion_of(robot, rows)) + np.zeros(len(t)), x=t, initial=0.0)
 
 
 def friction_loss(plant, t):
@@ -24,10 +23,7 @@ def friction_loss(plant, t):
     t0, lengths, states, polynomials = plant.pieces
     ends = np.concatenate([[0.0], np.cumsum(_lost(plant.robot, states, polynomials, lengths, np.ones(len(t0))))])
     found = np.empty(len(t))
-    for first in range(0, len(t), STRETCH):
-        part = slice(first, first + STRETCH)
-        at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
-        places = (t[part] - t0[at]) / lengths[at]
+    for part, at, places in stretches(t, t0, lengths):
         found[part] = ends[at] + _lost(plant.robot, states[at], polynomials[at], lengths[at], places)
     return found
 

@@ -14,7 +14,7 @@ from ..checks import a_callable, bounded, one_of, optional, positive, shown, tak
 from ..checks import jit as must_be_jit
 from ..checks import robot as must_be_robot
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, Task
+from ..models.charts import CHARTS, Task, halves
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
@@ -24,7 +24,7 @@ from .events import meets
 from .plant import check_start, refuse_losses, refuse_sticking
 from .run import Control, Run
 from .simulate import MOST_DELAY, Grid, assemble, begin_of
-from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, halves, observation, runge_kutta_step
+from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, observation, runge_kutta_step
 
 MOST_ROWS, BYTES = 3 * 10**7, 180  # of all runs; what one takes
 MOST_BLOCK, BLOCK_BYTES = 10**5, 1200  # steps in a control period; what one takes while a call lasts

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import SingularityError
 from ..models.charts import Bars
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_rates, closed, seen_rates
+from ..models.four_joints import bars_rates, closed
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
 from ..models.physics import physics_of
@@ -22,12 +22,12 @@ from .steps import (
     MARGINS,
     Q_DOT,
     XI,
-    XI_DOT,
     Q,
     between,
     block_function,
     free_step,
     model_functions,
+    motion_of,
     observation,
 )  # fmt: skip
 
@@ -124,10 +124,8 @@ class Plant:
         """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""
         t0, lengths, states, polynomials = self.pieces
         rows, found = np.empty((len(t), COLUMNS)), np.empty((len(t), 8))
-        for first in range(0, len(t), STRETCH):
-            part = slice(first, first + STRETCH)
-            at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
-            columns = between(states[at], polynomials[at], (t[part] - t0[at]) / lengths[at]).T.copy()
+        for part, at, places in stretches(t, t0, lengths):
+            columns = between(states[at], polynomials[at], places).T.copy()
             free = self._free(states[at], polynomials[at])
             c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]), free)
             rows[part], found[part] = observation(rates), np.stack([*c, *c_dot], axis=-1)
@@ -141,6 +139,14 @@ class Plant:
         """The Rates, of floats, `length` s after a state under the torque tau."""
         a = self._step(state, tau, length, self.tolerance, self.parameters)[0].tolist()
         return bars_rates(self.robot, a[:4], a[4:])
+
+
+def stretches(t, t0, lengths):
+    """(slice, steps that its times are in, places in these) of times t (n,): so many that memory stays small."""
+    for first in range(0, len(t), STRETCH):
+        part = slice(first, first + STRETCH)
+        at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
+        yield part, at, (t[part] - t0[at]) / lengths[at]
 
 
 def margins_after(plant, states, tau, k, length):
@@ -220,7 +226,7 @@ def refuse_losses(robot, rows, tau, chart, step):
     work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     if physics_of(robot) is not None:
-        seen = seen_rates(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
+        seen = motion_of(robot, rows)
         high, power = potential(seen.pose) + 0.0 * rows[:, ENERGY], lost_power(seen) + 0.0 * rows[:, ENERGY]
         lost = step * (power[1:] + power[:-1]) / 2
         gained, turned = gained + np.diff(high) + lost, turned + np.abs(np.diff(high)) + lost

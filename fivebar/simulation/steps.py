@@ -13,9 +13,9 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from .._backend import pack
-from ..models.charts import Bars
+from ..models.charts import Bars, halves
 from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
-from ..models.four_joints import bars_rates, closed
+from ..models.four_joints import bars_rates, closed, seen_rates
 from ..models.parameters import count_of, with_parameters
 
 # Columns of an observation.
@@ -178,14 +178,13 @@ def observation(rates):
     return pack(*q, *q_dot, *pose.point, *xi_dot, *margins, energy(rates))
 
 
+def motion_of(robot, rows):
+    """The motion of which observations (n, columns) are, as Rates."""
+    return seen_rates(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
+
+
 def _symbols(chart, kind=casadi.SX):
     return kind.sym("state", 2 * chart.size), kind.sym("tau", 2), kind.sym("modes", 2)
-
-
-def halves(state, chart):
-    """(c, c') of a state of the chart, symbols, on components."""
-    parts = tuple(state[k] for k in range(2 * chart.size))
-    return parts[: chart.size], parts[chart.size :]
 
 
 def _slope(chart, rates, state, tau, slip=None):
