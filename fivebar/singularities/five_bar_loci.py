@@ -108,6 +108,11 @@ class Circle:
     center: float
     radius: float
 
+    @property
+    def on_line(self) -> tuple[float, float]:
+        """Where it crosses the line of the bases, m."""
+        return self.center - self.radius, self.center + self.radius
+
     def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         radius = self.radius * np.exp(1j * t)
         return self.center + radius, 1j * radius
@@ -156,9 +161,7 @@ class FiveBarLoci:
             found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
         if self.robot.d > tolerance:
             for (one, a), (other, b) in product(left, right):
-                for x, y in product(
-                    (a.center - a.radius, a.center + a.radius), (b.center - b.radius, b.center + b.radius)
-                ):
+                for x, y in product(a.on_line, b.on_line):
                     if abs(x - y) <= tolerance:
                         found[(0, one), (1, other)] = x
         return tuple(
@@ -168,7 +171,8 @@ class FiveBarLoci:
     @cached_property
     def task(self) -> tuple[Locus, ...]:
         corners: dict = {}
-        pieces = [p for leg in (0, 1) for side in (1, -1) for p in _circle_arcs(self.robot, leg, side, corners)]
+        circles = product((0, 1), (1, -1))
+        pieces = [p for leg, side in circles for p in _circle_arcs(self.robot, leg, side, self._scale, corners)]
         for kind, chain in self._chains:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
@@ -231,16 +235,13 @@ def _circle(robot, leg, side):
     return Circle(drive.x, (1, -1)[leg] * abs(drive.length + side * bar))  # its parameter counts from the other base
 
 
-def _circle_arcs(robot, leg, side, corners):
+def _circle_arcs(robot, leg, side, scale, corners):
     """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches.
 
-    corners: {what is in line, above or below the bases: Vertex} of circles that cross, which this adds to.
+    scale: m, the size of the robot; corners: {what is in line, above or below the bases: Vertex} of circles that cross,
+    which this adds to.
     """
-    circle, d, scale = (
-        _circle(robot, leg, side),
-        robot.d,
-        sum((*robot.distal, *(c.length for c in robot.drives), robot.d)),
-    )
+    circle, d = _circle(robot, leg, side), robot.d
     radius, tolerance = abs(circle.radius), TOUCH * scale
     other1, other2 = robot.drives[1 - leg].length, robot.distal[1 - leg]
     low, high = max(abs(other1 - other2), abs(d - radius)), min(other1 + other2, d + radius)
