@@ -18,13 +18,14 @@ from scipy.sparse.csgraph import connected_components
 import fivebar
 
 FLOORS = [
-    {"_backend", "checks", "described", "errors", "old_numpy", "progress", "tables"},
+    {"_backend", "checks", "columns", "described", "errors", "old_numpy", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"pictures", "exporting"},
     {"planning"},
-    {"simulation"},
-    {"study", "amoro", "grading"},
+    {"simulation", "paths"},
+    {"measured"},
+    {"study", "amoro", "grading", "designing"},
     {"cli"},
 ]
 HEIGHT = {room: height for height, floor in enumerate(FLOORS) for room in floor}
