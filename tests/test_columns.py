@@ -1,0 +1,121 @@
+"""Tables in the forms in which people have them."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivebar import columns
+from fivebar.columns import METRES, RADIANS, SECONDS, Quantity
+
+PATH = {
+    "t": Quantity(("time",), SECONDS),
+    "x": Quantity((), METRES),
+    "y": Quantity((), METRES),
+    "q1": Quantity(("q11", "theta1"), RADIANS, needed=False),
+}
+EXPECTED = np.array([[0.0, 0.09, 0.068], [0.5, 0.0455, 0.08]])
+
+
+def rows(found):
+    return np.stack([found.values[name] for name in ("t", "x", "y")], axis=1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,x,y\n0,0.09,0.068\n0.5,0.0455,0.08\n",
+        "\ufeffTime,X,Y\r\n0,0.09,0.068\r\n0.5,0.0455,0.08\r\n",
+        "t (ms);x [mm];y in mm\n0;90;68\n500;45,5;80\n",
+        "sep=;\nt;x;y\n0;0,09;0,068\n0,5;0,0455;0,08\n",
+        "Time/s\tx_mm\ty_mm\n0\t90\t68\n0.5\t45.5\t80\n",
+        "# made by hand\n# t x y\n0 0.09 0.068\n0.5 0.0455 0.08\n",
+        "y|x|comment|t\n0.068|0.09|start|0\n\n# half way\n0.08|0.0455|end|0.5\n",
+        '"t","x (mm)","y (cm)"\n"0","90","6,8"\n"0.5","45.5","8"\n',
+    ],
+)
+def test_one_table_in_many_hands(text):
+    found = columns.read(io.StringIO(text), PATH)
+    np.testing.assert_allclose(rows(found), EXPECTED, rtol=1e-15)
+
+
+def test_what_was_made_of_it_is_said_and_lines_are_the_files(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_bytes("# from the bench\nt (µs);x (mm);y;volt\n0;90;0,068;1\n\n5e5;;0,08;2\n".encode("cp1252"))
+    found = columns.read(file, PATH)
+    assert found.stated == {"t", "x"}
+    assert found.lines.tolist() == [3, 5]
+    assert math.isnan(found.values["x"][1])
+    assert found.said == (
+        "column 'volt' is not used",
+        "decimal commas were read as decimal points",
+        "t (µs): read in us",
+        "x (mm): read in mm",
+    )
+    assert str(found.error(1, "no")) == f"{file}, line 5: no"
+
+
+def test_a_unit_may_be_given_for_what_the_heading_leaves_open():
+    text = "t,x,y,theta1\n0,90,68,180\n500,45.5,80,90\n"
+    for units in ({"t": "ms", "x": "mm", "y": "mm", "q1": "deg"}, ["ms", "mm", "deg"], ["t=ms", "mm", "q1=degrees"]):
+        found = columns.read(io.StringIO(text), PATH, units)
+        np.testing.assert_allclose(rows(found), EXPECTED, rtol=1e-15)
+        np.testing.assert_allclose(found.values["q1"], [math.pi, math.pi / 2], rtol=1e-15)
+        assert found.stated == set(PATH)
+
+
+@pytest.mark.parametrize(
+    "text, units, message",
+    [
+        ("", (), "empty; needed a header with t, x, y (and perhaps q1)"),
+        ("0,0.09,0.068\n", (), "line 1: no header, but numbers"),
+        ("t,x\n0,1\n", (), "line 1: no column y; found 't', 'x'"),
+        ("t,x,y\n", (), "no rows under the header"),
+        ("t,x,X (mm),y\n0,1,2,3\n", (), "line 1: 'x' and 'X (mm)' both are x; leave one"),
+        ("t,x (deg),y\n0,1,2\n", (), "line 1: column 'x (deg)': 'deg' is none of m, mm, cm, um, in"),
+        ("t,x (mm),y\n0,1,2\n", ["x=cm"], "line 1: column 'x (mm)' is in mm, but its unit is given as cm"),
+        ("t,x,y\n0,1,2\n", ["furlong"], "units: furlong: known are s, ms, us, min, m, mm"),
+        ("t,x,y\n0,1,2\n", ["z=mm"], "units: z=mm: known are"),
+        ("t,x,y\n0,0.1,0.2\n0,5,0,1,0,2\n", (), "line 3: 6 cells, where the header has 3; decimal commas need ;"),
+        ("t;x;y\n0;1.234,5;0\n", (), "line 2: x must be a number, not '1.234,5'"),
+        ("t,x,y\n0,1,abc\n", (), "line 2: y must be a number, not 'abc'"),
+        ("t,x,y\n0,1,-inf\n", (), "line 2: y must be finite, not -inf"),
+        ("t,x,y\n0,1,2\n1,2\n", (), "line 3: 2 cells, where the header has 3"),
+    ],
+)
+def test_what_is_wrong_is_named(text, units, message):
+    with pytest.raises(ValueError) as error:
+        columns.read(io.StringIO(text), PATH, units)
+    assert message in str(error.value)
+
+
+def test_other_files_are_named_for_what_they_are(tmp_path):
+    for content, message in ((b"PK\x03\x04", "a spreadsheet or a zip file"), (b"a\0b", "a binary one")):
+        (tmp_path / "a").write_bytes(content)
+        with pytest.raises(ValueError, match=message):
+            columns.read(tmp_path / "a", PATH)
+    with pytest.raises(TypeError, match="open for bytes"):
+        columns.read(io.BytesIO(b"t,x,y\n"), PATH)
+
+
+NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
+
+
+@given(st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5), st.sampled_from(",;\t|"), st.booleans())
+def test_numbers_come_back_to_the_bit(table, mark, commas):
+    text = mark.join("txy") + "\n" + "\n".join(mark.join(map(repr, row)) for row in table)
+    if commas and mark != ",":
+        text = text.replace(".", ",")
+    assert rows(columns.read(io.StringIO(text), PATH)).tolist() == [list(row) for row in table]
+
+
+@given(st.text(alphabet="txyq1 (ms)[deg],;\t|0.5-e#\"'\n\r%=°", max_size=80))
+def test_any_text_is_read_or_refused(text):
+    try:
+        found = columns.read(io.StringIO(text), PATH)
+    except ValueError:
+        return
+    assert all(len(values) == len(found.lines) and not np.isinf(values).any() for values in found.values.values())
