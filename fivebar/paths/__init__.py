@@ -1,0 +1,1 @@
+"""Given paths: read, blended, placed, timed and certified."""

@@ -1,0 +1,147 @@
+"""A path: a curve xi(s) through the plane, piece by piece, and where a motion along it must rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import not_negative, positive, shown
+from ..described import one_line, vector
+from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
+
+GAP = 1e-9  # of the path's size, m: between the end of a piece and the start of the next
+SMOOTH = 1e-6  # by which xi_s may jump where the motion goes on
+
+
+class Stop(NamedTuple):
+    """Where a motion must come to rest: at s, m, for so many seconds."""
+
+    s: float
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A curve xi(s), s from 0 to `length` m: called with s, a number or (n,), it gives (xi, xi_s, xi_ss, xi_sss), each
+    (2,) or (n, 2), the exact derivatives by s.
+
+    pieces: Line, Arc, Polynomial, each starting where the one before ends. At a knot between pieces xi_s goes on,
+    within SMOOTH, or the motion rests there (`stops`); further derivatives may jump, and `path` then gives those of the
+    piece that begins (`on` those of either).
+    pen: for each piece, True where the pen is down; None: always. dwells: {s: seconds} of rest asked for.
+    feed: for each piece the speed asked for, m/s, inf where none is. said: what was passed over, converted or changed.
+    ValueError for pieces that do not join, and for a dwell that is not at a knot.
+    """
+
+    pieces: tuple[Piece, ...]
+    pen: tuple[bool, ...] = None
+    dwells: Mapping[float, float] = field(default_factory=dict)
+    feed: tuple[float, ...] = None
+    said: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        pieces = tuple(self.pieces)
+        if not pieces:
+            raise ValueError("Path: no pieces: a path needs at least one")
+        for k, piece in enumerate(pieces):
+            if not isinstance(piece, Line | Arc | Polynomial):
+                raise TypeError(f"Path: pieces[{k}] must be a Line, an Arc or a Polynomial, not {shown(piece)}")
+        n = len(pieces)
+        pen = _each(self.pen, True, bool, n, "pen")
+        feed = _each(self.feed, np.inf, lambda v: v if v == np.inf else positive(v, "Path: feed"), n, "feed")
+        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", tuple(self.said))):
+            object.__setattr__(self, name, value)
+        starts, ends = (np.array(each) for each in zip(*((p.start, p.end) for p in pieces)))
+        gap = np.linalg.norm(starts[1:] - ends[:-1], axis=-1)
+        if gap.max(initial=0.0) > GAP * (np.abs(ends).max() + self.length):
+            k = int(gap.argmax())
+            raise ValueError(f"Path: pieces[{k + 1}] starts {gap[k]:.3g} m from where pieces[{k}] ends")
+        rests = {0.0: 0.0, self.length: 0.0, **dict.fromkeys(self._rests().tolist(), 0.0)}
+        for s, seconds in dict(self.dwells).items():
+            k = int(np.abs(self._edges - s).argmin())
+            if not abs(self._edges[k] - s) <= 1e-9 * self.length:
+                raise ValueError(f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is {self._edges[k]:.9g}")
+            knot = float(self._edges[k])
+            rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of a dwell")
+        object.__setattr__(self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds})
+        object.__setattr__(self, "stops", tuple(Stop(*each) for each in sorted(rests.items())))
+
+    def __repr__(self) -> str:
+        ends = vector("from", tuple(self.pieces[0].start), "m"), vector("to", tuple(self.pieces[-1].end), "m")
+        down = sum(piece.length for piece, down in zip(self.pieces, self.pen) if down)
+        drawn = "" if all(self.pen) else f"{down:.6g} m of it drawn"
+        rests = f"{len(self.stops) - 2} stops on the way" if len(self.stops) > 2 else ""
+        return one_line("Path", f"{len(self.pieces)} pieces", f"{self.length:.6g} m", drawn, *ends, rests)
+
+    @cached_property
+    def _edges(self) -> np.ndarray:
+        return np.concatenate([[0.0], np.cumsum([piece.length for piece in self.pieces])])
+
+    @property
+    def knots(self) -> np.ndarray:
+        """s (k + 1,) m where the k pieces begin and, last, where the path ends."""
+        return self._edges
+
+    @property
+    def length(self) -> float:
+        return float(self._edges[-1])
+
+    def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
+        s = np.asarray(s, float)
+        slack = 1e-9 * self.length
+        inside = np.clip(s, 0.0, self.length)
+        outside = ~(np.abs(s - inside) <= slack)
+        if outside.any():
+            raise ValueError(f"Path: s must be from 0 to {self.length:g} m, not {shown(s[outside].tolist())}")
+        k = np.clip(np.searchsorted(self._edges, inside, side="right") - 1, 0, len(self.pieces) - 1)
+        return self.on(k, inside - self._edges[k])
+
+    def on(self, k: ArrayLike, s: ArrayLike) -> tuple[np.ndarray, ...]:
+        """As path(s), on pieces[k] at s from 0 to its own length; k, s: numbers or (n,)."""
+        k, s = np.broadcast_arrays(np.asarray(k), np.asarray(s, float))
+        shape, k, s = k.shape, k.ravel(), s.ravel()
+        arcs, tables, lengths, is_arc, own = self._packed
+        found = np.empty((ORDERS, len(k), 2))
+        for at in (is_arc[k], ~is_arc[k]):
+            if not at.any():
+                continue
+            if is_arc[k[at][0]]:
+                found[:, at] = on_arcs(arcs[own[k[at]]], s[at])
+            else:
+                u = s[at] / lengths[own[k[at]]]
+                powers = u[:, None] ** np.arange(tables.shape[2])
+                found[:, at] = np.einsum("nj,nojc->onc", powers, tables[own[k[at]]])
+        return tuple(found.reshape(ORDERS, *shape, 2))
+
+    @cached_property
+    def _packed(self):
+        """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an arc, its row."""
+        is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
+        arcs = np.array([[*p.centre, p.radius, p.angle0, p.side] for p in self.pieces if isinstance(p, Arc)])
+        others = [p for p in self.pieces if not isinstance(p, Arc)]
+        terms = max((len(p.coefficients) for p in others), default=1)
+        tables = np.zeros((len(others), ORDERS, terms, 2))
+        for table, piece in zip(tables, others):
+            table[:, : len(piece.coefficients)] = derivatives(piece.coefficients, piece.length)
+        own = np.where(is_arc, np.cumsum(is_arc), np.cumsum(~is_arc)) - 1
+        return arcs, tables, np.array([p.length for p in others]), is_arc, own
+
+    def _rests(self):
+        """s where the pen changes, or xi_s jumps."""
+        n = len(self.pieces)
+        before, after = np.arange(n - 1), np.arange(1, n)
+        lengths = np.array([piece.length for piece in self.pieces])
+        jump = np.linalg.norm(self.on(after, 0.0)[1] - self.on(before, lengths[:-1])[1], axis=-1)
+        return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]
+
+
+def _each(given: Iterable | None, usual, rule, n, name):
+    values = (usual,) * n if given is None else tuple(rule(each) for each in given)
+    if len(values) != n:
+        raise ValueError(f"Path: {name} has {len(values)} values for {n} pieces")
+    return values
