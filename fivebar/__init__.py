@@ -29,6 +29,7 @@ _LATER = {
     "Trajectory": "planning.trajectory",
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
+    "certify": "paths.certify",
     "check_path": "singularities.path",
     "circle": "planning.trajectory",
     "compare": "simulation.comparison",
@@ -60,6 +61,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .control.tracker import Tracker
     from .exporting.export import export
     from .models.compiled import compile
+    from .paths.certify import certify
     from .pictures import pages, plot, view
     from .pictures.pages import page
     from .planning.crossing import crossing_polynomial

@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(error, 2)
     except BrokenPipeError:  # whoever read the output has read enough
         return 1
-    except (ValueError, ArithmeticError, OSError, MemoryError, RuntimeError) as error:
+    except (ValueError, ArithmeticError, OSError, MemoryError, RuntimeError, ImportError) as error:
         return _complain(error, 1)
     except KeyboardInterrupt:
         return _complain("interrupted", 1)

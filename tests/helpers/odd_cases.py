@@ -2,7 +2,7 @@
 
 import inspect
 import tempfile
-from pathlib import Path
+from pathlib import Path as File
 from types import ModuleType
 
 import numpy as np
@@ -11,15 +11,18 @@ from scipy.optimize import brentq
 import fivebar as fb
 from fivebar import linkages
 from fivebar.amoro.models import models
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Line
 from tests.helpers.odd_calls import ACCELERATIONS, FOUR_BAR, LINE, POSE, RATES, ROBOT, Case
 
 HOME = (0.09, 0.068)
-FOLDER = Path(tempfile.mkdtemp(prefix="fivebar-odd-"))
+FOLDER = File(tempfile.mkdtemp(prefix="fivebar-odd-"))
 CSV = FOLDER / "path.csv"
 CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
 GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}
 CROSSING = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05  # of Type 2
 CONTROLLER = fb.ComputedTorque(ROBOT, 100.0, 20.0)
+STROKE = Path([Line(HOME, (0.08, 0.07))])
 PLAN = fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5)
 RUN = fb.simulate(ROBOT, CONTROLLER, LINE)
 MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
@@ -144,6 +147,10 @@ CASES = {
     "aspects": Case(fb.aspects, dict(robot=ROBOT), 10.0),
     "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
     "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None), 10.0),
+    "certify": Case(
+        fb.certify, dict(robot=ROBOT, path=STROKE, tolerances=1e-4, margin=0.01, working=(-1, -1)), 10.0,
+        options={"tolerances": [{"l11": 1e-3}, {"l13": 1e-3}, {"d": -1.0}], "margin": [2.0]},
+    ),
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0), 10.0),
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
     "routes": Case(

@@ -1,0 +1,149 @@
+"""python checker.py certificate.json: check what `fivebar.certify` proved, by mpmath's interval arithmetic alone.
+
+The claim: every five-bar robot of lengths within the tolerances reaches the whole path in the working mode; |sin q12|,
+|sin q22| and |det A| are above 0 there and at least the margin, and det A has the sign of the assembly mode. On each
+part of each piece all three are enclosed at once, by the mean value theorem, with derivatives by the chain rule."""
+
+import hashlib
+import json
+import sys
+from typing import NamedTuple
+
+from mpmath import iv
+
+LENGTHS = ("l11", "l12", "l21", "l22", "d")
+
+
+class Number(NamedTuple):
+    """An interval that holds a quantity, and those that hold its derivatives."""
+
+    value: object
+    slopes: object = ()
+
+    def __add__(self, other):
+        if not isinstance(other, Number):
+            return Number(self.value + other, self.slopes)
+        return Number(self.value + other.value, [a + b for a, b in zip(self.slopes, other.slopes)])
+
+    def __mul__(self, other):
+        if not isinstance(other, Number):
+            return self.through(self.value * other, other)
+        value = other.value
+        return Number(self.value * value, [a * value + self.value * b for a, b in zip(self.slopes, other.slopes)])
+
+    def __sub__(self, other):
+        return self + other * -1
+
+    def __truediv__(self, other):
+        value = self.value / other.value
+        return Number(value, [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)])
+
+    def through(self, value, slope):
+        return Number(value, [a * slope for a in self.slopes])
+
+
+def point(piece, u, on=iv):
+    """x and y of a piece at its parameter u from 0 to 1; on: an interval arithmetic."""
+    ((kind, of),) = piece.items()
+    if kind == "line":
+        return tuple(u * (on.mpf(last) - first) + first for first, last in zip(*of))
+    if kind == "arc":
+        (cx, cy), radius, start, stop = of
+        angle = u * (on.mpf(stop) - start) + start
+        cos, sin = on.cos(angle.value), on.sin(angle.value)
+        return angle.through(cos, -sin) * radius + cx, angle.through(sin, cos) * radius + cy
+    if kind == "polynomial":
+        x = y = u * 0
+        for cx, cy in reversed(of):
+            x, y = x * u + cx, y * u + cy
+        return x, y
+    raise ValueError(f"no piece is a {kind!r}")
+
+
+def legs(x, y, lengths):
+    """Of each leg its two bars, the way from its base and its square, and by how much that is within both limits."""
+    l11, l12, l21, l22, d = lengths
+    for base, l1, l2 in ((d * -0.5, l11, l12), (d * 0.5, l21, l22)):
+        rx = x - base
+        r2 = rx * rx + y * y
+        yield l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2)
+
+
+def margins(reached, working, on=iv):
+    """sin^2 q12, sin^2 q22 and det A, of what `legs` gives; None where a leg may be out of reach."""
+    sines, u2 = [], []
+    for mode, (l1, l2, rx, ry, r2, outer, inner) in zip(working, reached):
+        if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
+            return None
+        product = outer * inner
+        sines.append(product / (l1 * l1 * l2 * l2 * 4))
+        root = on.sqrt(product.value)
+        along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
+        across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
+        u2 += [(along * rx + across * ry) / l2, (along * ry - across * rx) / l2]
+    return *sines, u2[0] * u2[3] - u2[1] * u2[2]
+
+
+def proved(certificate, piece, first, last, on=iv):
+    """Whether the claim holds on a part of a piece."""
+    whole, middle, free = [on.mpf((first, last))], [on.mpf((first + last) / 2)], [0]
+    for k, name in enumerate(LENGTHS, 1):
+        length, tolerance = (on.mpf(certificate[of].get(name, 0)) for of in ("robot", "tolerances"))
+        whole.append(on.mpf((length - tolerance, length + tolerance)))
+        middle.append(length)
+        free += [k] * bool(tolerance > 0)
+
+    def centred(over, at):  # the mean value theorem
+        change = sum((slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)), on.mpf(0))
+        return Number(at.value + change, over.slopes)
+
+    both = []
+    for each in (whole, middle):
+        u, *lengths = (Number(value, [on.mpf(k == j) for j in free]) for k, value in enumerate(each))
+        both.append(list(legs(*point(piece, u, on), lengths)))
+    both[0] = [[centred(*pair) for pair in zip(*leg)] for leg in zip(*both)]
+    both = [margins(each, certificate["working"], on) for each in both]
+    if None in both:
+        return False
+    least = on.mpf(certificate["margin"])
+    wanted = zip(*both, (least * least, least * least, least), (1, 1, -certificate["assembly"]))
+    found = [(centred(over, at).value * sign, bound) for over, at, bound, sign in wanted]
+    return all(value > 0 and value >= bound for value, bound in found)
+
+
+def digest(certificate):
+    content = json.dumps({key: value for key, value in certificate.items() if key != "sha256"}, sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def refusal(certificate):
+    """Why a certificate does not prove its claim; None where it does."""
+    iv.prec = 80
+    if certificate["sha256"] != digest(certificate):
+        return "it is not as it was written (sha256)"
+    robot, tolerances, modes = (certificate[key] for key in ("robot", "tolerances", "working"))
+    known = {*modes, certificate["assembly"]} <= {-1, 1} and set(robot) == set(LENGTHS) >= set(tolerances)
+    if not (known and len(modes) == 2 and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0):
+        return f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin, none below 0"
+    gap, ends = 1e-12 * sum(robot.values()), []  # between the end of a piece and the start of the next
+    for number, (piece, parts) in enumerate(zip(certificate["pieces"], certificate["parts"], strict=True), 1):
+        ends.append([[xy.value for xy in point(piece, Number(iv.mpf(u)))] for u in (0, 1)])
+        joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
+        if not (joined and parts[0] == 0 and parts[-1] == 1):
+            return f"piece {number} does not begin where the one before ends, or its parts are not from 0 to 1"
+        for first, last in zip(parts, parts[1:]):
+            if not (first < last and proved(certificate, piece, first, last)):
+                return f"piece {number}, from {first} to {last} of it: not proved"
+    return None if ends else "it has no pieces"
+
+
+def check(file):
+    try:
+        with open(file, encoding="utf-8") as opened:
+            return refusal(json.load(opened))
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        return f"it is no certificate ({type(error).__name__}: {error})"
+
+
+if __name__ == "__main__":
+    sys.exit(check(sys.argv[1]) or print("proved"))
