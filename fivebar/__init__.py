@@ -22,6 +22,8 @@ _LATER = {
     "PD": "control.laws",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
+    "Path": "paths.curve",
+    "Placement": "paths.placement",
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
@@ -41,6 +43,7 @@ _LATER = {
     "line": "planning.trajectory",
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
+    "path": "paths.read",
     "plan": "planning.plan",
     "polynomial": "planning.trajectory",
     "routes": "singularities.passages",
@@ -60,6 +63,9 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .control.tracker import Tracker
     from .exporting.export import export
     from .models.compiled import compile
+    from .paths.curve import Path
+    from .paths.placement import Placement
+    from .paths.read import path
     from .pictures import pages, plot, view
     from .pictures.pages import page
     from .planning.crossing import crossing_polynomial
