@@ -37,7 +37,7 @@ _LATER = {
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
     "export": "exporting.export",
-    "from_csv": "planning.trajectory",
+    "from_csv": "planning.samples",
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
@@ -72,7 +72,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .planning.plan import plan
     from .planning.plans import Plan
     from .planning.problem import PlanError
-    from .planning.trajectory import Trajectory, circle, from_csv, line, polynomial
+    from .planning.samples import from_csv
+    from .planning.trajectory import Trajectory, circle, line, polynomial
     from .simulation.comparison import compare
     from .simulation.many import simulate_many
     from .simulation.run import Run

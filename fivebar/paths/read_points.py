@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .._backend import finite_numbers
 from ..checks import shown
-from ..columns import METRES, SECONDS, Quantity, read
+from ..columns import Quantity, read
+from ..planning.samples import PLACES, refuse_unclear_lengths
 from ..tables import TextFile
-from .draft import Draft, Move
+from .draft import LISTED, Draft, Move
 from .pieces import Arc, Line, Polynomial
 
 COLUMNS = {
-    "x": Quantity(("x", "posx", "positionx", "xref", "xpos"), METRES),
-    "y": Quantity(("y", "posy", "positiony", "yref", "ypos"), METRES),
-    "t": Quantity(("t", "time"), SECONDS, needed=False),
+    "x": PLACES["x"],
+    "y": PLACES["y"],
+    "t": replace(PLACES["t"], needed=False),
     "pen": Quantity(("pen", "pendown", "down"), {"1": 1.0}, needed=False),
 }
-WIDE = 5.0  # m: no drawing; a file without units that reaches so far may be in mm
 
 
 def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> Draft:
     """The Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to the row's point)."""
     table = read(file, COLUMNS, units)
-    refuse_wide(table)
+    refuse_unclear_lengths(table)
     draft = Draft(table.name, said=list(table.said))
     if "t" in table.values:
         draft.said.append("the times in it are not used: from_csv follows them")
@@ -39,18 +40,6 @@ def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> D
         raise table.error(odd[0], f"pen must be 0 or 1, not {pen[odd[0]]:g}")
     draft.moves = _lines(points, pen, table.lines, draft)
     return draft
-
-
-def refuse_wide(table) -> None:
-    """ValueError for coordinates without a unit that are in mm as likely as in m."""
-    if {"x", "y"} <= table.stated:
-        return
-    far = max(float(np.nanmax(np.abs(table.values[name]), initial=0.0)) for name in "xy")
-    if far > WIDE:
-        raise ValueError(
-            f"{table.name}: x, y reach {far:g} and have no unit: metres or millimetres? Head them x_mm, y_mm (or x_m, "
-            "y_m), or give units: mm (or m)"
-        )
 
 
 def read_points(points: object) -> Draft:
@@ -96,8 +85,9 @@ def _lines(points, pen, lines, draft):
     same = (points[1:] == points[:-1]).all(axis=1)
     if same.any():
         rows = np.flatnonzero(same) + 1
-        where = f" ({'lines' if lines is not None else 'points'} {', '.join(map(str, (rows if lines is None else lines[rows])[:8]))}{', ...' * (len(rows) > 8)})"
-        draft.said.append(f"{len(rows)} points that repeat the one before are passed over{where}")
+        of = "points" if lines is None else "lines"
+        shown = ", ".join(map(str, (rows if lines is None else lines[rows])[:LISTED])) + ", ..." * (len(rows) > LISTED)
+        draft.said.append(f"points that repeat the one before are passed over: {len(rows)} ({of} {shown})")
     return [
         Move(
             Line(tuple(points[k]), tuple(points[k + 1])),
