@@ -19,9 +19,11 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
-    "PD": "control.laws",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
+    "PD": "control.laws",
+    "Path": "paths.curve",
+    "Placement": "paths.placement",
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
@@ -36,12 +38,13 @@ _LATER = {
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
     "export": "exporting.export",
-    "from_csv": "planning.trajectory",
+    "from_csv": "planning.samples",
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
+    "path": "paths.read",
     "plan": "planning.plan",
     "polynomial": "planning.trajectory",
     "routes": "singularities.passages",
@@ -62,13 +65,17 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .exporting.export import export
     from .models.compiled import compile
     from .paths.certify import certify
+    from .paths.curve import Path
+    from .paths.placement import Placement
+    from .paths.read import path
     from .pictures import pages, plot, view
     from .pictures.pages import page
     from .planning.crossing import crossing_polynomial
     from .planning.plan import plan
     from .planning.plans import Plan
     from .planning.problem import PlanError
-    from .planning.trajectory import Trajectory, circle, from_csv, line, polynomial
+    from .planning.samples import from_csv
+    from .planning.trajectory import Trajectory, circle, line, polynomial
     from .simulation.comparison import compare
     from .simulation.many import simulate_many
     from .simulation.run import Run

@@ -8,7 +8,7 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..errors import UsageError
-from ..planning.trajectory import from_csv
+from ..planning.samples import from_csv
 from ..singularities.maps import FIELDS, singularity_map
 from .robot_options import add_robot_options, chosen_robot
 

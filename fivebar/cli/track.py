@@ -12,7 +12,8 @@ import numpy as np
 from ..control.laws import PD, ComputedTorque
 from ..errors import UsageError
 from ..models.robots import FiveBar
-from ..planning.trajectory import from_csv, line
+from ..planning.samples import from_csv
+from ..planning.trajectory import line
 from ..simulation.comparison import compare, peak_name
 from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 

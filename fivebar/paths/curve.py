@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -56,7 +56,8 @@ class Path:
         feed = _each(self.feed, np.inf, lambda v: v if v == np.inf else positive(v, "Path: feed"), n, "feed")
         for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", tuple(self.said))):
             object.__setattr__(self, name, value)
-        starts, ends = (np.array(each) for each in zip(*((p.start, p.end) for p in pieces)))
+        order = np.arange(n)
+        starts, ends = self.on(order, 0.0)[0], self.on(order, [piece.length for piece in pieces])[0]
         gap = np.linalg.norm(starts[1:] - ends[:-1], axis=-1)
         if gap.max(initial=0.0) > GAP * (np.abs(ends).max() + self.length):
             k = int(gap.argmax())
@@ -117,6 +118,13 @@ class Path:
                 powers = u[:, None] ** np.arange(tables.shape[2])
                 found[:, at] = np.einsum("nj,nojc->onc", powers, tables[own[k[at]]])
         return tuple(found.reshape(ORDERS, *shape, 2))
+
+    def moved(self, by: complex, turned: complex) -> Path:
+        """All points z = x + i y put to by + turned z; speeds asked for and dwells stay."""
+        pieces = tuple(piece.moved(by, turned) for piece in self.pieces)
+        edges = np.concatenate([[0.0], np.cumsum([piece.length for piece in pieces])])
+        dwells = {float(edges[np.abs(self._edges - s).argmin()]): seconds for s, seconds in self.dwells.items()}
+        return replace(self, pieces=pieces, dwells=dwells)
 
     @cached_property
     def _packed(self):

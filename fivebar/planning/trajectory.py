@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -11,9 +10,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from ..checks import not_negative, number, positive, seconds, shown, two_numbers
+from ..checks import number, positive, seconds, shown, two_numbers
 from ..described import one_line, vector
-from ..tables import TextFile, opened
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,16 +20,18 @@ class Trajectory:
 
     Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and acceleration (m/s^2), each
     (2,) or (n, 2). Before and after, it rests at its first and last point. ValueError for a time that is nan.
+    said: sentences on what was made of a file on the way here.
     """
 
     start: float
     duration: float
     _motion: Callable[[np.ndarray], np.ndarray]  # times (n,) inside -> (n, 6)
+    said: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         end = self.start + self.duration
         places = [vector(name, tuple(self(t)[0]), "m") for name, t in (("from", self.start), ("to", end))]
-        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places)
+        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places, *self.said[:2])
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
@@ -120,31 +120,6 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
         return np.concatenate([center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1)
 
     return Trajectory(0.0, period, motion)
-
-
-def from_csv(path: TextFile, smoothing: float = 0.0) -> Trajectory:
-    """A path from a CSV file with columns t (s), x, y (m), through a quintic spline (SciPy's make_splrep).
-
-    smoothing: root-mean-square distance in m that the spline may keep from the samples; 0 passes through all of them.
-    path: or an open text file; at least 6 rows, times >= 0 and increasing. ValueError names the file and line of what
-    is wrong.
-    """
-    from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
-
-    smoothing = not_negative(smoothing, "from_csv: smoothing")
-    with opened(path) as table:
-        t, x, y = table.numbers(("t", "x", "y")).T
-        if len(t) < 6:
-            raise ValueError(f"{table.name}: a quintic spline needs at least 6 rows, not {len(t)}")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", RuntimeWarning)
-            splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in (x, y)]
-    except RuntimeWarning:
-        what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
-        raise ValueError(what) from None
-    splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
-    return Trajectory(t[0], t[-1] - t[0], lambda times: np.stack([spline(times) for spline in splines], axis=-1))
 
 
 def _increasing(times, name):

@@ -1,0 +1,141 @@
+"""Corners blended: a quintic in place of both sides near it, with their points, tangents and curvatures at its ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..checks import flag, not_negative
+from .curve import SMOOTH, Path
+from .fit import quintic
+from .pieces import Polynomial
+
+ALONG = np.linspace(0, 1, 17)
+BACK = -0.9995  # cosine of a turn, from which on it is a turning back: the motion rests there
+ROUNDS = 30
+NEAR = 0.98  # of the deviation, which blends use
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
+    """The path with its corners blended within `deviation`, m, so that a motion goes on through them.
+
+    Each blend is a quintic that takes both sides' point, tangent and curvature where it leaves them. Corners where the
+    path turns back, the pen changes or dwells stay as they are. curvature: blend where only the curvature jumps, too.
+    """
+    deviation = not_negative(deviation, "blended: deviation")
+    corner, kept = _corners(path, flag(curvature, "blended: curvature"))
+    if not len(corner) or not deviation:
+        return path
+    lengths = np.array([piece.length for piece in path.pieces])
+    cut = np.zeros((2, len(lengths)))  # from the start and from the end of each piece
+    is_corner = np.zeros(len(lengths) + 1, dtype=bool)
+    is_corner[corner] = True
+    room = lengths * np.where(is_corner[:-1] & is_corner[1:], 0.5, 0.95)
+    most = np.minimum(room[corner - 1], room[corner])
+    reach = _reaches(path, corner, lengths, most, 0.999 * deviation)
+    corner, reach = corner[reach > 0], reach[reach > 0]
+    cut[1, corner - 1] = cut[0, corner] = reach
+    coefficients, own = _blends(path, corner, lengths, reach)
+    pieces, pen, feed, dwells, s = [], [], [], {}, 0.0
+    blends = dict(zip(corner.tolist(), range(len(corner))))
+    asked = {int(np.abs(path.knots - s).argmin()): seconds for s, seconds in path.dwells.items()}
+
+    def add(piece, down, speed):
+        pieces.append(piece)
+        pen.append(down)
+        feed.append(speed)
+        return s + piece.length
+
+    for k, piece in enumerate(path.pieces):
+        if k in asked:
+            dwells[s] = asked[k]
+        if k in blends:
+            table = coefficients[blends[k]]
+            blend = Polynomial(np.stack([table.real, table.imag], axis=-1), float(own[blends[k]]))
+            s = add(blend, path.pen[k], min(path.feed[k - 1], path.feed[k]))
+        first, last = cut[0, k], lengths[k] - cut[1, k]
+        if last - first > 1e-9 * lengths[k]:
+            s = add(piece if last - first == lengths[k] else piece.part(first, last), path.pen[k], path.feed[k])
+    if len(path.pieces) in asked:
+        dwells[s] = asked[len(path.pieces)]
+    said = [*path.said]
+    if kept:
+        said.append(f"{kept} turns back on the way are no corners to blend: a motion rests there")
+    return replace(path, pieces=tuple(pieces), pen=tuple(pen), feed=tuple(feed), dwells=dwells, said=tuple(said))
+
+
+def _corners(path, curvature):
+    """Knots (n,) to blend, by the number of the piece that starts there, and how many others turn back."""
+    n = len(path.pieces)
+    before, after = np.arange(n - 1), np.arange(1, n)
+    _, d0, c0, _ = path.on(before, [piece.length for piece in path.pieces[:-1]])
+    _, d1, c1, _ = path.on(after, 0.0)
+    jumps = np.linalg.norm(d1 - d0, axis=-1) > SMOOTH
+    cosine = (d0 * d1).sum(axis=-1) / (np.linalg.norm(d0, axis=-1) * np.linalg.norm(d1, axis=-1))
+    if curvature:
+        bent = np.linalg.norm(c1 - c0, axis=-1)
+        jumps |= bent > SMOOTH * (np.linalg.norm(c0, axis=-1) + np.linalg.norm(c1, axis=-1) + 1 / path.length)
+    dwelt = np.isin(path.knots[1:-1], list(path.dwells))
+    free = jumps & (np.diff(path.pen) == 0) & ~dwelt
+    return after[free & (cosine > BACK)], int((free & (cosine <= BACK)).sum())
+
+
+def _reaches(path, corner, lengths, most, deviation):
+    """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the deviation."""
+    least, best = np.zeros(len(corner)), np.zeros(len(corner))
+    most, reach = most.copy(), np.minimum(most, 4 * deviation)
+    left = np.arange(len(corner))
+    for _ in range(ROUNDS):
+        off = _off(path, corner[left], lengths, reach[left])
+        kept = off <= deviation
+        best[left[kept]] = least[left[kept]] = reach[left[kept]]
+        most[left[~kept]] = reach[left[~kept]]
+        rough = ~(kept & ((off > NEAR * deviation) | (reach[left] >= most[left])))
+        left, off = left[rough], off[rough]
+        if not len(left):
+            break
+        # It goes as a power of the reach: the first at corners, a higher one where only the curvature jumps.
+        guess = reach[left] * np.minimum((1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10)
+        inside = (guess > least[left]) & (guess < most[left])
+        last = guess >= most[left]
+        reach[left] = np.where(
+            inside, guess, np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2)
+        )
+    return best
+
+
+def _blends(path, corner, lengths, reach):
+    """Coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
+    before, after = (path.on(k, s)[:3] for k, s in ((corner - 1, lengths[corner - 1] - reach), (corner, reach)))
+    ends = tuple(tuple(each @ (1, 1j) for each in end) for end in (before, after))
+    powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
+    length = 2 * reach
+    for _ in range(8):  # to the length that the curve has with it
+        length = np.abs(powers @ quintic(ends, length)[1:]).T @ WEIGHTS / 2
+    return quintic(ends, length).T, length
+
+
+def _off(path, corner, lengths, reach):
+    """By how much (n,) blends and what they replace are apart at most."""
+    found = np.empty(len(corner))
+    powers = ALONG[:, None] ** np.arange(6)
+    for first in range(0, len(corner), 512):
+        part = slice(first, first + 512)
+        own, far = corner[part], reach[part, None]
+        blend = _blends(path, own, lengths, reach[part])[0] @ powers.T
+        before = path.on(own[:, None] - 1, lengths[own - 1][:, None] - far * (1 - ALONG))[0]
+        after = path.on(own[:, None], far * ALONG)[0]
+        sides = np.concatenate([before, after[:, 1:]], axis=1) @ (1, 1j)
+        found[part] = np.maximum(_to_polyline(blend, sides), _to_polyline(sides, blend))
+    return found
+
+
+def _to_polyline(points, line):
+    """Largest distance (n,) of points (n, a) to polylines (n, b)."""
+    chord = np.diff(line)[:, None, :]
+    away = points[:, :, None] - line[:, None, :-1]
+    square = np.abs(chord) ** 2
+    along = np.clip((away * chord.conj()).real / np.where(square > 0, square, 1.0), 0, 1)
+    return np.abs(away - along * chord).min(axis=2).max(axis=1)

@@ -1,0 +1,64 @@
+"""Where a drawing lies in the plane."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._backend import finite_numbers
+from ..checks import number, positive, shown, two_numbers
+from ..described import one_line, vector
+from .curve import Path
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Points xi of a drawing put to shift + scale R(turn) xi: scaled and turned about its origin, then shifted.
+
+    shift: (2,) m; turn: rad, to the left; scale: > 0.
+    """
+
+    shift: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shift", two_numbers(self.shift, "Placement: shift"))
+        object.__setattr__(self, "turn", number(self.turn, "Placement: turn"))
+        object.__setattr__(self, "scale", positive(self.scale, "Placement: scale"))
+
+    def __repr__(self) -> str:
+        return one_line(
+            "Placement", vector("shift", self.shift, "m"), f"turn {self.turn:.6g} rad, scale {self.scale:.6g}"
+        )
+
+    @property
+    def turned(self) -> complex:
+        """What points x + i y are multiplied by; exactly real or imaginary for the floats nearest to right angles."""
+        turn = cmath.exp(1j * self.turn)
+        turn = complex(*(round(part) if abs(part - round(part)) < 1e-15 else part for part in (turn.real, turn.imag)))
+        return self.scale * turn
+
+    def __call__(self, what: Path | ArrayLike) -> Path | np.ndarray:
+        """A Path, or points (*batch, 2) m, placed."""
+        if isinstance(what, Path):
+            return what.moved(complex(*self.shift), self.turned)
+        points = finite_numbers(what, "Placement: points")
+        if points.shape[-1:] != (2,):
+            raise ValueError(f"Placement: points must be (*batch, 2), not {shown(points.shape)}")
+        z = complex(*self.shift) + self.turned * (points @ (1, 1j))
+        return np.stack([z.real, z.imag], axis=-1)
+
+    def after(self, first: Placement) -> Placement:
+        """The one that places as `first` and then this one do."""
+        x, y = self(first.shift)
+        return Placement((float(x), float(y)), self.turn + first.turn, self.scale * first.scale)
+
+    @property
+    def inverse(self) -> Placement:
+        """The one that puts all back."""
+        z = -complex(*self.shift) / self.turned
+        return Placement((z.real, z.imag), -self.turn, 1 / self.scale)

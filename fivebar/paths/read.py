@@ -1,0 +1,102 @@
+"""`path`: a Path from points, or from a CSV, SVG or G-code file."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+
+from ..checks import flag, instance, not_negative, optional, shown, takes
+from ..tables import TextFile, file_or_path
+from .curve import Path
+from .draft import Draft
+from .placement import Placement
+from .read_gcode import read_gcode
+from .read_points import read_csv, read_points
+
+KINDS = {
+    "svg": ("svg",), "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"), "csv": ("csv", "txt", "tsv", "dat"),
+}  # fmt: skip
+LARGEST = 50_000_000  # bytes of a drawing's file
+
+
+@takes(deviation=not_negative, curvature=flag, placement=optional(instance(Placement)))
+def path(
+    points_or_file: object, *, deviation: float = 0.0, curvature: bool = False, placement: Placement | None = None,
+    units: str | Mapping[str, str] | Sequence[str] | None = None, kind: str | None = None,
+) -> Path:  # fmt: skip
+    """The path through points, or of a drawing in a file: Path, a curve xi(s) with exact derivatives.
+
+    points_or_file: points (n, 2) m, a list of strokes of points, between which the pen is up, pieces (Line, Arc,
+        Polynomial); or a file's name, or an open text file: CSV with columns x and y (and perhaps pen), SVG, G-code.
+    deviation: m, within which corners are rounded by quintics with continuous curvature, so that a motion goes on
+        through them, and curves of an SVG that are no arcs become quintics; 0: a motion rests at each corner, and such
+        curves are kept within 1 nm. Lines and arcs are exact.
+    curvature: round where the curvature jumps, too, as between a line and an arc: for motions with limited jerk.
+    placement: where the drawing is put first; deviation is of what is placed.
+    units: of lengths in a file that does not name them ("mm"; of a CSV's columns as in `columns.read`).
+    kind: "csv", "svg" or "gcode"; None: by the file's ending, else by how it begins.
+    What was passed over, converted or assumed is in Path.said. ValueError, with file and line, for what is empty, not
+    known, ambiguous or contradicts itself; ImportError for an SVG without the extra `draw`.
+    """
+    placement = placement or Placement()
+    if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):
+        draft = _read(points_or_file, units, kind)
+    else:
+        for name, value in (("units", units), ("kind", kind)):
+            if value is not None:
+                raise ValueError(f"path: {name} is of a file, and there is none")
+        draft = read_points(points_or_file)
+    return draft.finished(placement, deviation, curvature)
+
+
+def _read(file: TextFile, units, kind) -> Draft:
+    if kind not in (None, *KINDS):
+        raise ValueError(f"path: kind must be one of {', '.join(KINDS)}, not {shown(kind)}")
+    text, name = _text(file)
+    ending = PurePath(name).suffix.lower().lstrip(".")
+    kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
+    if kind == "csv":
+        again = io.StringIO(text)
+        again.name = name
+        return read_csv(again, () if units is None else (units,) if isinstance(units, str) else units)
+    if not (units is None or isinstance(units, str)):
+        raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
+    if kind == "gcode":
+        return read_gcode(text, name, units)
+    try:
+        from .read_svg import read_svg
+    except ImportError as error:
+        raise ImportError("to read an SVG, svgelements is needed: pip install 'fivebar[draw]'") from error
+    return read_svg(text, name, units)
+
+
+def _text(file):
+    """What is in a file, and its name."""
+    if not isinstance(file_or_path(file, "read"), str | os.PathLike):
+        text, name = file.read(), str(getattr(file, "name", "the open file"))
+        if not isinstance(text, str):
+            raise TypeError(f"a drawing is read from a text file, but {file!r} is open for bytes")
+        return text, name
+    with open(file, "rb") as opened:
+        raw = opened.read(LARGEST + 1)
+    if len(raw) > LARGEST:
+        raise ValueError(f"{file}: more than {LARGEST / 1e6:g} MB: no drawing")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace"), os.fspath(file)
+    if b"\0" in raw:
+        raise ValueError(f"{file}: not a text file, but a binary one")
+    try:
+        return raw.decode("utf-8-sig"), os.fspath(file)
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace"), os.fspath(file)
+
+
+def _guessed(text):
+    """The kind of a file by how it begins."""
+    if text.lstrip("\ufeff \t\r\n").startswith("<"):
+        return "svg"
+    first = next((line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"), "")
+    return "gcode" if re.match(r"\s*(N\d+\s*)?[GMT]\s*\d", first, re.IGNORECASE) else "csv"

@@ -1,0 +1,244 @@
+"""G-code: G0 to G3, G4, F, G17, G20, G21, G90, G91, G90.1, G91.1, the pen by Z or by M3, M4 and M5."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from .draft import Draft, Move, listed
+from .pieces import Arc, Line
+
+WORD = re.compile(r"([A-Za-z])\s*([-+]?\s*(?:\d+\.?\d*|\.\d+))")
+COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
+PASSED = {  # codes that say nothing of a path in the plane
+    "G": {17, 28, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
+    "M": {0, 1, 6, 7, 8, 9, 17, 18, 82, 84, 104, 105, 106, 107, 108, 109, 140, 190},
+}
+ENDS = 2, 30
+RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
+WHOLE = 1e-9  # m, between the ends of a whole circle
+ROUGH = 5e-6  # m, what files of three decimals in mm or four in inches leave
+INCH, MILLIMETRE = 0.0254, 1e-3
+
+
+def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
+    """The Draft of a G-code file. units: "mm" or "in", where the file has neither G21 nor G20.
+
+    The pen is down in G1, G2 and G3: after M3 or M4 where the file has them (and S is not 0), at Z <= 0 where it has Z.
+    ValueError with file and line for a code that is not known, an arc whose centre does not fit, units that are missing
+    or contradict.
+    """
+    if units not in (None, "mm", "in"):
+        raise ValueError(f'{name}: units of G-code must be "mm" or "in", not {units!r}')
+    return _Machine(text, name, units).run()
+
+
+class _Machine:
+    def __init__(self, text, name, units):
+        self.name, self.lines = name, text.splitlines()
+        self.draft = Draft(name)
+        self.asked = self.unit = {None: None, "mm": MILLIMETRE, "in": INCH}[units]
+        self.absolute, self.centres_absolute, self.modal = True, False, None
+        self.x, self.y, self.z, self.known = 0.0, 0.0, None, False
+        self.feed, self.spindle, self.power, self.line = math.inf, False, None, 0
+        self.passed, self.ended = {}, False
+        plain = COMMENT.sub("", text.upper().replace("\r", "\n"))
+        self.by_z = re.search(r"Z\s*[-+.\d]", plain) is not None
+        self.by_spindle = re.search(r"M\s*0*[345](?!\d)", plain) is not None
+
+    def run(self):
+        for number, line in enumerate(self.lines, 1):
+            if self.ended:
+                break
+            self.line = number
+            self.block(line)
+        said = [f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())]
+        self.draft.said += said
+        return self.draft
+
+    def error(self, message):
+        return ValueError(f"{self.name}, line {self.line}: {message}")
+
+    def block(self, line):
+        text = COMMENT.sub(" ", line).strip()
+        if text in ("", "%") or text.startswith("/"):
+            if text.startswith("/"):
+                self.pass_over("block with /")
+            return
+        rest = WORD.sub(" ", text).strip()
+        if rest:
+            raise self.error(f"{rest[:40]!r} is no word of G-code, a letter with a number")
+        words = [(letter.upper(), float(value.replace(" ", ""))) for letter, value in WORD.findall(text)]
+        codes = [(letter, value) for letter, value in words if letter in "GM"]
+        values = {}
+        for letter, value in words:
+            if letter in "GMNO":
+                continue
+            if letter in values:
+                raise self.error(f"{letter} twice in one line")
+            values[letter] = value
+        motion = None
+        for letter, value in codes:
+            found = self.code(letter, value, values)
+            if found is not None:
+                if motion is not None:
+                    raise self.error(f"G{motion} and G{found} in one line")
+                motion = found
+        if motion == 4:
+            self.dwell(values)
+            return
+        if motion is not None:
+            self.modal = motion
+        if "S" in values:
+            self.power = values["S"]
+        if "F" in values:
+            if not values["F"] > 0:
+                raise self.error(f"F must be > 0, not {values['F']:g}")
+            self.feed = values["F"] * self.scale() / 60
+        if {"X", "Y", "Z"} & set(values) or (self.modal in (2, 3) and {"I", "J"} & set(values)):
+            self.move(values)
+        for letter in sorted(set(values) - set("XYZIJRFPSK")):
+            self.pass_over(f"{letter} word")
+
+    def code(self, letter, value, values):
+        """Do what a G or M code says; gives the number of one that moves."""
+        if letter == "G":
+            if value in (0, 1, 2, 3, 4):
+                return int(value)
+            if value in (20, 21):
+                self.set_unit(INCH if value == 20 else MILLIMETRE, f"G{value:g}")
+            elif value in (90, 91):
+                self.absolute = value == 90
+            elif value in (90.1, 91.1):
+                self.centres_absolute = value == 90.1
+            elif value == 28:
+                self.pass_over("G28")
+                for axis in "XYZ":
+                    values.pop(axis, None)
+            elif value == 92:
+                if self.draft.moves:
+                    raise self.error("G92 after the first move: another origin on the way is not read")
+                self.x, self.y, self.z = (
+                    values.pop(axis) * self.scale() if axis in values else at
+                    for axis, at in zip("XYZ", (self.x, self.y, self.z))
+                )
+                self.known = True
+            elif value in PASSED["G"]:
+                if value != 17:
+                    self.pass_over(f"G{value:g}")
+            else:
+                raise self.error(
+                    f"G{value:g} is not known; known are G0 to G4, G17, G20, G21, G90, G91, G90.1, G91.1, G92"
+                )
+        elif value in (3, 4, 5):
+            self.spindle = value != 5
+        elif value in ENDS:
+            self.ended = True
+        elif value in PASSED["M"]:
+            self.pass_over(f"M{value:g}")
+        else:
+            raise self.error(f"M{value:g} is not known; known are M3, M4, M5 (pen), M2, M30 (end)")
+        return None
+
+    def set_unit(self, unit, code):
+        if self.asked not in (None, unit):
+            raise self.error(f"{code}, but units are given as {'mm' if self.asked == MILLIMETRE else 'in'}")
+        self.unit = unit
+
+    def scale(self):
+        if self.unit is None:
+            raise self.error('neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or units="in"')
+        return self.unit
+
+    def pass_over(self, what):
+        self.passed.setdefault(what, []).append(self.line)
+
+    def dwell(self, values):
+        """P is in ms on some machines and in s on others: only what can be one of them is read."""
+        seconds = values.get("S")
+        if seconds is None and "P" in values:
+            seconds = values["P"]
+            if seconds >= 100:
+                seconds /= 1000
+                self.draft.said.append(f"G4 P{values['P']:g}: read as milliseconds (line {self.line})")
+            elif seconds >= 10:
+                raise self.error(f"G4 P{seconds:g} could be in s or in ms: write S and seconds")
+        if seconds is None or seconds < 0:
+            raise self.error("G4 needs S or P, seconds >= 0")
+        self.draft.dwells.append((len(self.draft.moves), seconds))
+
+    def move(self, values):
+        if self.modal is None:
+            raise self.error("a place without G0, G1, G2 or G3 before it")
+        start = self.x, self.y
+        self.x, self.y, self.z = (self.to(axis, at, values) for axis, at in zip("XYZ", (self.x, self.y, self.z)))
+        end, down, known = (self.x, self.y), self.down(), self.known
+        if not {"X", "Y", "I", "J"} & set(values):
+            return
+        self.known = True
+        if not known and not down:
+            return  # from wherever the machine was
+        if not known:
+            self.draft.said.append("it begins at X0 Y0: the file names no place before it draws")
+        if start == end and self.modal in (0, 1):
+            self.pass_over("a move of no length")
+            return
+        feed = math.inf if self.modal == 0 else self.feed
+        shape = Line(start, end) if self.modal in (0, 1) else self.arc(start, end, values)
+        self.draft.moves.append(Move(shape, down, feed, self.line))
+
+    def to(self, axis, at, values):
+        if axis not in values:
+            return at
+        value = values[axis] * self.scale()
+        return value if self.absolute else (at or 0.0) + value
+
+    def down(self):
+        if self.by_spindle:
+            lifted = self.by_z and self.z is not None and self.z > 0
+            return self.modal != 0 and self.spindle and self.power != 0 and not lifted
+        if self.by_z:
+            return self.modal != 0 and self.z is not None and self.z <= 0
+        return self.modal != 0
+
+    def arc(self, start, end, values):
+        clockwise = self.modal == 2
+        a, b = complex(*start), complex(*end)
+        if "R" in values:
+            if {"I", "J"} & set(values):
+                raise self.error("an arc with R and with I or J")
+            centre = self.by_radius(a, b, values["R"] * self.scale(), clockwise)
+        elif {"I", "J"} & set(values):
+            offset = complex(values.get("I", 0.0), values.get("J", 0.0)) * self.scale()
+            centre = offset if self.centres_absolute else a + offset
+        else:
+            raise self.error(f"G{self.modal} needs I and J, or R")
+        radius, other = abs(a - centre), abs(b - centre)
+        if radius == 0:
+            raise self.error("the centre of the arc is its start")
+        if abs(radius - other) > max(ROUGH, RIGHT * radius):
+            raise self.error(
+                f"the arc's centre is {1e3 * radius:.6g} mm from its start, but {1e3 * other:.6g} mm from its end"
+            )
+        whole = abs(a - b) <= WHOLE
+        if not whole:  # the centre that is as far from both, nearest to the one given
+            chord = (b - a) / abs(b - a)
+            centre = (a + b) / 2 + chord * 1j * ((centre - a) * (chord * 1j).conjugate()).real
+            radius = abs(a - centre)
+        first, last = (math.atan2((z - centre).imag, (z - centre).real) for z in (a, b))
+        turn = (last - first) % (2 * math.pi)
+        if clockwise:
+            turn -= 2 * math.pi
+        if whole:
+            turn = -2 * math.pi if clockwise else 2 * math.pi
+        return Arc((centre.real, centre.imag), radius, first, first + turn)
+
+    def by_radius(self, a, b, radius, clockwise):
+        half = abs(b - a) / 2
+        if half == 0:
+            raise self.error("an arc with R whose start is its end could be any circle: give I and J")
+        if abs(radius) < half - max(ROUGH, RIGHT * half):
+            raise self.error(f"R = {1e3 * abs(radius):.6g} mm is less than half of the chord, {1e3 * half:.6g} mm")
+        height = math.sqrt(max(radius * radius - half * half, 0.0))
+        side = -1 if clockwise == (radius > 0) else 1
+        return (a + b) / 2 + side * height * 1j * (b - a) / abs(b - a)

@@ -1,0 +1,182 @@
+"""A motion through samples from a CSV file: a spline, or chords with their corners blended."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..checks import not_negative, one_of, optional, positive, takes
+from ..columns import METRES, SECONDS, Columns, Quantity, read
+from ..tables import TextFile
+from .trajectory import Trajectory
+
+PLACES = {
+    "t": Quantity(("t", "time", "times", "timestamp", "seconds"), SECONDS),
+    "x": Quantity(("x", "posx", "positionx", "xpos", "xposition"), METRES),
+    "y": Quantity(("y", "posy", "positiony", "ypos", "yposition"), METRES),
+}
+WIDE = 5.0  # m: coordinates without a unit that reach so far may be in mm
+SLOW = 1.0  # s: samples without a unit that are so far apart may be so many ms
+WITHIN = np.linspace(0, 1, 14)[:-1]  # of each interval, where a curve is compared with its chord
+TRIES = 14  # of a smoothing whose spline is within a deviation
+CORNER = 3 / 16  # of what the velocity changes by, times half of the time that it takes: how far a corner is cut
+
+
+@takes(smoothing=not_negative, kind=one_of("spline", "polyline"), deviation=optional(positive))
+def from_csv(
+    path: TextFile, smoothing: float = 0.0, *, kind: str = "spline", deviation: float | None = None,
+    units: Mapping[str, str] | Sequence[str] = (),
+) -> Trajectory:  # fmt: skip
+    """A motion from a CSV file with columns t (s), x, y (m): Trajectory.
+
+    kind: "spline", of degree 5 (SciPy's make_splrep), or "polyline": straight from sample to sample at constant speed,
+        its corners cut as the acceleration needs it.
+    smoothing: root-mean-square distance in m that a spline may keep from the samples; 0 passes through all of them.
+    deviation: m, the largest distance instead: of a spline from samples; of a polyline, where it is needed, from its
+        corners.
+    path: or an open text file; times >= 0 and increasing, of a spline at least 6 rows. Columns as people have them
+        (`t (s)`, `x [mm]`, decimal commas). units: of columns that do not name theirs ({"t": "ms"}, ["mm"]).
+    Trajectory.said: how far it leaves the chords between samples, how large its accelerations are against the samples'
+    own, and what was converted or not used. ValueError names the file and line of what is wrong, and columns that
+    could be in one unit or in another.
+    """
+    if smoothing and (deviation or kind == "polyline"):
+        raise ValueError("from_csv: smoothing is of a spline, and without deviation: leave one of them")
+    if kind == "polyline" and not deviation:
+        raise ValueError("from_csv: a polyline needs a deviation, m, within which its corners are cut")
+    table = read(path, PLACES, units)
+    t, points = _samples(table, *((6, "a quintic spline") if kind == "spline" else (2, "a motion")))
+    if kind == "polyline":
+        motion = _polyline(t, points, deviation)
+    elif deviation:
+        motion = _within(t, points, deviation)
+    else:
+        motion = _spline(t, points, smoothing)
+    said = _compared(motion, t, points, table.lines)
+    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*said, *table.said))
+
+
+def refuse_unclear_lengths(table: Columns) -> None:
+    """ValueError for x and y of which one has a unit, or without one that are in mm as likely as in m."""
+    stated = table.stated & {"x", "y"}
+    if len(stated) == 2:
+        return
+    if stated:
+        other = "".join({"x", "y"} - stated)
+        raise ValueError(f"{table.name}: {''.join(stated)} has a unit in its heading, but {other} has none: name it")
+    far = max(float(np.nanmax(np.abs(table.values[name]), initial=0.0)) for name in "xy")
+    if far > WIDE:
+        raise ValueError(
+            f"{table.name}: x and y reach {far:g} and have no unit, they could be in metres or in millimetres: head "
+            "them x_m, y_m or x_mm, y_mm, or give units: m or mm"
+        )
+
+
+def _samples(table, least, what):
+    """Times (n,) s and points (n, 2) m, which are there, in order, and in units that are clear."""
+    t, x, y = (table.values[name] for name in PLACES)
+    for name, values in table.values.items():
+        missing = np.flatnonzero(np.isnan(values))
+        if len(missing):
+            raise table.error(missing[0], f"{name} is missing")
+    early = np.flatnonzero(t < 0)
+    if len(early):
+        raise table.error(early[0], f"time must not be negative, but is {t[early[0]]:g}")
+    late = np.flatnonzero(np.diff(t) <= 0) + 1
+    if len(late):
+        raise table.error(late[0], f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}")
+    if len(t) < least:
+        raise ValueError(f"{table.name}: {what} needs at least {least} rows, not {len(t)}")
+    refuse_unclear_lengths(table)
+    step = float(np.median(np.diff(t)))
+    if step >= SLOW and "t" not in table.stated:
+        raise ValueError(
+            f"{table.name}: t has no unit, and its steps of {step:g} could be seconds (it takes {t[-1] - t[0]:g} s) or "
+            f"milliseconds ({(t[-1] - t[0]) / 1000:g} s): head it t_s or t_ms, or give units: t=s or t=ms"
+        )
+    return t, np.stack([x, y], axis=-1)
+
+
+def _spline(t, points, smoothing):
+    from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T]
+    except RuntimeWarning:
+        what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
+        raise ValueError(what) from None
+    splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
+    return lambda times: np.stack([spline(times) for spline in splines], axis=-1)
+
+
+def _within(t, points, deviation):
+    """The smoothest spline that keeps within the deviation of all samples."""
+    low, high, best = None, deviation, None
+    for _ in range(TRIES):
+        smoothing = high if low is None and best is None else (low or 0.0) / 2 + high / 2
+        try:
+            motion = _spline(t, points, smoothing)
+        except ValueError:
+            high = smoothing * 0.9
+            continue
+        if np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation:
+            low, best = smoothing, motion
+            if smoothing == high:
+                break
+        else:
+            high = smoothing
+    return best or _spline(t, points, 0.0)
+
+
+def _polyline(t, points, deviation):
+    """From chord to chord with an acceleration that rises from 0 and falls to it again, as a parabola."""
+    slopes = np.diff(points, axis=0) / np.diff(t)[:, None]
+    change = np.diff(slopes, axis=0)  # at all samples but the first and last
+    room = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
+    speed = np.linalg.norm(change, axis=1)
+    half = np.minimum(room, deviation / (CORNER * np.where(speed > 0, speed, 1e-300)))
+
+    def motion(times):
+        k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
+        found = np.concatenate(
+            [points[k] + slopes[k] * (times - t[k])[..., None], slopes[k], np.zeros((*np.shape(times), 2))], axis=-1
+        )
+        for corner in (k, k + 1):  # those at the interval's start and end
+            inner = (corner > 0) & (corner < len(t) - 1)
+            j = np.clip(corner - 1, 0, max(len(change) - 1, 0))
+            if not inner.any():
+                continue
+            w = (times - t[corner]) / half[j]
+            near = inner & (np.abs(w) < 1)
+            w = np.where(near, w, 0.0)
+            after = np.maximum(w, 0.0) if corner is k else np.zeros_like(w)  # what the chord has of it already
+            place = half[j] * (3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4) - after)
+            rate = 3 / 4 * (w - w**3 / 3 + 2 / 3) - (1.0 if corner is k else 0.0)
+            bend = 3 / 4 * (1 - w**2) / half[j]
+            for columns, factor in ((slice(0, 2), place), (slice(2, 4), rate), (slice(4, 6), bend)):
+                found[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
+        return found
+
+    return motion
+
+
+def _compared(motion, t, points, lines):
+    """How far the motion leaves the chords, and its largest acceleration against the samples' own, in sentences."""
+    step, chord = np.diff(t)[:, None], np.diff(points, axis=0)
+    values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(len(step), len(WITHIN), 6)
+    away = values[..., :2] - points[:-1, None]
+    square = np.maximum((chord**2).sum(axis=1), 1e-300)[:, None]
+    along = np.clip((away * chord[:, None]).sum(axis=2) / square, 0, 1)
+    off = np.linalg.norm(away - along[..., None] * chord[:, None], axis=2).max(axis=1)
+    k = int(off.argmax())
+    reached = np.linalg.norm(values[..., 4:], axis=2).max()
+    said = [f"it leaves the chords between samples by up to {1e3 * off[k]:.3g} mm (lines {lines[k]} to {lines[k + 1]})"]
+    if len(t) > 2:
+        own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
+        own = np.linalg.norm(own, axis=1).max()
+        said.append(f"its acceleration reaches {reached:.3g} m/s^2, second differences of the samples {own:.3g} m/s^2")
+    return said
