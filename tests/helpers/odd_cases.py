@@ -144,6 +144,7 @@ CASES = {
     "aspects": Case(fb.aspects, dict(robot=ROBOT), 10.0),
     "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
     "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None), 10.0),
+    "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0), 10.0),
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
     "routes": Case(
