@@ -37,6 +37,7 @@ _LATER = {
     "compare": "simulation.comparison",
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
+    "dexterous": "singularities.dexterous",
     "export": "exporting.export",
     "from_csv": "planning.samples",
     "largest_disc": "singularities.disc",
@@ -81,6 +82,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .simulation.run import Run
     from .simulation.simulate import simulate
     from .singularities.aspects import aspect, aspects
+    from .singularities.dexterous import dexterous
     from .singularities.disc import largest_disc
     from .singularities.distance import locus_distance
     from .singularities.loci import singularity_loci

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,32 +19,51 @@ from .faces import faces
 from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
+from .mirror import Mirror
 from .regions import Arc, beside, crossings, inside, off_border, roomiest
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
+ROUNDING = 1e-13  # of det A and the sines
 SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Aspect:
     """A connected part of the workspace in one working mode without any singularity, from `aspects`.
 
     number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1; area m^2;
-    point (2,) m: about the point of the aspect that is farthest from its boundary, clearance: its distance from it, m;
     boundary: loops of regions.Arc with the aspect on their left, the outer one first; punctures (n, 2) m: isolated
     singular points inside.
     """
 
-    robot: FiveBar = field(repr=False)
+    robot: FiveBar
     number: int
     working: tuple[int, int]
     assembly: int
     area: float
-    point: np.ndarray
-    clearance: float
-    boundary: tuple = field(repr=False)
-    punctures: np.ndarray = field(repr=False)
+    boundary: tuple
+    punctures: np.ndarray
+
+    def __repr__(self) -> str:
+        names = ("number", "working", "assembly", "area", "point", "clearance")
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+    @cached_property
+    def _middle(self):
+        found = roomiest(self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES)
+        exact = found and inside(self.boundary, np.array([found[0][0]]))[0]  # of slivers the samples may tell it wrong
+        return found[0] if exact else off_border(self.boundary, _size(self.robot))
+
+    @property
+    def point(self) -> np.ndarray:
+        """(2,) m: about the point that is farthest from the boundary."""
+        return pairs(np.array(self._middle[0]))
+
+    @property
+    def clearance(self) -> float:
+        """Its distance from the boundary, m."""
+        return self._middle[1]
 
     @cached_property
     def polygons(self) -> tuple[np.ndarray, ...]:
@@ -55,7 +76,9 @@ class Aspect:
         if xi.ndim == 0 or xi.shape[-1] != 2:
             raise ValueError(f"xi must have shape (2,) or (*batch, 2), not {xi.shape}")
         z = (xi @ (1, 1j)).ravel()
-        found = -self.assembly * _det_a(self.robot, z, self.working) > SINGULAR  # which no nan is
+        found = (
+            -self.assembly * task_pose(self.robot, (z.real, z.imag), self.working).det_A > SINGULAR
+        )  # which no nan is
         found[found] = inside(self.boundary, z[found])
         return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
 
@@ -74,19 +97,16 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
             "aspects: the guides of a biglide have no ends, so its aspects are strips without ends and have no area, "
             "between the lines of singularity_loci(robot).task; areas need strokes of the feet, which it does not have"
         )
-    size = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
 
-    def rank(face):
-        # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then the one to the right.
-        _, _, area, (x, y), *_ = face
-        return tuple(-round(value, 7) for value in (area / size**2, y / size, x / size))
+    def active(working):
+        everywhere = working in loci.everywhere
+        return None if everywhere else [piece for piece in loci.task if working in piece.working]
 
-    found = []
-    for working in MODES:
-        if working not in loci.everywhere:
-            found += sorted(_in_mode(robot, loci, working, size), key=rank)
+    found = numbered(parts(Aspect, robot, active, loci.touches))
     areas = [
-        sum(face[2] for face in found if face[0] == working) for working in MODES if working not in loci.everywhere
+        sum(part.area for part in found if part.working == working)
+        for working in MODES
+        if working not in loci.everywhere
     ]
     if areas and max(areas) - min(areas) > SAME_AREA * max(areas):
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
@@ -95,7 +115,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
             f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm^2 and should be equal; please "
             "report this robot; lengths that differ by 1e-4 of their size may help"
         )
-    return tuple(Aspect(robot, number, *face) for number, face in enumerate(found, start=1))
+    return found
 
 
 @takes(robot=instance(FiveBar, Biglide))
@@ -107,30 +127,69 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
     return found[number - 1]
 
 
-def _in_mode(robot, loci, working, size):
-    """The aspects of one working mode: all but their numbers, unsorted."""
-    active = [piece for piece in loci.task if working in piece.working]
-    edges = _edges([piece for piece in active if len(piece.points) > 1], loci.touches)
-    isolated = np.unique([piece.points[0] @ (1, 1j) for piece in active if len(piece.points) == 1]).astype(complex)
+def _size(robot):
+    return robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
+
+
+def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
+    """Sorted by working mode, then by falling area, and numbered so."""
+    found = list(found)
+    if not found:
+        return ()
+    size = _size(found[0].robot)
+    area = {id(part): (MODES.index(part.working), -round(part.area / size**2, 7)) for part in found}
+    often = Counter(area.values())
+
+    def rank(part):
+        # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then the one to the right.
+        place = tuple(-round(each / size, 7) for each in part.point[::-1]) if often[area[id(part)]] > 1 else ()
+        return (*area[id(part)], *place)
+
+    found.sort(key=rank)
+    for number, part in enumerate(found, start=1):
+        object.__setattr__(part, "number", number)  # known only now
+    return tuple(found)
+
+
+def parts(kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, **levels: float) -> Iterator[Aspect]:
+    """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`, without numbers.
+
+    active: working mode -> its boundaries, a list of Locus, or None where it has no part; touches: vertices of circles
+    that touch; levels: det_A and sin. The modes with a left elbow of the other kind are the mirror images in the line
+    of the bases: q -> -q.
+    """
+    for working in MODES[:2]:
+        pieces = active(working)
+        if pieces is None:
+            continue
+        mirror = Mirror(pieces)
+        for assembly, area, boundary, punctures in _in_mode(robot, pieces, touches, working, **levels):
+            yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
+            image, other = mirror.loops(boundary), (-working[0], -working[1])
+            yield kind(robot, 0, other, -assembly, area, image, pairs(punctures.conj()), **levels)
+
+
+def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
+    """The parts of one working mode: assembly mode, area, boundary, punctures."""
+    size = _size(robot)
+    edges = _edges([piece for piece in pieces if len(piece.points) > 1], touches)
+    isolated = np.unique([piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]).astype(complex)
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
     for area, boundary in faces(edges, size):
-        punctures = isolated[crossings(boundary, isolated)]
-        found = roomiest(boundary, punctures, area, samples=SAMPLES)
-        exact = found and inside(boundary, np.array([found[0][0]]))[0]  # of slivers the samples may tell it wrong
-        point, clearance = found[0] if exact else off_border(boundary, size)
-        det_a = float(_det_a(robot, np.array([point]), working)[0])
-        if abs(det_a) > SINGULAR:  # it is nan in the faces that are holes of the workspace
-            assembly = -1 if det_a > 0 else 1
-            z = beside(boundary, clearance / 4)
-            signs = -assembly * np.sign(_det_a(robot, z[inside(boundary, z)], working))
-            if not (signs > 0).all():
-                raise ArithmeticError(
-                    f"aspects: in working modes {working} a locus was lost: det A has both signs around "
-                    f"({point.real:.6g}, {point.imag:.6g}) m; please report this robot"
-                )
-            yield working, assembly, area, pairs(np.array(point)), clearance, boundary, pairs(punctures)
+        z = beside(boundary, size)
+        pose = task_pose(robot, (z.real, z.imag), working)
+        room = np.min([np.abs(pose.det_A) - det_A, *(np.abs(sine) - sin for sine in pose.sines)], axis=0)
+        if not (room > SINGULAR).any():  # nan in the faces that are holes of the workspace
+            continue
+        signs = -np.sign(pose.det_A[~(np.abs(room) <= ROUNDING)])
+        if (room < -ROUNDING).any() or np.ptp(signs) != 0:
+            raise ArithmeticError(
+                f"in working modes {working} a boundary was lost: around ({z[0].real:.6g}, {z[0].imag:.6g}) m det A or "
+                "the sines are on both sides of it; please report this robot"
+            )
+        yield int(signs[0]), area, boundary, isolated[crossings(boundary, isolated)]
 
 
 def _edges(pieces, touches):
@@ -172,7 +231,3 @@ def _same(circle, other):
         return False
     thirds = circle.z[:: len(circle.z) // 3]
     return bool(other.nearest(thirds)[1].max() <= 1e-9 * np.abs(np.diff(other.z)).sum())
-
-
-def _det_a(robot, z, working):
-    return task_pose(robot, (z.real, z.imag), working).det_A

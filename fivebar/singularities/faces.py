@@ -10,6 +10,7 @@ from .locus import Vertex
 from .regions import Arc, inside
 
 SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding errors
+ROUNDING = 1e-15  # of the size's square, of an area
 
 
 def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
@@ -31,7 +32,7 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
         area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
         if area > SLIVER * size**2:
             outer.append((area, part, [loop]))
-        else:
+        elif area < ROUNDING * size**2:
             holes.append((area, part, loop))
     inner = [0.0] * len(outer)
     for area, part, loop in holes:
@@ -70,7 +71,7 @@ def _around(sides, outgoing, size):
     if len(outgoing) < 3:
         return outgoing
     curves = [k for k in outgoing if not sides[k].locus.circle]
-    if len(outgoing) == 3 and len(curves) == 1:
+    if len(outgoing) == 3 and len(curves) == 1 and len({sides[k].locus.circle for k in outgoing}) == 2:
         # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a stretched one, inside.
         back, ahead = sorted((k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end)
         between = curves if sides[ahead].locus.circle[1] > 0 else []

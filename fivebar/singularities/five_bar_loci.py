@@ -7,20 +7,18 @@ leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors ar
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
 from .._backend import EPS
 from ..models.robots import FiveBar
 from .four_bar_motion import FourBarMotion, Turning, closures
+from .leg_circles import LegCircles
 from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pairs, pieces_of, type_of, values_of
 from .margins import Singularity
 
-TOUCH = 1e-14  # lengths whose sum is a smaller share of the robot's size are one length: circles touch then
 NEAR = 1e-6  # of the size: as far a touching point can be from where it is computed, which is a double root
 SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
 
@@ -102,23 +100,6 @@ class CouplerCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class Circle:
-    """Circle that the end-effector follows with a leg in line: `task` as that of a CouplerCurve."""
-
-    center: float
-    radius: float
-
-    @property
-    def on_line(self) -> tuple[float, float]:
-        """Where it crosses the line of the bases, m."""
-        return self.center - self.radius, self.center + self.radius
-
-    def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        radius = self.radius * np.exp(1j * t)
-        return self.center + radius, 1j * radius
-
-
-@dataclass(frozen=True, eq=False)
 class FiveBarLoci:
     """All singularity loci of a robot, each space traced when first read.
 
@@ -153,26 +134,17 @@ class FiveBarLoci:
         return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self._scale else ()
 
     @cached_property
+    def circles(self) -> LegCircles:
+        """Type 1 in task space."""
+        return LegCircles(self.robot)
+
+    @property
     def touches(self) -> tuple[Vertex, ...]:
-        """Where circles of both legs touch, on the line of the bases, and those of no radius."""
-        tolerance, found = TOUCH * self._scale, {}
-        left, right = ([(side, _circle(self.robot, leg, side)) for side in (1, -1)] for leg in (0, 1))
-        for leg, circles in enumerate((left, right)):
-            found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
-        if self.robot.d > tolerance:
-            for (one, a), (other, b) in product(left, right):
-                for x, y in product(a.on_line, b.on_line):
-                    if abs(x - y) <= tolerance:
-                        found[(0, one), (1, other)] = x
-        return tuple(
-            Vertex(complex(x), own) for own, x in found.items() if not any(set(own) < set(more) for more in found)
-        )
+        return self.circles.touches
 
     @cached_property
     def task(self) -> tuple[Locus, ...]:
-        corners: dict = {}
-        circles = product((0, 1), (1, -1))
-        pieces = [p for leg, side in circles for p in _circle_arcs(self.robot, leg, side, self._scale, corners)]
+        pieces = [*self.circles.pieces]
         for kind, chain in self._chains:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
@@ -228,59 +200,3 @@ def _serial_chains(robot, leg, side):
     else:
         motions, bars = closures(robot.d, other1, other2, abs(reach)), ((0, 1), (2, 1), (1, sign), (1, side * sign))
     return [CouplerCurve(robot, motion, bars) for motion in motions]
-
-
-def _circle(robot, leg, side):
-    drive, bar = robot.drives[leg], robot.distal[leg]
-    return Circle(drive.x, (1, -1)[leg] * abs(drive.length + side * bar))  # its parameter counts from the other base
-
-
-def _circle_arcs(robot, leg, side, scale, corners):
-    """Type 1 in task space: the arcs of the circle of a leg in line that the other leg reaches.
-
-    scale: m, the size of the robot; corners: {what is in line, above or below the bases: Vertex} of circles that cross,
-    which this adds to.
-    """
-    circle, d = _circle(robot, leg, side), robot.d
-    radius, tolerance = abs(circle.radius), TOUCH * scale
-    other1, other2 = robot.drives[1 - leg].length, robot.distal[1 - leg]
-    low, high = max(abs(other1 - other2), abs(d - radius)), min(other1 + other2, d + radius)
-    if high < low - tolerance:
-        return []
-    label = Singularity.SERIAL, f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}", MODES, ()
-
-    def arc(span, reaches=()):
-        """Between two parameters, at which the other leg is in line, stretched (1) or folded (-1)."""
-        vertices = []
-        for t, reach in zip(span, reaches):
-            z = complex(circle.task(np.array([t]))[0][0])
-            key = (side, reach)[:: (1, -1)[leg]], z.imag > 0
-            vertices.append(corners.setdefault(key, Vertex(z, ((leg, side), (1 - leg, reach)))))
-        return pieces_of(
-            circle.task, np.array(span, dtype=float), [label], scale, vertices=vertices, circle=(leg, side)
-        )
-
-    if radius <= tolerance:
-        return arc((0, 0))
-    if d <= tolerance:
-        return arc((0, 2 * np.pi))
-    if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases
-        angle = math.pi if low > abs(d - radius) + tolerance else 0.0
-        return arc((angle, angle))
-    # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
-    first, last = (
-        2
-        * math.atan2(
-            math.sqrt(max((r - d + radius) * (r + d - radius), 0.0)),
-            math.sqrt(max((d + radius - r) * (d + radius + r), 0.0)),
-        )
-        for r in (low, min(high, d + radius))
-    )
-    whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
-    if whole_in and whole_out:
-        return arc((0, 2 * np.pi))
-    if whole_in:
-        return arc((-last, last), (1, 1))
-    if whole_out:
-        return arc((first, 2 * np.pi - first), (-1, -1))
-    return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]

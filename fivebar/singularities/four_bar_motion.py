@@ -6,7 +6,7 @@ The chain is base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (c
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,19 @@ class Turning:
                 angle = np.angle(e / u) * (1 if self.turns[2] else -1)
                 crossings += [angle % (2 * math.pi), (angle + math.pi) % (2 * math.pi)]
         return crossings
+
+    def meets(self, crank: int, turn: complex) -> list[float]:
+        """Values of t at which the coupler is turned by this unit vector against crank 0 or 1."""
+        if self.turns[crank] == self.turns[2]:
+            return []
+        angle = np.angle(turn * self.start[crank] / self.start[2])
+        return [float((angle if self.turns[2] else -angle) % (2 * math.pi))]
+
+    @property
+    def flat(self) -> list[float]:
+        """Values of t at which all bars are in line, so that another motion can pass there."""
+        free = 0 < sum(self.turns) < 3 and all(complex(e).imag == 0 for e in self.start)
+        return [0.0, math.pi] if free else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +125,48 @@ class FourBarMotion:
                 t = t - np.clip(sine / np.where(slope == 0, np.inf, slope), -0.1, 0.1)
             own += t[np.abs(self._other_sine(t)[0]) < 1e-12].tolist()
         return [t % self.period for t in own]
+
+    def meets(self, crank: int, turn: complex) -> list[float]:
+        """Values of t at which the coupler is turned by this unit vector against crank 0 or 1; a double one may come twice.
+
+        Crank and coupler are one bar there, which closes a triangle with the base and the other crank.
+        """
+        if self.mirrored:
+            crank, turn = 1 - crank, -complex(turn).conjugate()
+        if crank == 0:
+            squares = [abs(self.r1 + self.c * turn) ** 2]
+        else:
+            bar = self.r2 - self.c * turn
+            if self.base * abs(bar) == 0:
+                return []
+            cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
+            cosine = min(max(cosine, -1.0), 1.0)
+            e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
+            squares = [abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())]
+        low = min((self.base - self.r2) ** 2 + self.slack[0][0], (self.base + self.r2) ** 2)
+        guesses = []
+        for w in squares:
+            t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
+            guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+        t = np.array(guesses)
+        for _ in range(6):
+            relative, rate = self._relative(t, crank, turn)
+            slope = relative.real * rate
+            t = t - np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
+        relative, _ = self._relative(t, crank, turn)
+        return sorted({float(x % self.period) for x in t[(np.abs(relative.imag) < 1e-12) & (relative.real > 0)]})
+
+    def _relative(self, t, crank, turn):
+        """The coupler's direction against a crank's turned by `turn`, and the rate of their angle, not mirrored."""
+        (e1, e2, u), rates = (self if not self.mirrored else replace(self, mirrored=False))(t)
+        return u / ((e1, e2)[crank] * turn), rates[2] - rates[crank]
+
+    @property
+    def flat(self) -> list[float]:
+        """Values of t at which all bars are in line, so that another motion can pass there."""
+        found = [0.0, math.pi] if self.slack[0][0] == self.slack[1][0] == 0 else []
+        found += [math.pi / 2, 1.5 * math.pi] if self.slack[0][1] == self.slack[1][1] == 0 else []
+        return [t for t in found if t < self.period]
 
     def _other_sine(self, t):
         (e1, e2, u), rates = self(t)

@@ -122,6 +122,7 @@ def pieces_of(
     angles: bool = False,
     vertices: list | None = None,
     circle: tuple = (),
+    period: float = 0.0,
 ) -> list[Locus]:
     """The Locus of each label between its edges.
 
@@ -131,9 +132,10 @@ def pieces_of(
     scale: a length, m (or angle, rad), of which 1e-13 is rounding error;
     corners: the points at the edges, where they are known better than by the curve;
     angles: whether points are angles, which may have jumps of full turns;
-    vertices: n + 1 of them, at the edges; circle: as in Locus.
+    vertices: n + 1 of them, at the edges; circle: as in Locus;
+    period: of the whole curve's parameter, where the edges are a part of it.
     """
-    t, z = trace(curve, edges, scale, angles)
+    t, z = trace(curve, edges, scale, angles, period)
     where = np.searchsorted(t, edges)
     if corners is not None and len(t) > 1:
         z[where] = corners
@@ -155,11 +157,13 @@ def pieces_of(
     ]  # fmt: skip
 
 
-def trace(curve: Callable, edges: np.ndarray, scale: float, angles: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def trace(
+    curve: Callable, edges: np.ndarray, scale: float, angles: bool = False, period: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less than 1 degree."""
-    period = edges[-1] - edges[0]
-    if period == 0:
+    if edges[-1] == edges[0]:
         return edges[:1], curve(edges[:1])[0]
+    period = period or edges[-1] - edges[0]
     t = divided(edges, np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int))
     while True:
         z, dz = curve(t)

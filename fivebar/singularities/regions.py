@@ -235,15 +235,16 @@ def roomiest(
     return found
 
 
-def beside(loops: tuple, most: float) -> np.ndarray:
-    """Points (n,) beside the middle of each arc, to where the face is: by `most`, of a short arc less."""
+def beside(loops: tuple, size: float) -> np.ndarray:
+    """Points (n,) inside the loops, off places on each arc; at least one, however thin they are."""
     found = []
     for loop in loops:
         for arc in loop:
-            on, tangent = arc.curve((arc.start + arc.end) / 2)
-            off = min(most, 0.05 * np.abs(np.diff(arc.z)).sum())
-            found.append(complex(on + 1j * off * tangent / np.abs(tangent)))
-    return np.array(found)
+            on, tangent = arc.curve(arc.start + np.array([0.2, 0.5, 0.8]) * (arc.end - arc.start))
+            found.append(on + 0.05j * np.abs(np.diff(arc.z)).sum() * tangent / np.abs(tangent))
+    z = np.concatenate(found)
+    z = z[inside(loops, z)]
+    return z if len(z) else np.array([off_border(loops, size)[0]])
 
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:

@@ -151,6 +151,7 @@ CASES = {
         fb.certify, dict(robot=ROBOT, path=STROKE, tolerances=1e-4, margin=0.01, working=(-1, -1)), 10.0,
         options={"tolerances": [{"l11": 1e-3}, {"l13": 1e-3}, {"d": -1.0}], "margin": [2.0]},
     ),
+    "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0), 10.0),
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
     "routes": Case(

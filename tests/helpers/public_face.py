@@ -32,6 +32,7 @@ fb.locus_distance(robot, (0.0, 0.1))
 regions = fb.aspects(robot)
 fb.largest_disc(regions[0], margin=0.01)
 fb.largest_rectangle(fb.aspect(robot, 1))
+area: float = fb.dexterous(robot, det_A=0.3, sin=0.1)[0].area
 
 reference: fb.Trajectory = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)
 paths: list[fb.Trajectory] = [fb.circle((0, 0.1), 0.02, 1.0), fb.from_csv(Path("path.csv"))]

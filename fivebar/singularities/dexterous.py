@@ -1,0 +1,61 @@
+"""Dexterous regions: the parts of the aspects in which no singularity comes nearer than given margins, exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from ..checks import instance, number, takes
+from ..models.robots import Biglide, FiveBar
+from .aspects import Aspect, aspects, numbered, parts
+from .leg_circles import LegCircles
+from .level_curves import LevelCurves
+from .loci import singularity_loci
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DexterousRegion(Aspect):
+    """A connected part of an aspect in which |det A| >= det_A and both |sin q_i2| >= sin, from `dexterous`.
+
+    All that an Aspect has, and `largest_disc` and `largest_rectangle` take it as one.
+    """
+
+    det_A: float = 0.0
+    sin: float = 0.0
+
+
+def _share(value, name):
+    found = number(value, name)
+    if not 0 <= found <= 1:
+        raise ValueError(f"{name} must be from 0 to 1, as the sine of an angle is, not {found:g}")
+    return found
+
+
+@takes(robot=instance(FiveBar, Biglide), det_A=_share, sin=_share)
+def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
+    """The connected regions with |det A| >= det_A and |sin q_12|, |sin q_22| >= sin: a tuple of DexterousRegion.
+
+    Sorted and numbered as `aspects` are, which they are with 0 and 0; () where no pose keeps both. Their boundaries are
+    exact: det A = sin(phi2 - phi1) = +-k fixes the distance of the elbows, so the end-effector is on the coupler curve
+    of a four-bar, and the sine of an elbow fixes the distance from a base joint. ValueError for margins outside [0, 1]
+    and for a biglide, whose regions have no ends. ArithmeticError where a region fails its proof: no such robot is
+    known.
+    Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles 2001 (isoconditioning loci).
+    """
+    if not robot.turns:
+        raise ValueError(
+            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change, so that "
+            "its regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
+        )
+    if max(det_A, sin) >= 1:
+        return ()  # curves alone
+    if det_A == sin == 0:
+        own = [each.name for each in fields(Aspect)]
+        return tuple(DexterousRegion(*(getattr(part, name) for name in own)) for part in aspects(robot))
+    circles = LegCircles(robot, sin)
+    levels = LevelCurves(robot, det_A, circles)
+    singular = singularity_loci(robot).everywhere
+
+    def active(working):
+        return None if working in singular else [*circles.pieces, *levels.pieces(working)]
+
+    return numbered(parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin))

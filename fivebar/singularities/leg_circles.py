@@ -1,0 +1,133 @@
+"""Circles about the base joints on which a leg is in line, or its two bars make a given angle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from ..models.robots import FiveBar
+from .locus import MODES, Locus, Vertex, pieces_of
+from .margins import Singularity
+
+TOUCH = 1e-14  # lengths whose sum is a smaller share of the robot's size are one length: circles touch then
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """Circle that the end-effector follows: `task` as that of a CouplerCurve."""
+
+    center: float
+    radius: float
+
+    @property
+    def on_line(self) -> tuple[float, float]:
+        """Where it crosses the line of the bases, m."""
+        return self.center - self.radius, self.center + self.radius
+
+    def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        radius = self.radius * np.exp(1j * t)
+        return self.center + radius, 1j * radius
+
+
+@dataclass(frozen=True, eq=False)
+class LegCircles:
+    """The circles of |sin q_i2| = sin: of each leg (0, 1) the outer one, side 1, and the inner one, side -1.
+
+    l2 turned by q_i2 against l1 reaches the root of l1^2 + l2^2 + 2 l1 l2 cos q_i2 far; at sin = 0 this is Type 1.
+    """
+
+    robot: FiveBar
+    sin: float = 0.0
+
+    @cached_property
+    def cosine(self) -> float:
+        return math.sqrt((1 - self.sin) * (1 + self.sin))
+
+    @cached_property
+    def scale(self) -> float:
+        return self.robot.l11 + self.robot.l12 + self.robot.l21 + self.robot.l22 + self.robot.d
+
+    def radius(self, leg: int, side: int) -> float:
+        """m; 0 where equal bars fold."""
+        proximal, distal = self.robot.drives[leg].length, self.robot.distal[leg]
+        return math.hypot(proximal + side * distal * self.cosine, distal * self.sin)
+
+    def circle(self, leg: int, side: int) -> Circle:
+        # Its parameter counts from the direction to the other base joint.
+        return Circle(self.robot.drives[leg].x, (1, -1)[leg] * self.radius(leg, side))
+
+    @cached_property
+    def touches(self) -> tuple[Vertex, ...]:
+        """Where circles of both legs touch, on the line of the bases, and those of no radius."""
+        tolerance, found = TOUCH * self.scale, {}
+        left, right = ([(side, self.circle(leg, side)) for side in (1, -1)] for leg in (0, 1))
+        for leg, circles in enumerate((left, right)):
+            found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
+        if self.robot.d > tolerance:
+            for (one, a), (other, b) in product(left, right):
+                for x, y in product(a.on_line, b.on_line):
+                    if abs(x - y) <= tolerance:
+                        found[(0, one), (1, other)] = x
+        return tuple(
+            Vertex(complex(x), own) for own, x in found.items() if not any(set(own) < set(more) for more in found)
+        )
+
+    @cached_property
+    def pieces(self) -> tuple[Locus, ...]:
+        """The arcs that both legs reach, and, where they cross, one Vertex for both."""
+        corners: dict = {}
+        return tuple(arc for leg, side in product((0, 1), (1, -1)) for arc in self._arcs(leg, side, corners))
+
+    def _arcs(self, leg, side, corners):
+        """The arcs of a leg's circle that the other leg reaches.
+
+        corners: {on which circles, above or below the bases: Vertex} of circles that cross, which this adds to.
+        """
+        circle, d = self.circle(leg, side), self.robot.d
+        radius, tolerance = abs(circle.radius), TOUCH * self.scale
+        inner, outer = self.radius(1 - leg, -1), self.radius(1 - leg, 1)
+        low, high = max(inner, abs(d - radius)), min(outer, d + radius)
+        if high < low - tolerance:
+            return []
+        kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+        label = Singularity.NONE if self.sin else Singularity.SERIAL, kind, MODES, ()
+
+        def arc(span, reaches=()):
+            """Between two parameters, at which the other leg is on its stretched (1) or folded (-1) circle."""
+            vertices = []
+            for t, reach in zip(span, reaches):
+                z = complex(circle.task(np.array([t]))[0][0])
+                key = (side, reach)[:: (1, -1)[leg]], z.imag > 0
+                vertices.append(corners.setdefault(key, Vertex(z, ((leg, side), (1 - leg, reach)))))
+            return pieces_of(
+                circle.task, np.array(span, dtype=float), [label], self.scale, vertices=vertices, circle=(leg, side)
+            )
+
+        if radius <= tolerance:
+            return arc((0, 0))
+        if d <= tolerance:
+            return arc((0, 2 * np.pi))
+        if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases
+            angle = math.pi if low > abs(d - radius) + tolerance else 0.0
+            return arc((angle, angle))
+        # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
+        first, last = (
+            2
+            * math.atan2(
+                math.sqrt(max((r - d + radius) * (r + d - radius), 0.0)),
+                math.sqrt(max((d + radius - r) * (d + radius + r), 0.0)),
+            )
+            for r in (low, min(high, d + radius))
+        )
+        whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
+        if whole_in and whole_out:
+            return arc((0, 2 * np.pi))
+        if whole_in:
+            return arc((-last, last), (1, 1))
+        if whole_out:
+            return arc((first, 2 * np.pi - first), (-1, -1))
+        return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]

@@ -1,0 +1,144 @@
+"""Curves on which the distal bars make a given angle: det A = sin of it is constant there, and not 0 but for Type 2.
+
+The angle theta fixes the distance of the elbows, l12 u12 - l22 u22 = u12 (l12 - l22 exp(i theta)), so the curve is that
+of a four-bar's coupler, for any lengths: |det A| = k has theta = +-psi and pi +- psi, psi = asin k, and Type 2 is their
+limit. In one working mode theta is a function of the place, so that curves of two angles never meet; one curve meets
+itself where the proximal bars and the way between the elbows are in line.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from .._backend import EPS
+from ..models.robots import FiveBar
+from .five_bar_loci import NEAR, SHORTEST, CouplerCurve
+from .four_bar_motion import closures
+from .leg_circles import LegCircles
+from .locus import Locus, Vertex, pieces_of
+from .margins import Singularity
+
+SAME = 1e-12  # of the robot's size: as far a corner of two circles may be from the curve that passes there
+
+
+@dataclass(frozen=True, eq=False)
+class LevelCurves:
+    """The curves of |det A| = det_A, in a working mode as far as both |sin q_i2| >= circles.sin."""
+
+    robot: FiveBar
+    det_A: float
+    circles: LegCircles
+    nodes: dict = field(default_factory=dict)  # vertices at which a curve meets itself, by its kind
+
+    @cached_property
+    def chains(self) -> tuple[tuple[str, CouplerCurve], ...]:
+        """(kind, curve) of all angles: "folded +" has its distal bars side by side and det A > 0, and so on."""
+        robot, k, found = self.robot, self.det_A, []
+        cosine = math.sqrt((1 - k) * (1 + k))
+        for (word, side), sign in product((("folded", 1), ("stretched", -1)), (1, -1)[: 2 if k else 1]):
+            turn = complex(side * cosine, sign * k)
+            # l12 - l22 exp(i theta), without the cancellation of a small angle
+            along = (
+                robot.l12 - robot.l22 + robot.l22 * k * k / (1 + cosine) if side > 0 else robot.l12 + robot.l22 * cosine
+            )
+            elbows = complex(along, -sign * robot.l22 * k)
+            apart = abs(elbows)
+            if apart <= 8 * EPS * (robot.l12 + robot.l22):
+                apart, elbows = 0.0, 1.0
+            first = complex(elbows).conjugate() / abs(elbows)
+            bars = (0, 1), (2, first), (1, 1), (2, first * turn)
+            kind = f"{word} {'+' if sign > 0 else '-'}" if k else word if apart else "self-motion"
+            found += [
+                (kind, CouplerCurve(robot, each, bars)) for each in closures(robot.d, robot.l11, apart, robot.l21)
+            ]
+        return tuple(found)
+
+    def pieces(self, working: tuple[int, int]) -> list[Locus]:
+        """Those of a working mode, from circle to circle."""
+        return [piece for kind, chain in self.chains for piece in self._of_chain(kind, chain, working)]
+
+    def _of_chain(self, kind, chain, working):
+        t, vertices = self._cuts(kind, chain, working)
+        period = chain.motion.period
+        spans = [*zip(t, [*t[1:], t[0] + period])] if t else [(0.0, period)]
+        ends = [*zip(vertices, [*vertices[1:], vertices[0]])] if t else [()]
+        sines = chain.sines(np.array([(low + high) / 2 for low, high in spans]))[:2]
+        inside = (-np.array(working)[:, None] * sines > self.circles.sin + 64 * EPS).all(axis=0)
+        type_ = Singularity.NONE if self.det_A else Singularity.PARALLEL
+        label = type_, kind, (working,), ()
+        return [
+            piece
+            for span, own in (each for each, kept in zip(zip(spans, ends), inside) if kept)
+            for piece in pieces_of(
+                chain.task, np.array(span), [label], self.circles.scale,
+                np.array([v.z for v in own]) if own else None, vertices=list(own), period=period,
+            )
+            if len(piece.points) > 1 or not self.det_A
+        ]  # fmt: skip
+
+    def _cuts(self, kind, chain, working):
+        """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
+        found = [(t, ()) for t in chain.motion.flat] if self.det_A else []
+        for leg, side in product((0, 1), (1, -1)):
+            turn = complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
+            relative = turn / chain.bars[1 + 2 * leg][1] * chain.bars[2 * leg][1]
+            found += [(t, (leg, side)) for t in chain.motion.meets(leg, relative)]
+        if not found:
+            return [], []
+        found.sort()
+        t, period = np.array([each for each, _ in found]), chain.motion.period
+        places = self._places(chain, t, [circle for _, circle in found], working)
+        groups = []
+        for k in range(len(found)):
+            before = groups[-1] if groups else None
+            if before and self._one(found, places, before[0], k, period):
+                before.append(k)
+            else:
+                groups.append([k])
+        if len(groups) > 1 and self._one(found, places, groups[0][0], groups[-1][-1], period):
+            groups[0] += groups.pop()
+        vertices = [self._vertex(kind, places[g[0]], {found[k][1] for k in g} - {()}) for g in groups]
+        return [float(t[g[0]]) for g in groups], vertices
+
+    def _one(self, found, places, k, m, period):
+        """Whether two cuts are one: a circle that is touched, or the corner of two."""
+        apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
+        if found[k][1] == found[m][1]:
+            return abs(apart) <= SHORTEST * period
+        return abs(apart) <= 1e-3 * period and abs(places[k] - places[m]) <= SAME * self.circles.scale
+
+    def _places(self, chain, t, circles, working):
+        """The end-effector there, from the leg that is on its circle: within its reach to the last digits."""
+        z, (bars, _) = chain.task(t)[0], chain._bars(t)
+        for k, circle in enumerate(circles):
+            if circle:
+                leg, side = circle
+                drive, bar = self.robot.drives[leg], self.robot.distal[leg]
+                turn = complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
+                z[k] = drive.x + bars[2 * leg][k] * (drive.length + bar * turn)
+        return z
+
+    def _vertex(self, kind, z, circles):
+        circles = tuple(sorted(circles))
+        if not circles:
+            shared = self.nodes.setdefault(kind, [])
+        else:
+            shared = [v for v in self.corners if v.circles == circles]
+        for vertex in shared:
+            if abs(vertex.z - z) <= NEAR * self.circles.scale:
+                return vertex
+        found = Vertex(complex(z), circles)
+        if not circles:
+            shared.append(found)
+        return found
+
+    @cached_property
+    def corners(self) -> tuple[Vertex, ...]:
+        """Vertices of the circles: where two cross or touch, and those of no radius."""
+        ends = {vertex for piece in self.circles.pieces for vertex in piece.vertices}
+        return (*self.circles.touches, *ends)
