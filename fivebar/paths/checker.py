@@ -116,8 +116,8 @@ def digest(certificate):
     return hashlib.sha256(content.encode()).hexdigest()
 
 
-def refusal(certificate):
-    """Why a certificate does not prove its claim; None where it does."""
+def refusal(certificate, shown=iter):
+    """Why a certificate does not prove its claim; None where it does. shown: a progress bar around the pieces."""
     iv.prec = 80
     if certificate["sha256"] != digest(certificate):
         return "it is not as it was written (sha256)"
@@ -126,7 +126,7 @@ def refusal(certificate):
     if not (known and len(modes) == 2 and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0):
         return f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin, none below 0"
     gap, ends = 1e-12 * sum(robot.values()), []  # between the end of a piece and the start of the next
-    for number, (piece, parts) in enumerate(zip(certificate["pieces"], certificate["parts"], strict=True), 1):
+    for number, (piece, parts) in enumerate(shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1):
         ends.append([[xy.value for xy in point(piece, Number(iv.mpf(u)))] for u in (0, 1)])
         joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
@@ -137,10 +137,10 @@ def refusal(certificate):
     return None if ends else "it has no pieces"
 
 
-def check(file):
+def check(file, shown=iter):
     try:
         with open(file, encoding="utf-8") as opened:
-            return refusal(json.load(opened))
+            return refusal(json.load(opened), shown)
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         return f"it is no certificate ({type(error).__name__}: {error})"
 
