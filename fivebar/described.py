@@ -1,6 +1,11 @@
-"""What objects say of themselves, in one line."""
+"""What objects say of themselves, in one line; in a notebook with their picture or a table."""
 
 from __future__ import annotations
+
+import html
+import io
+from base64 import b64encode
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,3 +29,19 @@ def vector(name: str, parts: tuple, unit: str) -> str:
 def one_line(what: str, *parts: str) -> str:
     """<what: part, part>."""
     return f"<{what}: {', '.join(filter(None, parts))}>"
+
+
+class Pictured:
+    """What a notebook shows with the line that it says of itself and its `plot` under it."""
+
+    def _repr_html_(self) -> str:
+        picture = io.BytesIO()
+        self.plot().savefig(picture, format="png", dpi=70)
+        said, data = html.escape(repr(self)), b64encode(picture.getvalue()).decode()
+        return f'<code>{said}</code><br><img style="max-width:100%" alt="{said}" src="data:image/png;base64,{data}">'
+
+
+def table(words: str, rows: Mapping[str, object]) -> str:
+    """HTML of a line of words over a table of names and values."""
+    cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
+    return f"<code>{html.escape(words)}</code><table>{''.join(cells)}</table>"

@@ -1,5 +1,8 @@
 """What results say of themselves: one line each, with numbers for one pose and shapes for batches."""
 
+import html
+from base64 import b64decode
+
 import casadi
 import numpy as np
 import pytest
@@ -41,3 +44,14 @@ def symbols():
 def test_an_object_says_in_one_line_what_it_is(made, words):
     said = repr(made())
     assert words in said and "\n" not in said and len(said) < 250
+
+
+def test_a_notebook_shows_a_table_or_the_picture():
+    shown = POSE._repr_html_()
+    assert all(f"<th>{name}</th>" in shown for name in ("q11", "q22", "sin q12", "det A"))
+    assert f"<td>{POSE.q[1]:.6g} rad</td>" in shown and "&lt;Pose: xi = " in shown
+    assert fb.igm(ROBOT, np.full((4, 2), 0.09))._repr_html_() is None and symbols()._repr_html_() is None
+    for made in (RUN, fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0)):
+        shown = made._repr_html_()
+        picture = b64decode(shown.partition("base64,")[2].partition('"')[0])
+        assert picture.startswith(b"\x89PNG") and len(shown) < 200_000 and html.escape(repr(made)) in shown

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._backend import finite_numbers
 from ..checks import optional, positive, strings, takes, text, two_numbers, whole
-from ..described import one_line
+from ..described import Pictured, one_line
 from ..errors import SingularityError
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
@@ -37,7 +37,7 @@ SLOWEST = 1e-60  # rad/s
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class Study(Pictured):
     """A linkage in motion on a grid of times, from `study`.
 
     t (n,) s; q (n,) or (n, 2) rad, continuous; columns: {quantity: (n,)}; motion: the Motion of all samples, in which

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._backend import atan2, check_modes, is_symbolic, pack, pack_matrix, sign, unpack
 from ..checks import robot as must_be_robot
-from ..described import one_line, single, vector
+from ..described import one_line, single, table, vector
 from .dyads import RRR, SINGULAR, cross
 from .robots import KINDS
 from .unreachable import refuse_open
@@ -98,6 +98,15 @@ class Pose:
             modes = "working ({:+d}, {:+d}), assembly {:+d}".format(*map(int, self.working), int(self.assembly))
             place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
         return (*place, words.title)
+
+    def _repr_html_(self) -> str | None:
+        if not single(self.point):
+            return None
+        words, passive = self.robot.words, zip(self.robot.words.passive, self.q_passive)
+        angles = {name: f"{q:.6g} {words.unit}" for name, q in zip(words.joints, self.q)}
+        angles |= {name: f"{angle:.6g} rad" for name, angle in passive}
+        margins = {name: f"{value:.6g}" for name, value in zip(words.sines, (*self.sines, self.det_A))}
+        return table(repr(self), angles | margins)
 
     @cached_property
     def _built(self):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..described import one_line
+from ..described import Pictured, one_line
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
@@ -44,7 +44,7 @@ class Mesh(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Pictured):
     """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its first and last point.
 
     problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's word; meshes: the way to

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..described import one_line
+from ..described import Pictured, one_line
 from ..models.four_joints import seen_rates
 from ..models.geometry import igm
 from ..models.loads import potential
@@ -61,7 +61,7 @@ def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Pictured):
     """A simulated motion on the grid of its steps.
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
