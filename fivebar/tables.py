@@ -24,6 +24,7 @@ TextFile = FilePath | IO[str]
 BinaryFile = FilePath | IO[bytes]
 # What code that takes a file's first line apart may run into, where somebody else has written it.
 STRANGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, MemoryError)
+DPI = 200  # of pictures
 WORDS = 120  # letters of a file's own that a message repeats
 
 
@@ -52,7 +53,7 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
 def saved(figure: Figure, file: BinaryFile | None) -> Figure:
     """The figure, written to a file if there is one."""
     if file is not None:
-        figure.savefig(file_or_path(file, "write"))
+        figure.savefig(file_or_path(file, "write"), dpi=DPI)
     return figure
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from ..errors import UsageError
 from ..planning.samples import from_csv
 from ..singularities.maps import FIELDS, singularity_map
+from ..tables import saved
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -62,7 +63,7 @@ def _map(arguments):
     if arguments.graph:
         from ..pictures.plot.graph import aspect_graph
 
-        aspect_graph(robot).savefig(arguments.graph, dpi=150)
+        saved(aspect_graph(robot), arguments.graph)
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
     if arguments.page:
@@ -87,7 +88,7 @@ def _draw(data, path, out):
     from ..pictures.plot.maps import singularity_map as picture
 
     points = path(np.linspace(path.start, path.start + path.duration, 1001))[0] if path else None
-    picture(data, points).savefig(out, dpi=150)
+    saved(picture(data, points), out)
 
 
 def _verdict(check):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..models.four_joints import four_joint_pose
+from .style import COLOURS, LEGS
 
 if TYPE_CHECKING:
     from ..linkages import Study
@@ -36,6 +38,7 @@ class Skeleton:
     rails: tuple = ()
     blocks: tuple = ()
     names: tuple = ()
+    by_links: bool = False  # whether each link has a colour, or each leg a hue
 
     def __post_init__(self):
         count = self.points.shape[1]
@@ -96,6 +99,23 @@ class Skeleton:
                 for joint in self.bars[b]:
                     reached.setdefault(joint, (depth + 1, leg))
         return [legs.get(b, (0, 0)) for b in range(len(self.bars))]
+
+    @cached_property
+    def links(self) -> list:
+        """For each bar the number of its link: three bars that close a triangle are one."""
+        links = list(range(len(self.bars)))
+        for three in combinations(range(len(self.bars)), 3):
+            if len({joint for b in three for joint in self.bars[b]}) == 3:
+                first = min(links[b] for b in three)
+                links = [first if link in [links[b] for b in three] else link for link in links]
+        return [sorted(set(links)).index(link) for link in links]
+
+    @property
+    def colours(self) -> list[str]:
+        """For each bar."""
+        if self.by_links:
+            return [COLOURS[link % len(COLOURS)] for link in self.links]
+        return [LEGS[leg % len(LEGS)][depth % 2] for depth, leg in self.legs]
 
     @property
     def paths(self) -> list:
@@ -173,5 +193,5 @@ def study_body(study: Study) -> Skeleton:
     return Skeleton(
         study.points(), tuple(map(index, chain.bars)), index(chain.grounded), index(chain.actuated),
         known.index(chain.traced), tuple(map(index, chain.rails)), tuple(map(index, chain.blocks)),
-        tuple("" if name in chain.marks else name for name in known),
+        tuple("" if name in chain.marks else name for name in known), by_links=True,
     )  # fmt: skip

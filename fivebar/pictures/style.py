@@ -12,6 +12,7 @@ from ..singularities.margins import Singularity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..models.robots import Robot
     from ..singularities.locus import Locus
     from ..singularities.maps import Map
 
@@ -23,6 +24,7 @@ LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")  # a hue for each leg, its bars dark and light by turns
 PATH, REFERENCE = PINK, GREEN
 INK, BASE, GUIDE, PALE = "#222222", "#888888", "#d9d9d9", "#8a939c"
+LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
 PREFIXES = ((1e-6, 1e9, "n"), (1e-3, 1e6, "µ"), (1.0, 1e3, "m"))  # below so many units, so many of these to one
 
 TYPE_1, ACROSS, TYPE_3 = "Type 1: a leg in line", "Type 1: a bar across its guide", "Type 3"
@@ -72,6 +74,18 @@ def field_scale(data: Map) -> Scale:
 def readable(largest: float, unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which numbers up to `largest` read well."""
     return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
+
+
+def robot_title(robot: Robot) -> str:
+    """What a robot is called over a picture, with its lengths in mm."""
+    *bars, base = (1e3 * value for name, value in robot.parameters.items() if name in LENGTHS)
+    each = f"all bars {bars[0]:.4g}" if len(set(bars)) == 1 else f"bars {', '.join(f'{bar:.4g}' for bar in bars)}"
+    return f"{robot.words.title}, {each} mm, base {base:.4g} mm"
+
+
+def of_unit(unit: str) -> str:
+    """A unit as pictures write it."""
+    return unit.replace("^2", "²")
 
 
 def finish(axes: Axes, columns: int, **words) -> None:

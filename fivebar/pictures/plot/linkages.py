@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import BASE, COLOURS, DASHES, INK, PATH
+from ..style import BASE, COLOURS, DASHES, INK, PATH, of_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,13 +47,17 @@ def picture(axes: Axes, study: Study) -> None:
     """The linkage in some of its poses, the first one dark, on equal axes in m."""
     body = study_body(study)
     points, traced = body.points, study.motion.chain.traced
-    pairs = *body.bars, *body.moving_rails, *(block[:2] for block in body.blocks)
+    bars = list(zip(body.bars, body.colours))
+    sliding = [*body.moving_rails, *(block[:2] for block in body.blocks)]
+    sliding = [(pair, COLOURS[(max(body.links) + 1 + k) % len(COLOURS)]) for k, pair in enumerate(sliding)]
     for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
-        for number, pair in enumerate(pairs):
-            x, y = points[sample, pair].T
-            style = dict(lw=3, marker="o", ms=5, mfc="white") if sample == 0 else dict(lw=1.2, alpha=0.3)
-            axes.plot(x, y, color=COLOURS[number % len(COLOURS)], zorder=2 if sample == 0 else 1, **style)
-    axes.plot(*points[:, body.traced].T, color=PATH, lw=1.6, zorder=3, label=f"path of {traced}")
+        first = sample == 0
+        bar = dict(lw=3, marker="o", ms=5, mfc="white") if first else dict(lw=1.2, alpha=0.3)
+        block = dict(lw=11, solid_capstyle="butt", alpha=0.75 if first else 0.15)
+        for pairs, style in ((sliding, block), (bars, bar)):
+            for pair, colour in pairs:
+                axes.plot(*points[sample, pair].T, color=colour, zorder=2 + first, **style)
+    axes.plot(*points[:, body.traced].T, color=PATH, lw=1.6, zorder=4, label=f"path of {traced}")
     axes.plot(*points[0, body.feet].T, color=BASE, marker="^", ms=9, mfc="white", ls=":", lw=1.2, zorder=1.5)
     for rail in body.fixed_rails:
         axes.plot(*points[0, rail].T, color=BASE, lw=5, alpha=0.35, zorder=0)
@@ -76,7 +80,7 @@ def vector_method_figure(study: Study, point: str = "M") -> Figure:
     for axes, (own, title) in zip(figure.subplots(2, 3, sharex=True).flat, VECTOR_METHOD.items()):
         axes.plot(crank, study[f"{point}.{own}"], color=COLOURS[0], lw=1.5)
         axes.set_title(f"{title} of {point}", fontsize=10)
-        axes.set_ylabel(f"({unit(f'{point}.{own}')})")
+        axes.set_ylabel(f"({of_unit(unit(f'{point}.{own}'))})")
         axes.grid(alpha=0.25)
         axes.margins(x=0)
         if own == "curvature_radius":
@@ -120,7 +124,7 @@ def _panel(axes, study, names):
         axes.plot(study.t, values, color=COLOURS[number % len(COLOURS)], lw=1.4, label=name)
     if study.lock:
         axes.axvline(study.lock[1], color=INK, lw=1, ls=":")
-    axes.set_ylabel(f"({'deg' if own == 'rad' else own})")
+    axes.set_ylabel(f"({'deg' if own == 'rad' else of_unit(own)})")
     axes.margins(x=0)
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))

@@ -175,7 +175,7 @@ def _machine(axes, machine, points):
         across, middle = w * half[::-1] * (-1, 1) / np.hypot(*half), (points[i] + points[j]) / 2
         corners = middle + np.array([-half - across, half - across, half + across, across - half])
         patches.append(Polygon(corners, fc=MOTOR if joint in body.actuated else RAIL, ec="white", lw=0.5, zorder=2.8))
-    for (i, j), height, colour in zip(body.bars, machine.heights, machine.colours):
+    for (i, j), height, colour in zip(body.bars, machine.heights, machine.body.colours):
         patches.append(_capsule(points[i], points[j], w, colour, zorder=3 + height / machine.top, ec="white", lw=0.5))
     for joint in body.joints:
         radius, colour = (0.62 * w, MOTOR) if joint in body.travelling else (0.36 * w, STEEL)

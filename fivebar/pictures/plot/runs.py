@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..skeleton import run_body
-from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
+from ..style import INK, LEFT, PALE, REFERENCE, RIGHT, finish, readable, robot_title
 from .pose_panels import draw_robot
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ def tracking(run: Run) -> Figure:
     if not len(run.t):
         raise ValueError("a run without samples cannot be drawn")
     figure = Figure(figsize=(12, 6), layout="constrained")
+    figure.suptitle(robot_title(run.robot))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     _path(figure.add_subplot(grid[:, 0]), run)
     if run.xi_ref is None:
@@ -56,6 +57,7 @@ def _errors(axes, run):
     axes.axhline(scale * rms, color=INK, lw=1, ls="--", label=f"RMS {scale * rms:.3g} {unit}")
     peak = int(size.argmax())
     axes.plot(run.t[peak], scale * largest, "o", color=INK, ms=5, label=f"maximum {scale * largest:.3g} {unit}")
+    _crossings(axes, run)
     finish(axes, 5, ylabel=f"error ({unit})", title="tracking error of the end-effector")
 
 
@@ -72,5 +74,14 @@ def _torques(axes, run):
             run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
         )  # fmt: skip
+    _crossings(axes, run)
     axes.margins(x=0)
     finish(axes, 4, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"motor {words.effort}s")
+
+
+def _crossings(axes, run):
+    """When a singularity is crossed, on a panel over time."""
+    for event in run.events:
+        axes.axvline(event.t, color=PALE, lw=1, ls=(0, (4, 3)), zorder=0.5)
+        words = dict(rotation=90, ha="right", va="top", fontsize=7, color=PALE)
+        axes.text(event.t, 0.98, f"Type {int(event.type)}", transform=axes.get_xaxis_transform(), **words)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..skeleton import Skeleton
-from ..style import LEGS, PATH
+from ..style import PATH
 from .frames import Frames
 from .solids import box, cylinder, link, polygon
 from .tracks import Part, angles_of, placed
@@ -81,10 +81,6 @@ class Machine:
         return (len(self.body.bars) + 0.5) * self.layer
 
     @cached_property
-    def colours(self) -> list[str]:
-        return [LEGS[leg % len(LEGS)][depth % 2] for depth, leg in self.body.legs]
-
-    @cached_property
     def heights(self) -> list[float]:
         """Where each bar is in the stack, m: its own layer, so that none cuts another."""
         order = sorted(range(len(self.lengths)), key=self.body.legs.__getitem__)
@@ -102,7 +98,7 @@ def parts(machine: Machine) -> Iterator[Part]:
     w, layer = machine.width, machine.layer
     for b, (bar, length) in enumerate(zip(body.bars, machine.lengths)):
         tracks = placed(body.points[:, bar[0]], angles_of(body.span(bar)))
-        low, colour = machine.heights[b], machine.colours[b]
+        low, colour = machine.heights[b], body.colours[b]
         yield Part(f"shadows/{b}", [link(length, 1.05 * w, -4.4 * layer, -4.3 * layer, "#000000", **SHADOW)], tracks)
         solids = [link(length, w, low, low + 0.9 * layer, colour)]
         if length > 4 * w:
