@@ -21,6 +21,7 @@ COMMANDS = {
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
     "study": ("study", "which physics is worth its cost, measured here"),
+    "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),
     "export": ("export", "the robot as MJCF, URDF, SDF, or as C99 for a microcontroller"),
     "run": ("script", "run a script of the AMORO lab without ROS"),
     "check": ("grade", "check your own solution of a lab, with hints"),

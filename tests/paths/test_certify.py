@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from mpmath import iv, mp
 
 import fivebar as fb
+from fivebar.cli import main
 from fivebar.paths import checker
 from fivebar.paths.certify import certify
 from fivebar.paths.curve import Path
@@ -252,3 +253,22 @@ def test_check_path_and_samples_do_not_contradict(robot, control, working, margi
 def test_what_cannot_be_certified_is_refused(change, message):
     with pytest.raises((TypeError, ValueError), match=message):
         certify(**{"robot": fb.FiveBar(), "path": HOME} | change)
+
+
+def test_the_command_proves_refuses_and_checks(tmp_path, capsys):
+    square, proof = tmp_path / "square.csv", tmp_path / "proof.json"
+    square.write_text("x (mm);y (mm)\n30;100\n30;130\n-30;130\n-30;100\n30;100\n")
+    asked = ["certify", str(square), "--tolerance", "1e-4", "--tolerance", "d=2e-4", "--margin", "0.1"]
+    assert main([*asked, "--out", str(proof)]) == 0
+    said = capsys.readouterr()
+    assert "proved on 4 pieces, 0.18 m: l11 = 0.09 +- 0.0001" in said.out and "read in mm" in said.err
+    assert main(["certify", "--check", str(proof)]) == 0
+    assert "d = 0.118 +- 0.0002 m, working [-1, -1], assembly -1, margin 0.1" in capsys.readouterr().out
+    assert main(["certify", "--check", str(square)]) == 1
+    assert "it is no certificate" in capsys.readouterr().err
+    assert main([*asked, "--margin", "0.8", "--json", "--out", str(tmp_path / "none.json")]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert not found["proved"] and any(each["false"] for each in found["unproved"])
+    assert not (tmp_path / "none.json").exists()
+    for wrong in (["certify"], [*asked, "--check", str(proof)], [*asked, "--tolerance", "l11"], ["certify", "no.csv"]):
+        assert main(wrong) == 2
