@@ -39,7 +39,25 @@ STYLE = """
 .fivebar figcaption { font-size: .85rem; color: #57606a; }
 .fivebar pre { background: #f6f8fa; padding: .6rem; white-space: pre-wrap; }
 .fivebar .hint { background: #eaf3ff; border-radius: 6px; padding: .1rem .5rem; }
+@media print {  /* backgrounds are not printed, and what is folded would be lost */
+  .fivebar .word { color: #000; border: 1px solid #000; }
+  .fivebar details::details-content { content-visibility: visible; block-size: auto; }
+}
 """
+DARK = """
+body { margin: 0; background: #fff; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { color-scheme: dark; }
+  body, .fivebar { color: #eceff2; background: #14171b; }
+  .fivebar .note { background: #3a3013; }
+  .fivebar details, .fivebar .flat { border-color: #4c555f; }
+  .fivebar small, .fivebar dl dt, .fivebar figcaption { color: #a9b2bc; }
+  .fivebar pre { background: #22272d; }
+  .fivebar .hint { background: #1b2c44; }
+  .fivebar figure svg { background: #e6e9ec; }
+  .fivebar a { color: #8ab4f8; }
+}
+"""  # of whole pages: a notebook has its own theme
 CODE = ("asked", "came", "where")
 CAPTION = "Green: as it should be. Red, dashed: as your answer has it."
 
@@ -55,7 +73,7 @@ def page(title: str, body: str, style: str = "") -> str:
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{text(title)}</title><style>body {{ margin: 0; background: #fff; }}{STYLE}{style}</style></head>"
+        f"<title>{text(title)}</title><style>{STYLE}{style}{DARK}</style></head>"
         f'<body><main class="fivebar">{body}</main></body></html>\n'
     )
 

@@ -90,7 +90,7 @@ def caption(result: Result) -> str:
         said = [*_standing(result, panel), *_each(result, panel), *_ratios(result, panel)]
         if said:
             sentences.append(f"{panel.title[0].upper()}{panel.title[1:]}: {'; '.join(said)}.")
-    return " ".join([*sentences, *_failed(result)])
+    return "\n".join([*sentences, *_failed(result)])
 
 
 def _standing(result, panel):

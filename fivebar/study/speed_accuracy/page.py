@@ -18,6 +18,13 @@ body { padding: 0 1rem } img { max-width: 100%; height: auto; border: 1px solid 
 table { border-collapse: collapse; font-size: .8rem; display: block; overflow-x: auto }
 td, th { padding: .1rem .6rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap }
 td.word, th.word { text-align: left } .about { color: #666; font-size: .85rem } nav a { margin-right: 1.2rem }
+.chart { overflow-x: auto } .chart img { min-width: min(40rem, 100vh) }
+@media screen and (prefers-color-scheme: dark) {
+  :root { color-scheme: dark } body { color: #eceff2; background: #14171b } .about { color: #a9b2bc }
+  a { color: #8ab4f8 } td, th { border-color: #4c555f } img { border-color: #bbb }
+  img { filter: invert(.92) hue-rotate(180deg) }
+}
+@media print { nav, details { display: none } section { break-inside: avoid } }
 """
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 COLUMNS = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
@@ -40,6 +47,7 @@ def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes
 
 
 def _section(name, result, png, caption):
+    verdict, *more = caption.split("\n")
     image = base64.b64encode(png).decode()
     about = ", ".join(f"{key} {value}" for key, value in result.about.items())
     measures = list(dict.fromkeys(key for row in result.rows for key in row if key not in COLUMNS))
@@ -52,7 +60,8 @@ def _section(name, result, png, caption):
     )
     return (
         f'<section id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p>'
-        f'<img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"><p>{escape(caption)}</p>'
+        f'<div class="chart"><img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"></div>'
+        f"<p><strong>{escape(verdict)}</strong></p><ul>{''.join(f'<li>{escape(each)}</li>' for each in more)}</ul>"
         f'<p class="about">{escape(about)}</p><p class="about"><a href="{escape(name)}.csv">{escape(name)}.csv</a>, '
         f'<a href="{escape(name)}.svg">{escape(name)}.svg</a></p><details><summary>{len(result.rows)} measurements, SI '
         f"units</summary><table><tr>{head}</tr>{rows}</table></details></section>"
