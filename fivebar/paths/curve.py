@@ -126,6 +126,11 @@ class Path:
         dwells = {float(edges[np.abs(self._edges - s).argmin()]): seconds for s, seconds in self.dwells.items()}
         return replace(self, pieces=pieces, dwells=dwells)
 
+    @property
+    def at_unit_speed(self) -> AtUnitSpeed:
+        """The path as a motion with s_dot = 1 m/s, for what asks for a motion and looks at its places: `check_path`."""
+        return AtUnitSpeed(self)
+
     @cached_property
     def _packed(self):
         """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an arc, its row."""
@@ -146,6 +151,21 @@ class Path:
         lengths = np.array([piece.length for piece in self.pieces])
         jump = np.linalg.norm(self.on(after, 0.0)[1] - self.on(before, lengths[:-1])[1], axis=-1)
         return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]
+
+
+@dataclass(frozen=True, eq=False)
+class AtUnitSpeed:
+    """t -> (xi, xi_dot, xi_ddot) along a path with s = t, which does not stop at corners."""
+
+    path: Path
+    start = 0.0
+
+    @property
+    def duration(self) -> float:
+        return self.path.length
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.path(t)[:3]
 
 
 def _each(given: Iterable | None, usual, rule, n, name):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
 from ..tables import TextFile, write
+
+if TYPE_CHECKING:
+    from .timed_path import TimedPath
 
 MOST_ROWS = 10**7
 
@@ -75,5 +79,10 @@ def setpoints(
         xi, xi_dot, _ = reference(times)
         rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
         q, q_dot = rates.pose.q, rates.q_dot
-    pen = reference.pen(times) if hasattr(reference, "pen") else None
+    pen = pen_down(reference, times) if hasattr(reference, "path") else None
     return Setpoints(robot, t, np.unwrap(q, axis=0) if robot.turns else q, q_dot, pen)
+
+
+def pen_down(motion: TimedPath, t: np.ndarray) -> np.ndarray:
+    """Whether the pen is down at times t (n,) of a motion along a path."""
+    return np.array(motion.path.pen)[motion.piece[motion.along(t)[0]]]
