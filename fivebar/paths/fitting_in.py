@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
+from ..models.geometry import igm
 from ..models.robots import FiveBar
 from ..singularities.aspects import Aspect, aspects
 from ..singularities.rectangle import Rectangle, largest_rectangle
@@ -66,12 +68,15 @@ def fitted_in(
         found.append((float((room / size).min()), aspect, rectangle))
     if not found:
         raise ValueError(refused[-1] if refused else f"no aspect in working modes {working}")
-    most = max(share for share, _, _ in found)
-    # Of aspects that are as roomy, the lab's home modes and the side above the motors.
+    # First those that hold it and where the legs do not cross, then the roomiest, of these the side above the motors.
+    wanted = min(scale or 0.0, max(share for share, _, _ in found))
     share, aspect, rectangle = max(
-        (each for each in found if each[0] >= most * (1 - 1e-6)),
-        key=lambda each: (each[1].point[1] > 0, each[1].working == (-1, -1)),
-    )
+        found,
+        key=lambda each: (
+            each[0] >= wanted, not _legs_cross(robot, each[1]), round(each[0], 4), each[1].point[1] > 0,
+            each[1].working == (-1, -1),
+        ),
+    )  # fmt: skip
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale
         raise ValueError(
@@ -83,3 +88,20 @@ def fitted_in(
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
     shift = middle - scale * box.mean(axis=0)
     return Fit(Placement((float(shift[0]), float(shift[1])), turn, scale), aspect, rectangle, share)
+
+
+def _legs_cross(robot, aspect):
+    """Whether bars of both legs cross where the aspect is roomiest."""
+    pose = igm(robot, aspect.point, aspect.working)
+    base, elbow, tip = np.array([-0.5, 0.5]) * robot.d, pose.elbows @ (1, 1j), complex(*aspect.point)
+    bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
+    return any(_meet(*one, *other) for one, other in product(*bars) if one[1] != other[1])
+
+
+def _meet(a, b, c, d):
+    """Whether the lines from a to b and from c to d cross."""
+
+    def side(p, q, r):
+        return ((q - p).conjugate() * (r - p)).imag > 0
+
+    return side(a, b, c) != side(a, b, d) and side(c, d, a) != side(c, d, b)

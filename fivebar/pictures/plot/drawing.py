@@ -14,8 +14,8 @@ from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from ..skeleton import pose_body
 from ..style import GUIDE, INK, REFERENCE, finish, readable
-from .pose_panels import draw_robot
 from .plans import LOCI
+from .pose_panels import draw_robot
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
