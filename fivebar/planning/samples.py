@@ -115,20 +115,21 @@ def _spline(t, points, smoothing):
 
 def _within(t, points, deviation):
     """The smoothest spline that keeps within the deviation of all samples."""
-    low, high, best = None, deviation, None
+    low, high, best = 0.0, deviation, None  # a root-mean-square distance is none larger than the largest
+    smoothing = deviation
     for _ in range(TRIES):
-        smoothing = high if low is None and best is None else (low or 0.0) / 2 + high / 2
         try:
             motion = _spline(t, points, smoothing)
-        except ValueError:
-            high = smoothing * 0.9
-            continue
-        if np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation:
+            near = np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation
+        except ValueError:  # which SciPy finds no knots for
+            near = False
+        if near:
             low, best = smoothing, motion
-            if smoothing == high:
+            if smoothing == deviation:
                 break
         else:
             high = smoothing
+        smoothing = (low + high) / 2
     return best or _spline(t, points, 0.0)
 
 
