@@ -46,6 +46,13 @@ def add_parsers(commands: _SubParsersAction) -> None:
     speed.add_argument("--acceleration-limit", type=float, metavar="M/S2", help="of the pen")
     speed.add_argument("--joint-speed-limit", type=float, metavar="RAD/S")
     speed.add_argument("--duration", type=float, metavar="S", help="asked for instead of the least")
+    proof = draw.add_argument_group("proof", "that all robots within the tolerance reach it, in their mode")
+    proof.add_argument(
+        "--tolerance", type=float, default=5e-5, metavar="M", help="of all five lengths (default: %(default)g)"
+    )
+    proof.add_argument(
+        "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
+    )
     draw.add_argument("--period", type=float, default=0.005, metavar="S", help="of the tracker (default: %(default)g)")
     draw.add_argument(
         "--rate", type=float, default=1000.0, metavar="HZ", help="of the setpoints (default: %(default)g)"
@@ -53,7 +60,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     draw.add_argument("--angles", choices=("rad", "deg"), default="rad", help="of the setpoints")
     draw.add_argument(
         "--out", type=Path, default=Path("fivebar-draw"), metavar="DIR",
-        help="folder for drawing.png, setpoints.csv and run.csv (default: %(default)s)",
+        help="folder for drawing.png, setpoints.csv, run.csv and proof.json (default: %(default)s)",
     )  # fmt: skip
     draw.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     add_robot_options(draw)
@@ -71,8 +78,9 @@ def _draw(arguments):
     for sentence in path.said:
         print(f"{arguments.drawing}: {sentence}", file=sys.stderr)
     path, working, share = _placed(arguments, robot, path)
-    motion = _timed(arguments, robot, path, working)
     check = _checked(arguments, robot, path, working)
+    proof = _proved(arguments, robot, path, working)
+    motion = _timed(arguments, robot, path, working)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
     tracker = Tracker(robot, period=arguments.period, assembly=int(start.pose.assembly))
     step = arguments.period / max(1, round(arguments.period / STEP))
@@ -85,12 +93,15 @@ def _draw(arguments):
         "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working), "largest_scale": share,
         "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
-        "smallest_margin": check.min_margin, "max_error_m": float(error[down].max()),
+        "smallest_margin": check.min_margin, "certified": proof and proof.proved, "max_error_m": float(error[down].max()),
         "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
         f"peak_{robot.words.effort}_{robot.words.effort_unit.replace(' ', '_')}": np.abs(run.tau).max(axis=0).tolist(),
         "setpoints": len(table.t),
     }  # fmt: skip
     files = _written(arguments, robot, path, working, run, table, down, error)
+    if proof is not None and proof.proved:
+        files.append(str(arguments.out / "proof.json"))
+        proof.to_json(files[-1])
     if arguments.json:
         print(json.dumps({**figures, "said": list(path.said), "files": files}, indent=2))
         return
@@ -177,6 +188,20 @@ def _checked(arguments, robot, path, working):
     return check
 
 
+def _proved(arguments, robot, path, working):
+    """The Certificate, or None of a robot of another kind; where it is not proved, that is said."""
+    if not robot.turns:
+        return None
+    from ..paths.certify import certify
+
+    proof = certify(robot, path, arguments.tolerance, arguments.sine, working)
+    for each in proof.unproved:
+        verdict = "false" if each.false else "not proved"
+        where = f"from s = {1e3 * each.start:.6g} to {1e3 * each.stop:.6g} mm"
+        print(f"{arguments.drawing}: {where} it is {verdict}: {each.why}", file=sys.stderr)
+    return proof
+
+
 def _strokes(down):
     """(first, last + 1) of the rows of each stroke."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
@@ -215,6 +240,7 @@ def _print(robot, figures):
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least that is possible"),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
+        ("certified", "yes, proof.json" if figures["certified"] else "no"),
         ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
         ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{unit}"),
