@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UsageError
+from ..simulation.comparison import peak_name
 from .robot_options import add_robot_options, chosen_robot
 
 EXAMPLE = Path(__file__).parent.parent / "paths" / "drawings" / "fivebar.svg"
@@ -93,9 +94,9 @@ def _draw(arguments):
         "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working), "largest_scale": share,
         "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
-        "smallest_margin": check.min_margin, "certified": proof and proof.proved, "max_error_m": float(error[down].max()),
-        "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
-        f"peak_{robot.words.effort}_{robot.words.effort_unit.replace(' ', '_')}": np.abs(run.tau).max(axis=0).tolist(),
+        "smallest_margin": check.min_margin, "certified": proof is not None and proof.proved,
+        "max_error_m": float(error[down].max()), "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
+        peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
         "setpoints": len(table.t),
     }  # fmt: skip
     files = _written(arguments, robot, path, working, run, table, down, error)
@@ -232,8 +233,7 @@ def _points(path, first, last):
 
 def _print(robot, figures):
     words = robot.words
-    unit = words.effort_unit
-    left, right = figures[f"peak_{words.effort}_{unit.replace(' ', '_')}"]
+    left, right = figures[peak_name(robot)]
     bound = 100 * (figures["duration_s"] / figures["lower_bound_s"] - 1)
     rows = [
         ("drawn", f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes, {figures['pieces']} pieces"),
@@ -243,7 +243,7 @@ def _print(robot, figures):
         ("certified", "yes, proof.json" if figures["certified"] else "no"),
         ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
         ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
-        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{unit}"),
+        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),
     ]
     for name, value in rows:
