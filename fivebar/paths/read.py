@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
 from ..checks import flag, instance, not_negative, optional, shown, takes
+from ..columns import units_named
 from ..tables import TextFile, file_or_path
 from .curve import Path
 from .draft import Draft
@@ -61,7 +62,7 @@ def _read(file: TextFile, units, kind) -> Draft:
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name
-        return read_csv(again, () if units is None else (units,) if isinstance(units, str) else units)
+        return read_csv(again, units_named(units, "path: units"))
     if not (units is None or isinstance(units, str)):
         raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
     if kind == "gcode":

@@ -115,9 +115,17 @@ def test_files_as_people_have_them():
     assert stated.duration == 14.0
 
 
+def test_one_unit_is_a_word():
+    text = "t,x,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(8))
+    np.testing.assert_allclose(read(text, units="mm")(0.7)[0], (0.007, 0), atol=1e-12)
+    for units in (5, [5], {"x": 5}, b"mm"):
+        with pytest.raises(TypeError, match="units must be units in words"):
+            read(text, units=units)
+
+
 def test_choices_that_exclude_one_another():
     for options, message in (
-        (dict(kind="polyline"), "a polyline needs a deviation"),
+        (dict(kind="polyline"), "kind=polyline needs a deviation"),
         (dict(smoothing=1e-4, deviation=1e-4), "leave one of them"),
         (dict(kind="cubic"), "kind must be one of spline, polyline"),
         (dict(deviation=-1.0), "deviation must be finite and > 0"),
