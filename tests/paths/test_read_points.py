@@ -75,7 +75,7 @@ def test_bad_points(points, message):
 def test_options_of_files_alone():
     with pytest.raises(ValueError, match="units is of a file, and there is none"):
         fb.path([(0, 0), (1, 1)], units="mm")
-    with pytest.raises(ValueError, match="kind must be one of svg, gcode, csv"):
+    with pytest.raises(ValueError, match="kind must be one of None, csv, svg, gcode"):
         fb.path(io.StringIO("x"), kind="dxf")
     with pytest.raises(FileNotFoundError):
         fb.path("nowhere.csv")
