@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from .checks import shown
 from .tables import FilePath, TextFile, file_or_path
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
@@ -111,6 +112,22 @@ def read(
         if unit != next(iter(wanted[key].units)):
             said.append(f"{headings[place]}: read in {unit}")
     return Columns(name, dict(zip(found, table.T)), np.array([k for k, _ in rows]), tuple(said), frozenset(stated))
+
+
+def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]:
+    """Rule: what `read` takes as units; one word alone is one unit."""
+    if value is None or isinstance(value, str):
+        return (value,) if value else ()
+    pairs = value.items() if isinstance(value, Mapping) else [(each, each) for each in _listing(value, name)]
+    if all(isinstance(each, str) for pair in pairs for each in pair):
+        return value if isinstance(value, Mapping) else tuple(value)
+    raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
+
+
+def _listing(value, name):
+    if isinstance(value, Sequence) and not isinstance(value, bytes):
+        return value
+    raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
 
 
 def _text(file: TextFile) -> tuple[str, str]:

@@ -17,6 +17,8 @@ from ..errors import UsageError
 COMMANDS = {
     "demo": ("track", "the AMORO lab's control task 1: table, CSV, picture, animation, page"),
     "track": ("track", "track a path; or compare controllers on one of the shipped cases"),
+    "plan": ("plan", "plan an optimal motion between points or modes, through singularities too"),
+    "draw": ("draw", "draw an SVG, G-code or CSV with the simulated robot: place, time, track, tables"),
     "map": ("map", "singularity map: exact loci, a margin's field, aspects"),
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),

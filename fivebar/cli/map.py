@@ -57,6 +57,8 @@ def _map(arguments):
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
+    for sentence in path.said if path else ():
+        print(f"{arguments.path}: {sentence}", file=sys.stderr)
     found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
     _draw(data, path, arguments.out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from argparse import _SubParsersAction
 from pathlib import Path
@@ -63,6 +64,18 @@ def add_parsers(commands: _SubParsersAction) -> None:
     track.add_argument("--out", type=Path, metavar="DIR", help="write run.csv, tracking.png and animation.html there")
     track.add_argument("--page", type=Path, metavar="OUT.html", help="robot and plots on one page, linked by the time")
     track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
+    track.add_argument(
+        "--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as 1 -1 (default: -1 -1)"
+    )
+    track.add_argument(
+        "--units", nargs="+", default=(), metavar="UNIT", help="of the CSV's columns, as mm or t=ms x=mm"
+    )
+    track.add_argument(
+        "--polyline",
+        type=float,
+        metavar="M",
+        help="straight between the CSV's rows, its corners cut by at most so much",
+    )
     add_robot_options(track)
     track.set_defaults(run=_track)
 
@@ -87,11 +100,14 @@ def _track(arguments):
         value = getattr(arguments, name)
         if value is not None and not 0 < value < float("inf"):
             raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
+    for sentence in reference.said:
+        print(f"{arguments.csv}: {sentence}", file=sys.stderr)
     try:
-        controller = _controller(arguments, robot)
+        controller = _controller(arguments, robot, _assembly(robot, reference, arguments.working))
     except ValueError as error:
         raise UsageError(error) from None
-    figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit)
+    working = tuple(arguments.working or (-1, -1))
+    figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit, working)
     files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
     if arguments.page:
         files.append(str(_write_page(run, arguments.page)))
@@ -102,18 +118,27 @@ def _track(arguments):
         print(*files, sep="\n", end="\n" if files else "")
 
 
-def _controller(arguments, robot):
+def _assembly(robot, reference, working):
+    """The assembly mode in which a motion begins, in these working modes."""
+    if working is None:
+        return -1
+    from ..models.geometry import igm
+
+    return int(igm(robot, reference(reference.start)[0], tuple(working)).assembly)
+
+
+def _controller(arguments, robot, assembly):
     given = arguments.kp, arguments.kd
     if arguments.controller == "mpc":
         if given != (None, None):
             raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
         from ..control.tracker import Tracker
 
-        return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit)
+        return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit, assembly=assembly)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
     gains = (usual if gain is None else gain for gain, usual in zip(given, default))
-    return kind(robot, *gains)
+    return kind(robot, *gains, working=tuple(arguments.working or (-1, -1)), assembly=assembly)
 
 
 def _compare(arguments):
@@ -151,18 +176,28 @@ def _reference(arguments):
     if (arguments.csv is None) != (len(given) == 3) or (arguments.csv and given):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     try:
-        return from_csv(arguments.csv) if arguments.csv else line(arguments.start, arguments.goal, arguments.duration)
+        if arguments.csv is None:
+            return line(arguments.start, arguments.goal, arguments.duration)
+        if arguments.polyline is None:
+            return from_csv(arguments.csv, units=arguments.units)
+        return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, units=arguments.units)
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
 
 
-def _tracked(robot, reference, controller, period, torque_limit):
+def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1)):
     """Simulate; gives the figures for the table, and the Run."""
+    from ..models.geometry import igm
+    from ..models.kinematics import ikm
     from ..simulation.simulate import simulate  # here, and with it CasADi: before the clock starts
 
     step = period / max(1, round(period / 1e-3))
+    xi, xi_dot, _ = reference(reference.start)
+    start = ikm(igm(robot, xi, working), xi_dot)
     before = time.perf_counter()
-    run = simulate(robot, controller, reference, control_period=period, step=step, torque_limit=torque_limit)
+    run = simulate(
+        robot, controller, reference, start=start, control_period=period, step=step, torque_limit=torque_limit
+    )
     elapsed = time.perf_counter() - before
     own = compare({"": run}).figures[""]
     figures = {

@@ -26,7 +26,12 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     """
     deviation = not_negative(deviation, "blended: deviation")
     corner, kept = _corners(path, flag(curvature, "blended: curvature"))
-    if not len(corner) or not deviation:
+    if not deviation:
+        return path
+    if kept:
+        words = f"at {kept} places it turns back, which is no corner to round: a motion rests there"
+        path = replace(path, said=(*path.said, words))
+    if not len(corner):
         return path
     lengths = np.array([piece.length for piece in path.pieces])
     cut = np.zeros((2, len(lengths)))  # from the start and from the end of each piece
@@ -60,10 +65,7 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
             s = add(piece if last - first == lengths[k] else piece.part(first, last), path.pen[k], path.feed[k])
     if len(path.pieces) in asked:
         dwells[s] = asked[len(path.pieces)]
-    said = [*path.said]
-    if kept:
-        said.append(f"{kept} turns back on the way are no corners to blend: a motion rests there")
-    return replace(path, pieces=tuple(pieces), pen=tuple(pen), feed=tuple(feed), dwells=dwells, said=tuple(said))
+    return replace(path, pieces=tuple(pieces), pen=tuple(pen), feed=tuple(feed), dwells=dwells)
 
 
 def _corners(path, curvature):

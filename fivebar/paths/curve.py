@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import not_negative, positive, shown
+from ..checks import not_negative, number, positive, shown
 from ..described import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
 
@@ -45,16 +46,16 @@ class Path:
     said: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        pieces = tuple(self.pieces)
+        pieces, said = _listed(self.pieces, "pieces"), _listed(self.said, "said")
         if not pieces:
             raise ValueError("Path: no pieces: a path needs at least one")
         for k, piece in enumerate(pieces):
             if not isinstance(piece, Line | Arc | Polynomial):
                 raise TypeError(f"Path: pieces[{k}] must be a Line, an Arc or a Polynomial, not {shown(piece)}")
         n = len(pieces)
-        pen = _each(self.pen, True, bool, n, "pen")
-        feed = _each(self.feed, np.inf, lambda v: v if v == np.inf else positive(v, "Path: feed"), n, "feed")
-        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", tuple(self.said))):
+        pen = _each(self.pen, True, _down, n, "pen")
+        feed = _each(self.feed, np.inf, _speed, n, "feed")
+        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", said)):
             object.__setattr__(self, name, value)
         order = np.arange(n)
         starts, ends = self.on(order, 0.0)[0], self.on(order, [piece.length for piece in pieces])[0]
@@ -63,12 +64,15 @@ class Path:
             k = int(gap.argmax())
             raise ValueError(f"Path: pieces[{k + 1}] starts {gap[k]:.3g} m from where pieces[{k}] ends")
         rests = {0.0: 0.0, self.length: 0.0, **dict.fromkeys(self._rests().tolist(), 0.0)}
-        for s, seconds in dict(self.dwells).items():
+        if not isinstance(self.dwells, Mapping):
+            raise TypeError(f"Path: dwells must be {{s: seconds}}, not {shown(self.dwells)}")
+        for s, seconds in self.dwells.items():
+            s = number(s, "Path: s of dwells")
             k = int(np.abs(self._edges - s).argmin())
             if not abs(self._edges[k] - s) <= 1e-9 * self.length:
                 raise ValueError(f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is {self._edges[k]:.9g}")
             knot = float(self._edges[k])
-            rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of a dwell")
+            rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of dwells")
         object.__setattr__(self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds})
         object.__setattr__(self, "stops", tuple(Stop(*each) for each in sorted(rests.items())))
 
@@ -126,6 +130,11 @@ class Path:
         dwells = {float(edges[np.abs(self._edges - s).argmin()]): seconds for s, seconds in self.dwells.items()}
         return replace(self, pieces=pieces, dwells=dwells)
 
+    @property
+    def at_unit_speed(self) -> AtUnitSpeed:
+        """The path as a motion with s_dot = 1 m/s, for what asks for a motion and looks at its places: `check_path`."""
+        return AtUnitSpeed(self)
+
     @cached_property
     def _packed(self):
         """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an arc, its row."""
@@ -148,8 +157,39 @@ class Path:
         return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]
 
 
+@dataclass(frozen=True, eq=False)
+class AtUnitSpeed:
+    """t -> (xi, xi_dot, xi_ddot) along a path with s = t, which does not stop at corners."""
+
+    path: Path
+    start = 0.0
+
+    @property
+    def duration(self) -> float:
+        return self.path.length
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.path(t)[:3]
+
+
+def _listed(given, name):
+    if isinstance(given, list | tuple) or (isinstance(given, np.ndarray) and given.ndim):
+        return tuple(given)
+    raise TypeError(f"Path: {name} must be a list or a tuple, not {shown(given)}")
+
+
+def _speed(value):
+    return math.inf if isinstance(value, float) and value == math.inf else positive(value, "Path: feed")
+
+
+def _down(value):
+    if not isinstance(value, bool | int | np.bool_) or value not in (0, 1):
+        raise ValueError(f"Path: pen must be True or False for each piece, not {shown(value)}")
+    return bool(value)
+
+
 def _each(given: Iterable | None, usual, rule, n, name):
-    values = (usual,) * n if given is None else tuple(rule(each) for each in given)
+    values = (usual,) * n if given is None else tuple(rule(each) for each in _listed(given, name))
     if len(values) != n:
         raise ValueError(f"Path: {name} has {len(values)} values for {n} pieces")
     return values

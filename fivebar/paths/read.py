@@ -8,7 +8,8 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
-from ..checks import flag, instance, not_negative, optional, shown, takes
+from ..checks import flag, instance, not_negative, one_of, optional, shown, takes
+from ..columns import units_named
 from ..tables import TextFile, file_or_path
 from .curve import Path
 from .draft import Draft
@@ -22,7 +23,10 @@ KINDS = {
 LARGEST = 50_000_000  # bytes of a drawing's file
 
 
-@takes(deviation=not_negative, curvature=flag, placement=optional(instance(Placement)))
+@takes(
+    deviation=not_negative, curvature=flag, placement=optional(instance(Placement)),
+    kind=one_of(None, "csv", "svg", "gcode"),
+)  # fmt: skip
 def path(
     points_or_file: object, *, deviation: float = 0.0, curvature: bool = False, placement: Placement | None = None,
     units: str | Mapping[str, str] | Sequence[str] | None = None, kind: str | None = None,
@@ -53,15 +57,13 @@ def path(
 
 
 def _read(file: TextFile, units, kind) -> Draft:
-    if kind not in (None, *KINDS):
-        raise ValueError(f"path: kind must be one of {', '.join(KINDS)}, not {shown(kind)}")
     text, name = _text(file)
     ending = PurePath(name).suffix.lower().lstrip(".")
     kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name
-        return read_csv(again, () if units is None else (units,) if isinstance(units, str) else units)
+        return read_csv(again, units_named(units, "path: units"))
     if not (units is None or isinstance(units, str)):
         raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
     if kind == "gcode":

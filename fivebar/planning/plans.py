@@ -186,7 +186,7 @@ class Plan(Pictured):
         return float(np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.limits.torque)).any(axis=1)))
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the plan at its nodes; problem, knots and what is known of the solution go into a comment line. SI."""
+        """Write the plan at its nodes and both ends; problem, knots and the solution's data in a comment line. SI."""
         pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
             "robot": self.robot.parameters, "stops": [[list(c.items()), t] for c, t in problem.stops],
@@ -195,7 +195,9 @@ class Plan(Pictured):
             "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,
             "tried": self.tried, "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }  # fmt: skip
-        t, n, index = self.nodes, problem.coordinates.size, rule.points(len(pieces.xi))
+        ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
+        t, n, index = self.nodes, problem.coordinates.size, rule.points(len(pieces.xi)) + ends
+        t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
         motion = self.motion(t)
         motion[index, 2 * n : 3 * n], motion[index, 3 * n :] = pieces.xi_ddot, pieces.tau  # to the last bit
         xi, xi_dot, xi_ddot = self(t) if n == 4 else np.split(motion[:, :6], 3, axis=1)
@@ -210,8 +212,13 @@ class Plan(Pictured):
             index = problem.scheme.points(len(knots) - 1)
             in_bars = problem.coordinates.size == 4
             values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
-            if len(values) != index[-1, -1] + 1:
-                raise ValueError(f"{table.name}: {len(values)} rows, but its first line speaks of {index[-1, -1] + 1}")
+            nodes = index[-1, -1] + 1
+            if len(values) == nodes + 2 and not problem.scheme.shared:
+                values = values[1:-1]  # the ends, which files had not at first
+            if len(values) != nodes:
+                raise ValueError(f"{table.name}: {len(values)} rows, but its first line speaks of {nodes}")
+            if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
+                raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
         xi, xi_dot, xi_ddot, tau = (values[:, k : k + 2] for k in (1, 3, 5, 7))
         if begins is None:  # files of the first version
             pieces = Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index])

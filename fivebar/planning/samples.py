@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..checks import not_negative, one_of, optional, positive, takes
-from ..columns import METRES, SECONDS, Columns, Quantity, read
+from ..columns import METRES, SECONDS, Columns, Quantity, read, units_named
 from ..tables import TextFile
 from .trajectory import Trajectory
 
@@ -24,7 +24,7 @@ TRIES = 14  # of a smoothing whose spline is within a deviation
 CORNER = 3 / 16  # of what the velocity changes by, times half of the time that it takes: how far a corner is cut
 
 
-@takes(smoothing=not_negative, kind=one_of("spline", "polyline"), deviation=optional(positive))
+@takes(smoothing=not_negative, kind=one_of("spline", "polyline"), deviation=optional(positive), units=units_named)
 def from_csv(
     path: TextFile, smoothing: float = 0.0, *, kind: str = "spline", deviation: float | None = None,
     units: Mapping[str, str] | Sequence[str] = (),
@@ -45,7 +45,7 @@ def from_csv(
     if smoothing and (deviation or kind == "polyline"):
         raise ValueError("from_csv: smoothing is of a spline, and without deviation: leave one of them")
     if kind == "polyline" and not deviation:
-        raise ValueError("from_csv: a polyline needs a deviation, m, within which its corners are cut")
+        raise ValueError("from_csv: kind=polyline needs a deviation, m, within which its corners are cut")
     table = read(path, PLACES, units)
     t, points = _samples(table, *((6, "a quintic spline") if kind == "spline" else (2, "a motion")))
     if kind == "polyline":
@@ -115,20 +115,21 @@ def _spline(t, points, smoothing):
 
 def _within(t, points, deviation):
     """The smoothest spline that keeps within the deviation of all samples."""
-    low, high, best = None, deviation, None
+    low, high, best = 0.0, deviation, None  # a root-mean-square distance is none larger than the largest
+    smoothing = deviation
     for _ in range(TRIES):
-        smoothing = high if low is None and best is None else (low or 0.0) / 2 + high / 2
         try:
             motion = _spline(t, points, smoothing)
-        except ValueError:
-            high = smoothing * 0.9
-            continue
-        if np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation:
+            near = np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation
+        except ValueError:  # which SciPy finds no knots for
+            near = False
+        if near:
             low, best = smoothing, motion
-            if smoothing == high:
+            if smoothing == deviation:
                 break
         else:
             high = smoothing
+        smoothing = (low + high) / 2
     return best or _spline(t, points, 0.0)
 
 

@@ -161,7 +161,23 @@ CASES = {
     "line": Case(fb.line, dict(a=HOME, b=(0.0, 0.1), duration=1.0)),
     "circle": Case(fb.circle, dict(center=HOME, radius=0.01, period=1.0)),
     "polynomial": Case(fb.polynomial, dict(conditions=[(0.0, {0: HOME}), (1.0, {0: (0.0, 0.1)})])),
-    "from_csv": Case(fb.from_csv, dict(path=CSV, smoothing=0.0), words=WORDS_OF_FILES),
+    "from_csv": Case(
+        fb.from_csv, dict(path=CSV, smoothing=0.0, kind="spline", deviation=None, units=()), words=WORDS_OF_FILES,
+        options={"kind": ["polyline"], "deviation": [1e-4], "units": [["mm"], {"t": "ms"}]},
+    ),
+    "path": Case(
+        fb.path,
+        dict(
+            points_or_file=[(0.0, 0.0), (0.1, 0.0), (0.1, 0.1)], deviation=1e-4, curvature=False, placement=None,
+            units=None, kind=None,
+        ), words=(*WORDS_OF_FILES, "points", "nothing is drawn", "stroke"), options={"points_or_file": [CSV]},
+    ),
+    "Path": Case(
+        fb.Path,
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, said=()),
+        words=("Path:", "pieces"),
+    ),
+    "Placement": Case(fb.Placement, dict(shift=(0.1, 0.0), turn=0.3, scale=2.0)),
     "crossing_polynomial": Case(
         fb.crossing_polynomial,
         dict(

@@ -287,7 +287,14 @@ def test_csv_round_trip(options, tmp_path):
     from_table = fb.from_csv(tmp_path / "plan.csv")  # it is a path like any other, too
     np.testing.assert_allclose(from_table(1.0)[0], written(1.0)[0], atol=1e-6)
     lines = (tmp_path / "plan.csv").read_text().splitlines(keepends=True)
-    for name, text, words in (("a", lines[1:], "line 1: not a file"), ("b", lines[:-1], "rows, but its first line")):
+    rows = np.array([line.split(",") for line in lines[2:]], dtype=float)
+    assert rows[0, 0] == 0.0 and rows[-1, 0] == written.duration  # the ends, where Legendre and Gauss have no node
+    for row in (rows[0], rows[-1]):
+        np.testing.assert_allclose(row[1:9], np.concatenate([*written(row[0]), written.tau(row[0])]), atol=1e-12)
+    for name, text, words in (
+        ("a", lines[1:], "line 1: not a file"), ("b", lines[:-1], "rows, but its first line"),
+        ("c", lines[:-2], "the times are not those|rows, but its first line"),
+    ):  # fmt: skip
         (tmp_path / name).write_text("".join(text))
         with pytest.raises(ValueError, match=words):
             plans.Plan.from_csv(tmp_path / name)

@@ -1,0 +1,250 @@
+"""`fivebar draw`: a drawing read, placed, timed, checked, drawn by the simulated robot; pictures and tables of it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import _SubParsersAction
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import UsageError
+from ..simulation.comparison import peak_name
+from .robot_options import add_robot_options, chosen_robot
+
+EXAMPLE = Path(__file__).parent.parent / "paths" / "drawings" / "fivebar.svg"
+MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
+USUAL = {"acceleration_limit": 0.5, "speed_limit": 0.1}  # m/s^2, m/s: where no limit is given
+STEP = 1e-3  # s, of the picture's rows
+
+
+def add_parsers(commands: _SubParsersAction) -> None:
+    """Add `draw` to the program's commands."""
+    draw = commands.add_parser("draw")
+    draw.add_argument("drawing", nargs="?", metavar="FILE", help="an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y")
+    draw.add_argument("--example", action="store_true", help="the word fivebar, shipped with this package")
+    draw.add_argument("--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m")
+    draw.add_argument(
+        "--deviation",
+        type=float,
+        default=2e-5,
+        metavar="M",
+        help="within which corners are rounded (default: %(default)g)",
+    )
+    place = draw.add_argument_group("place", "default: the middle of the roomiest aspect's rectangle, in true size")
+    place.add_argument("--at", nargs=2, type=float, metavar=("X", "Y"), help="where the drawing's middle goes, m")
+    place.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="to the left")
+    place.add_argument("--scale", type=float, metavar="K", help="of the drawing (default: 1)")
+    place.add_argument("--fit", action="store_true", help="as large as it fits")
+    place.add_argument(
+        "--margin", type=float, default=0.005, metavar="M", help="from singularities (default: %(default)g)"
+    )
+    place.add_argument("--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as -1 -1")
+    speed = draw.add_argument_group("speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s^2")
+    speed.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor")
+    speed.add_argument("--speed-limit", type=float, metavar="M/S", help="of the pen")
+    speed.add_argument("--acceleration-limit", type=float, metavar="M/S2", help="of the pen")
+    speed.add_argument("--joint-speed-limit", type=float, metavar="RAD/S")
+    speed.add_argument("--duration", type=float, metavar="S", help="asked for instead of the least")
+    proof = draw.add_argument_group("proof", "that all robots within the tolerance reach it, in their mode")
+    proof.add_argument(
+        "--tolerance", type=float, default=5e-5, metavar="M", help="of all five lengths (default: %(default)g)"
+    )
+    proof.add_argument(
+        "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
+    )
+    draw.add_argument("--period", type=float, default=0.005, metavar="S", help="of the tracker (default: %(default)g)")
+    draw.add_argument(
+        "--rate", type=float, default=1000.0, metavar="HZ", help="of the setpoints (default: %(default)g)"
+    )
+    draw.add_argument("--angles", choices=("rad", "deg"), default="rad", help="of the setpoints")
+    draw.add_argument(
+        "--out", type=Path, default=Path("fivebar-draw"), metavar="DIR",
+        help="folder for drawing.png, setpoints.csv, run.csv and proof.json (default: %(default)s)",
+    )  # fmt: skip
+    draw.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
+    add_robot_options(draw)
+    draw.set_defaults(run=_draw)
+
+
+def _draw(arguments):
+    from ..control.tracker import Tracker
+    from ..models.geometry import igm
+    from ..models.kinematics import ikm
+    from ..paths.setpoints import pen_down, setpoints
+    from ..simulation.simulate import simulate
+
+    robot, path = chosen_robot(arguments), _read(arguments)
+    for sentence in path.said:
+        print(f"{arguments.drawing}: {sentence}", file=sys.stderr)
+    path, working, share = _placed(arguments, robot, path)
+    check = _checked(arguments, robot, path, working)
+    proof = _proved(arguments, robot, path, working)
+    motion = _timed(arguments, robot, path, working)
+    start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
+    tracker = Tracker(robot, period=arguments.period, assembly=int(start.pose.assembly))
+    step = arguments.period / max(1, round(arguments.period / STEP))
+    run = simulate(robot, tracker, motion, start=start, control_period=arguments.period, step=step)
+    table = setpoints(robot, motion, arguments.rate, working)
+    down = pen_down(motion, run.t)
+    error = np.linalg.norm(run.error, axis=1)
+    figures = {
+        "file": str(arguments.drawing), "strokes": len(_strokes(down)), "pieces": len(path.pieces),
+        "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
+        "working": list(working), "largest_scale": share,
+        "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
+        "smallest_margin": check.min_margin, "certified": proof is not None and proof.proved,
+        "max_error_m": float(error[down].max()), "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
+        peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
+        "setpoints": len(table.t),
+    }  # fmt: skip
+    files = _written(arguments, robot, path, working, run, table, down, error)
+    if proof is not None and proof.proved:
+        files.append(str(arguments.out / "proof.json"))
+        proof.to_json(files[-1])
+    if arguments.json:
+        print(json.dumps({**figures, "said": list(path.said), "files": files}, indent=2))
+        return
+    _print(robot, figures)
+    print(*files, sep="\n")
+
+
+def _read(arguments):
+    """The Path of the drawing, in its own place."""
+    from ..paths.read import path
+
+    if arguments.example == (arguments.drawing is not None):
+        raise UsageError("draw needs a file, or --example")
+    arguments.drawing = arguments.drawing or str(EXAMPLE)
+    try:
+        return path(arguments.drawing, deviation=arguments.deviation, units=arguments.units)
+    except (ValueError, OSError, ImportError) as error:
+        raise UsageError(error) from None
+
+
+def _placed(arguments, robot, path):
+    """The path where it is to be drawn, the working modes, and the largest scale that is known to fit, or None."""
+    from ..paths.fitting_in import bounds, fitted_in
+    from ..paths.placement import Placement
+
+    if arguments.fit and (arguments.scale or arguments.at):
+        raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
+    turn, scale = np.deg2rad(arguments.turn_deg), arguments.scale or 1.0
+    if arguments.at is None:
+        if not robot.turns:
+            raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
+        fit = fitted_in(robot, path, turn, None if arguments.fit else scale, arguments.working, arguments.margin)
+        return fit.placement(path), fit.aspect.working, fit.scale
+    first = Placement((0.0, 0.0), turn, scale)(path)
+    shift = np.array(arguments.at) - bounds(first).mean(axis=0)
+    placed = Placement(tuple(shift.tolist()))(first)
+    return placed, _modes(arguments, robot, placed), None
+
+
+def _modes(arguments, robot, path):
+    """The working modes in which the path keeps farthest from singularities, of those that it can be followed in."""
+    from ..singularities.path import check_path
+
+    modes = [tuple(arguments.working)] if arguments.working else MODES
+    found = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
+    free = {mode: check.min_margin for mode, check in found.items() if check.singularity_free}
+    if not free:
+        why = "; ".join(f"in working modes {mode} {_met(path, check)}" for mode, check in found.items())
+        raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {why}")
+    return max(free, key=free.get)
+
+
+def _met(path, check):
+    """Where a path that is not free of singularities meets the first, in words."""
+    s = check.leaves if check.time is None else check.time
+    x, y = 1e3 * path(s)[0]
+    what = (
+        "leaves the workspace"
+        if check.leaves == s
+        else f"{'touches' if check.touching else 'meets'} Type {int(check.type)}"
+    )
+    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it"
+
+
+def _timed(arguments, robot, path, working):
+    """The motion along the path in the least time."""
+    from ..paths.timing import time_path
+
+    limits = {
+        name: getattr(arguments, name)
+        for name in ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
+        if getattr(arguments, name) is not None
+    }
+    return time_path(robot, path, arguments.duration, working=working, **(limits or USUAL))
+
+
+def _checked(arguments, robot, path, working):
+    """What `check_path` says of it in these modes; an error where it is not free of singularities."""
+    from ..singularities.path import check_path
+
+    check = check_path(robot, path.at_unit_speed, working)
+    if not check.singularity_free:
+        raise ValueError(f"{arguments.drawing}: in working modes {working} {_met(path, check)}")
+    return check
+
+
+def _proved(arguments, robot, path, working):
+    """The Certificate, or None of a robot of another kind; where it is not proved, that is said."""
+    if not robot.turns:
+        return None
+    from ..paths.certify import certify
+
+    proof = certify(robot, path, arguments.tolerance, arguments.sine, working)
+    for each in proof.unproved:
+        verdict = "false" if each.false else "not proved"
+        where = f"from s = {1e3 * each.start:.6g} to {1e3 * each.stop:.6g} mm"
+        print(f"{arguments.drawing}: {where} it is {verdict}: {each.why}", file=sys.stderr)
+    return proof
+
+
+def _strokes(down):
+    """(first, last + 1) of the rows of each stroke."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
+
+
+def _written(arguments, robot, path, working, run, table, down, error):
+    """The picture, the setpoints and the run, in their folder."""
+    from ..pictures.plot.drawing import drawing
+
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
+    rows = [slice(*each) for each in _strokes(down)]
+    title = f"{Path(arguments.drawing).name}: drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm"
+    asked = [_points(path, first, last) for first, last in _strokes(np.array(path.pen))]
+    picture = drawing(robot, working, asked, [run.xi[each] for each in rows], [error[each] for each in rows], title)
+    picture.savefig(files[0], dpi=150)
+    table.to_csv(files[1], arguments.angles)
+    run.to_csv(files[2])
+    return list(map(str, files))
+
+
+def _points(path, first, last):
+    """Points (n, 2) along the pieces from first up to last."""
+    k, u = np.meshgrid(np.arange(first, last), np.linspace(0, 1, 33), indexing="ij")
+    return path.on(k, u * np.diff(path.knots)[k])[0].reshape(-1, 2)
+
+
+def _print(robot, figures):
+    words = robot.words
+    left, right = figures[peak_name(robot)]
+    bound = 100 * (figures["duration_s"] / figures["lower_bound_s"] - 1)
+    rows = [
+        ("drawn", f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes, {figures['pieces']} pieces"),
+        ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
+        ("time", f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least that is possible"),
+        ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
+        ("certified", "yes, proof.json" if figures["certified"] else "no"),
+        ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
+        ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
+        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
+        ("setpoints", f"{figures['setpoints']} rows"),
+    ]
+    for name, value in rows:
+        print(f"  {name:<20} {value}")

@@ -1,0 +1,107 @@
+"""Where a drawing fits into the aspects, by their largest rectangles: a simple answer, and a safe one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from ..models.geometry import igm
+from ..models.robots import FiveBar
+from ..singularities.aspects import Aspect, aspects
+from ..singularities.rectangle import Rectangle, largest_rectangle
+from .curve import Path
+from .pieces import Arc
+from .placement import Placement
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A placement in a rectangle of an aspect; scale: the largest with which the drawing would lie in it."""
+
+    placement: Placement
+    aspect: Aspect
+    rectangle: Rectangle
+    scale: float
+
+
+def bounds(path: Path) -> np.ndarray:
+    """((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by control points."""
+    corners = []
+    for piece in path.pieces:
+        if isinstance(piece, Arc):
+            first, last = sorted((piece.angle0, piece.angle1))
+            quarters = np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1) * np.pi / 2
+            angles = np.concatenate([[first, last], quarters])
+            corners.append(np.array(piece.centre) + piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+        elif hasattr(piece, "bernstein"):
+            corners.append(piece.bernstein)
+        else:
+            corners.append(piece.coefficients.cumsum(axis=0))
+    corners = np.concatenate(corners)
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def fitted_in(
+    robot: FiveBar, path: Path, turn: float = 0.0, scale: float | None = 1.0, working: tuple[int, int] | None = None,
+    margin: float = 0.005,
+) -> Fit:  # fmt: skip
+    """The drawing in the middle of an aspect's largest upright rectangle: Fit, of the aspect where it may be largest.
+
+    scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from all singularities.
+    The rectangle is in the aspect and the drawing in the rectangle: so it keeps off all singularities, but a larger one
+    may fit, elsewhere or turned. ValueError with the largest scale where it does not.
+    """
+    box = bounds(path.moved(0j, Placement(turn=turn).turned))
+    size = np.maximum(box[1] - box[0], 1e-9)
+    found, refused = [], []
+    for aspect in aspects(robot):
+        if working is not None and aspect.working != tuple(working):
+            continue
+        try:
+            rectangle = largest_rectangle(aspect, margin)
+        except ValueError as error:
+            refused.append(str(error))
+            continue
+        room = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
+        found.append((float((room / size).min()), aspect, rectangle))
+    if not found:
+        raise ValueError(refused[-1] if refused else f"no aspect in working modes {working}")
+    # First those that hold it and where the legs do not cross, then the roomiest, of these the side above the motors.
+    wanted = min(scale or 0.0, max(share for share, _, _ in found))
+    share, aspect, rectangle = max(
+        found,
+        key=lambda each: (
+            each[0] >= wanted, not _legs_cross(robot, each[1]), round(each[0], 4), each[1].point[1] > 0,
+            each[1].working == (-1, -1),
+        ),
+    )  # fmt: skip
+    if scale is not None and scale > share:
+        wide, high = 1e3 * size * scale
+        raise ValueError(
+            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's rectangle"
+            f"{'' if working is None else f' in working modes {tuple(working)}'}: it fits with scale "
+            f"{np.floor(1e4 * share) / 1e4:.4g} at most"
+        )
+    scale = share * (1 - 1e-9) if scale is None else scale
+    middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
+    shift = middle - scale * box.mean(axis=0)
+    return Fit(Placement((float(shift[0]), float(shift[1])), turn, scale), aspect, rectangle, share)
+
+
+def _legs_cross(robot, aspect):
+    """Whether bars of both legs cross where the aspect is roomiest."""
+    pose = igm(robot, aspect.point, aspect.working)
+    base, elbow, tip = np.array([-0.5, 0.5]) * robot.d, pose.elbows @ (1, 1j), complex(*aspect.point)
+    bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
+    return any(_meet(*one, *other) for one, other in product(*bars) if one[1] != other[1])
+
+
+def _meet(a, b, c, d):
+    """Whether the lines from a to b and from c to d cross."""
+
+    def side(p, q, r):
+        return ((q - p).conjugate() * (r - p)).imag > 0
+
+    return side(a, b, c) != side(a, b, d) and side(c, d, a) != side(c, d, b)

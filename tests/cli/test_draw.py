@@ -1,0 +1,136 @@
+"""`fivebar draw`, `fivebar plan`, and what `fivebar track` and `map` say of a file."""
+
+import json
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.cli import main
+from fivebar.paths.checker import check
+
+pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" viewBox="0 0 40 30">{}</svg>'
+STROKES = '<path d="M2 2 L30 5 L20 25 Z"/><circle cx="30" cy="20" r="5"/>'
+
+
+@pytest.fixture
+def drawing(tmp_path):
+    (tmp_path / "drawing.svg").write_text(SVG.format("<text>no</text>" + STROKES))
+    return str(tmp_path / "drawing.svg")
+
+
+def table(file, skip=1):
+    lines = file.read_text().splitlines()[skip:]
+    return lines[0].split(","), np.array([line.split(",") for line in lines[1:]], dtype=float)
+
+
+def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500"]) == 0
+    printed = capsys.readouterr()
+    figures = json.loads(printed.out)
+    assert "<text> is passed over (line 1)" in printed.err
+    assert figures["strokes"] == 2 and figures["certified"] and figures["working"] == [-1, -1]
+    assert figures["max_error_m"] < 5e-5 and figures["largest_scale"] > 2
+    assert figures["duration_s"] <= 1.001 * figures["lower_bound_s"]
+    assert [file.split("/")[-1] for file in figures["files"]] == [
+        "drawing.png",
+        "setpoints.csv",
+        "run.csv",
+        "proof.json",
+    ]
+    assert check(json.loads((out / "proof.json").read_text())) is None
+    # The setpoints are those of the ends, evenly apart, and lead along the drawing.
+    names, rows = table(out / "setpoints.csv")
+    assert names == ["t", "q1", "q2", "q1_dot", "q2_dot", "pen"]
+    t, q, pen = rows[:, 0], rows[:, 1:3], rows[:, 5]
+    np.testing.assert_allclose(np.diff(t), 0.002, rtol=1e-9)
+    assert t[0] == 0 and 0 <= t[-1] - figures["duration_s"] < 0.002 and not rows[[0, -1], 3:5].any()
+    xi = fb.dgm(fb.FiveBar(), q, assembly=-1).xi
+    path = fb.path(drawing, deviation=2e-5)
+    np.testing.assert_allclose(xi[-1] - xi[0], path.pieces[-1].end - path.pieces[0].start, atol=1e-12)
+    moved = np.linalg.norm(np.diff(xi, axis=0), axis=1)
+    assert moved[pen[1:] == 1].sum() == pytest.approx(figures["drawn_m"], rel=2e-3)
+    run = fb.Run.from_csv(out / "run.csv")
+    assert np.linalg.norm(run.xi[0] - xi[0]) < 1e-12
+
+
+def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
+    options = ["--at", "0.02", "0.1", "--turn-deg", "90", "--scale", "0.5", "--angles", "deg", "--torque-limit", "0.05"]
+    assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
+    assert "certified            yes" in capsys.readouterr().out
+    names, rows = table(tmp_path / "setpoints.csv")
+    assert names[1] == "q1_deg"
+    xi = fb.Run.from_csv(tmp_path / "run.csv").xi
+    np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    "body, options, code, message",
+    [
+        (STROKES, ["--scale", "9"], 1, "larger than any aspect's rectangle: it fits with scale 3."),
+        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at"),
+        (STROKES, ["--at", "0.05", "0.0", "--scale", "4"], 1, "cannot be drawn there: in working modes"),
+        (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
+        (STROKES, ["--example"], 2, "draw needs a file, or --example"),
+        (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
+        ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is passed over (line 1)"),
+        ('<path d="M0 0L1"/>', [], 2, "drawing.svg, line 1: <path>: d gives L 1 numbers"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, capsys):
+    (tmp_path / "drawing.svg").write_text(SVG.format(body))
+    assert main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options]) == code
+    assert message in capsys.readouterr().err
+
+
+def test_plan_between_points(tmp_path, capsys):
+    ends = ["--from", "0.09", "0.068", "--to", "0.05", "0"]
+    assert main(["plan", *ends, "--duration", "4", "--out", str(tmp_path)]) == 0
+    assert "Type 2 at about 3.0" in capsys.readouterr().out
+    plan = fb.Plan.from_csv(tmp_path / "plan.csv")
+    names, rows = table(tmp_path / "setpoints.csv")
+    assert names == ["t", "q1", "q2", "q1_dot", "q2_dot"] and rows[-1, 0] == 4.0
+    np.testing.assert_allclose(rows[:, 1:3], plan.joints(rows[:, 0])[0], atol=1e-9)
+    assert (tmp_path / "plan.png").stat().st_size > 10_000
+
+
+def test_plan_between_modes(capsys):
+    ends = ["--from", "0", "0.1", "--to", "0", "0.1", "--from-working", "-1", "-1", "--to-working", "-1", "1"]
+    assert main(["plan", *ends, "--duration", "2", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["working_at_the_end"] == [-1, 1]
+    assert {kind for _, kind in figures["singularity_crossings"]} == {1, 2}
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ([], "minimum time needs a torque_limit"), (["--duration", "-1"], "duration must be finite and > 0"),
+        (["--working", "1", "1", "--to-working", "1", "1"], "--working keeps the modes"),
+        (["--to-working", "1", "1", "--to", "0.5", "0.5"], "unreachable|out of reach"),
+    ],
+)  # fmt: skip
+def test_plan_refuses(options, message, capsys):
+    assert main(["plan", "--from", "0.09", "0.068", "--to", "0.05", "0.1", *options]) == 2
+    err = capsys.readouterr().err
+    assert any(words in err for words in message.split("|")), err
+
+
+@pytest.mark.parametrize("controller", ["ctc", "pd", "mpc"])
+def test_track_in_other_modes(controller, capsys):
+    ends = ["--from", "0", "0.1", "--to", "0.03", "0.12", "--duration", "0.3", "--controller", controller]
+    assert main(["track", *ends, "--working", "1", "-1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["max_error_m"] < (0.1 if controller == "pd" else 2e-3)
+
+
+def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
+    (tmp_path / "corner.csv").write_text("t [ms];X (mm);Y (mm)\n0;50;100\n500;60,5;100\n1000;60,5;110\n")
+    assert main(["track", str(tmp_path / "corner.csv"), "--polyline", "1e-4"]) == 0
+    err = capsys.readouterr().err
+    assert "it leaves the chords between samples by up to" in err and "X (mm): read in mm" in err
+    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.1{k}" for k in range(8)))
+    assert main(["track", str(tmp_path / "ms.csv")]) == 2
+    assert "could be seconds" in capsys.readouterr().err
+    assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0

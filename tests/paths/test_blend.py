@@ -1,0 +1,137 @@
+"""Corners are blended and curves fitted within the stated deviation, and what is made goes on in curvature."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.fit import Bezier, Ellipse, fitted
+from fivebar.paths.pieces import Arc, Line
+
+
+def to_polyline(points, line):
+    """Distance (n,) of points to a polyline, complex."""
+    line = line[np.append(True, np.diff(line) != 0)]
+    a, d = line[:-1], np.diff(line)
+    w = np.clip(((points[:, None] - a) * d.conj()).real / np.abs(d) ** 2, 0, 1)
+    return np.abs(points[:, None] - a - w * d).min(axis=1)
+
+
+def dense(path, each=60):
+    k, u = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, each), indexing="ij")
+    return path.on(k, u * np.diff(path.knots)[:, None])[0].reshape(-1, 2) @ (1, 1j)
+
+
+def check_goes_on(path, curvature=True):
+    """At knots that are no stops, point, tangent and, where asked, curvature go on, and |xi_s| is 1."""
+    stops = {stop.s for stop in path.stops}
+    for k, s in enumerate(path.knots[1:-1]):
+        before, after = path.on(k, path.pieces[k].length), path.on(k + 1, 0.0)
+        assert np.abs(before[0] - after[0]).max() <= 1e-12
+        if float(s) not in stops:
+            assert np.abs(before[1] - after[1]).max() <= 1e-9 and abs(np.linalg.norm(after[1]) - 1) <= 1e-9
+            if curvature:
+                assert np.abs(before[2] - after[2]).max() <= 1e-6 * (1 + np.linalg.norm(after[2]))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from([1e-6, 1e-5, 1e-4, 3e-3]), st.integers(3, 12))
+def test_polylines_are_blended_within_the_deviation(seed, deviation, count):
+    points = np.random.default_rng(seed).uniform(-0.1, 0.1, (count, 2))
+    path = fb.path(points, deviation=deviation)
+    corners, curve = points @ (1, 1j), dense(path)
+    assert to_polyline(curve, corners).max() <= deviation
+    assert to_polyline(corners, curve).max() <= deviation  # the corners are as near to it, not cut away
+    check_goes_on(path)
+    turns = np.angle(np.diff(corners)[1:] / np.diff(corners)[:-1])
+    back = np.abs(turns) > np.radians(178.2)
+    assert len(path.stops) == 2 + back.sum()
+    assert ("it turns back" in " ".join(path.said)) == back.any()
+    if deviation <= 1e-5 and not back.any():  # there is room: it is used
+        off = to_polyline(corners[1:-1], curve)
+        assert off.min() >= 0.85 * deviation
+
+
+def test_without_deviation_corners_stay():
+    path = fb.path([(0, 0), (0.1, 0), (0.1, 0.1)])
+    assert [type(piece) for piece in path.pieces] == [Line, Line] and len(path.stops) == 3
+
+
+def test_lines_and_arcs_stay_exact_between_blends():
+    arc = Arc((0.1, 0.02), 0.02, -np.pi / 2, np.pi)
+    pieces = Line((0, 0), (0.1, 0)), arc, Line((0.08, 0.02), (0.02, 0.05))
+    path = fb.path(list(pieces), deviation=1e-4)
+    kinds = [type(piece).__name__ for piece in path.pieces]
+    assert kinds == ["Line", "Arc", "Polynomial", "Line"]  # the line meets the arc without a corner
+    assert path.pieces[1].centre == arc.centre and path.pieces[1].radius == arc.radius
+    smooth = fb.path(list(pieces), deviation=1e-4, curvature=True)
+    assert [type(piece).__name__ for piece in smooth.pieces] == ["Line", "Polynomial", "Arc", "Polynomial", "Line"]
+    check_goes_on(smooth)
+    outline = np.concatenate([[0, 0.1], arc(np.linspace(0, arc.length, 4001))[0] @ (1, 1j), [0.02 + 0.05j]])
+    assert to_polyline(dense(smooth), outline).max() <= 1e-4
+
+
+def test_pen_dwells_and_speeds_are_kept_over_blends():
+    rough = Path(
+        (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0.5))),
+        pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf),
+    )  # fmt: skip
+    path = fb.paths.blend.blended(rough, 1e-3)
+    assert len(path.pieces) == 5 and path.pen == (True, True, True, False, False)
+    assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf)
+    assert [stop.seconds for stop in path.stops] == [0.0, 0.0, 2.0, 0.0]
+
+
+def bezier(p, t):
+    return p[0] * (1 - t) ** 3 + 3 * p[1] * t * (1 - t) ** 2 + 3 * p[2] * t * t * (1 - t) + p[3] * t**3
+
+
+CURVES = {
+    "plain": [0, 0.03 + 0.05j, 0.08 - 0.02j, 0.1], "loop": [0, 0.1 + 0.05j, -0.05 + 0.05j, 0.05],
+    "cusp": [0, 0.1 + 0.1j, 0.1j, 0.1], "handles in the ends": [0, 0, 0.1j, 0.1 + 0.1j],
+    "handles in one point": [0, 0.1j, 0.1j, 0.1],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("within", [1e-5, 1e-8])
+def test_beziers_are_kept_within(name, within):
+    control = np.array(CURVES[name], complex)
+    path = Path(tuple(fitted([Bezier(control)], within)[0]))
+    fine = bezier(control, np.linspace(0, 1, 30_001))
+    ours = dense(path, 25)
+    # A polyline of so many chords is itself within their sagittas of the curve.
+    sagitta = np.abs(np.diff(fine, 2)).max() / 8
+    assert to_polyline(ours[:: len(ours) // 60], fine).max() <= within + sagitta
+    assert len(path.stops) == 2 + (name == "cusp")
+    check_goes_on(path)
+    assert path.length == pytest.approx(np.abs(np.diff(fine)).sum(), rel=1e-5)
+
+
+def test_the_order_of_the_fit_is_six():
+    """Halving the pieces of a smooth curve divides what it is off by about 2^6."""
+    ellipse = Ellipse(0j, 0.1, 0.06j, 0.0, 1.2)
+    counts = [len(fitted([ellipse], within)[0]) for within in (1e-6, 1e-12)]
+    assert 4 <= counts[1] / counts[0] <= 16  # (1e6)^(1/6) = 10, in powers of two
+
+
+def test_an_ellipse_has_its_length():
+    from scipy.special import ellipe
+
+    (pieces,) = fitted([Ellipse(0.01j, 0.1, 0.02j, 0.0, 2 * np.pi)], 1e-9)
+    assert Path(tuple(pieces)).length == pytest.approx(4 * 0.1 * ellipe(1 - 0.04), rel=1e-8)
+
+
+def test_a_thousand_corners_take_no_second():
+    points = np.random.default_rng(0).random((1001, 2))
+    fb.path(points[:20], deviation=1e-4)
+    began = time.process_time()
+    path = fb.path(points, deviation=1e-4)
+    assert time.process_time() - began < 1.5 and len(path.pieces) > 1900
+    began = time.process_time()
+    path(np.linspace(0, path.length, 100_000))
+    assert time.process_time() - began < 1.0

@@ -1,0 +1,146 @@
+"""G-code: what is read, and what is refused with its line."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fivebar as fb
+from fivebar.paths.pieces import Arc, Line
+
+PLOT = """%
+O100 (a plot; with a remark)
+N10 G21 G90 G17 ; mm
+N20 G0 X10 Y10
+M3 S1000
+G1 X20 F600
+G2 X30 Y10 I5 J0
+G3 X30 Y30 R10
+G4 P0.5
+G1 X10
+M5
+G0 X0 Y0
+M30
+G1 X999
+"""
+
+
+def read(text, **options):
+    return fb.path(io.StringIO(text), kind="gcode", **options)
+
+
+def test_a_plot_is_read():
+    path = read(PLOT)
+    line, half, turn, back = path.pieces
+    assert (line, back) == (Line((0.01, 0.01), (0.02, 0.01)), Line((0.03, 0.03), (0.01, 0.03)))
+    assert half.centre == pytest.approx((0.025, 0.01)) and half.length == pytest.approx(0.005 * math.pi)
+    assert half(half.length / 2)[0] == pytest.approx((0.025, 0.015))  # clockwise from the left: over the top
+    assert turn.centre == pytest.approx((0.03, 0.02)) and turn(turn.length / 2)[0] == pytest.approx((0.04, 0.02))
+    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4)
+    assert [stop.seconds for stop in path.stops if stop.seconds] == [0.5]
+    assert "before the first stroke and after the last are passed over" in " ".join(path.said)
+
+
+def test_inches_relative_moves_z_as_pen_and_travel():
+    path = read("G20 G91\nG0 X1\nG1 Z-0.1\nG1 X1\nG0 Z0.2\nG0 Y1\nG1 Z-.2\nG1 X-1 Y1\n")
+    assert path.pen == (True, False, True)
+    ends = [(0.0254, 0), (0.0508, 0), (0.0508, 0.0254), (0.0254, 0.0508)]
+    for piece, (a, b) in zip(path.pieces, zip(ends, ends[1:])):
+        np.testing.assert_allclose([piece.start, piece.end], [a, b], atol=1e-15)
+
+
+def test_without_pen_codes_all_but_g0_draws():
+    assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X3").pen == (True, False, True)
+    laser = read("G21\nM4 S0\nG0 X0 Y0\nG1 X1 S500\nG1 X2 S0\nG1 X3 S500\n")
+    assert laser.pen == (True, False, True)
+
+
+def test_a_whole_circle_and_absolute_centres():
+    (circle,) = read("G21\nG0 X10 Y0\nG2 X10 Y0 I-10 J0").pieces
+    assert circle.angle1 - circle.angle0 == pytest.approx(-2 * math.pi) and circle.radius == pytest.approx(0.01)
+    (quarter,) = read("G21 G90.1\nG0 X10 Y0\nG3 X0 Y10 I0 J0").pieces
+    assert quarter.centre == pytest.approx((0, 0)) and quarter.length == pytest.approx(0.005 * math.pi)
+    (longer,) = read("G21\nG0 X10 Y0\nG3 X0 Y10 R-10").pieces
+    assert longer.length == pytest.approx(0.015 * math.pi)
+
+
+def test_rounded_centres_are_mended():
+    """Three decimals in mm: both ends are on the arc to rounding."""
+    (arc,) = read("G21\nG0 X10 Y0\nG3 X7.071 Y7.071 I-10 J0").pieces
+    np.testing.assert_allclose(arc.end, (0.007071, 0.007071), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("G21\nG5 X1 Y1", "line 2: G5 is not known"),
+        ("G21\nG0 X0 Y0\nM99", "line 3: M99 is not known"),
+        ("G0 X1", "line 1: neither G20"),
+        ("G21\nG0 X0 Y0\nG2 X10 Y0 I4 J0", "line 3: the arc's centre is 4 mm from its start, but 6 mm from its end"),
+        ("G21\nG0 X0 Y0\nG2 X10 Y0 R4", "line 3: R = 4 mm is less than half of the chord, 5 mm"),
+        ("G21\nG0 X0 Y0\nG2 X0 Y0 R4", "line 3: an arc with R whose start is its end"),
+        ("G21\nG0 X0 Y0\nG2 X1 Y0", "line 3: G2 needs I and J, or R"),
+        ("G21\nG0 X0 Y0\nG2 X1 Y0 R1 I1", "line 3: an arc with R and with I or J"),
+        ("G21\nX1", "line 2: a place without G0"),
+        ("G21\nG1 X#5", "line 2: '#' is no word of G-code|line 2: .*is no word of G-code"),
+        ("G21\nG0 G1 X1", "line 2: G0 and G1 in one line"),
+        ("G21\nG1 X1 X2", "line 2: X twice in one line"),
+        ("G21\nG1 X1 F0", "line 2: F must be > 0"),
+        ("G21\nG4 P50", "line 2: G4 P50 could be in s or in ms"),
+        ("G21\nG4", "line 2: G4 needs S or P"),
+        ("G21\nG1 X1\nG92 X0", "line 3: G92 after the first move"),
+        ("", "nothing is drawn"),
+        ("G21\nG0 X1 Y1", "nothing is drawn"),
+        ("G21\nG0 X1 Y1\nG1 X1 Y1", "nothing is drawn: .*a move of no length: passed over"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(text, message):
+    with pytest.raises(ValueError, match=message):
+        read(text)
+
+
+def test_units_that_contradict():
+    with pytest.raises(ValueError, match="line 1: G20, but units are given as mm"):
+        read("G20\nG1 X1", units="mm")
+    assert read("G1 X1", units="in").length == pytest.approx(0.0254)
+    with pytest.raises(ValueError, match='units of G-code must be "mm" or "in"'):
+        read("G1 X1", units="cm")
+
+
+def test_what_is_passed_over_is_listed():
+    path = read("G21 G54\nM8\nG0 X1\nG1 X2\nG1 X2\nG28 X0\nT1\nG1 X3 E0.5\nG4 P500\n")
+    said = " | ".join(path.said)
+    for words in (
+        "G54: passed over (line 1)", "M8: passed over (line 2)", "G28: passed over (line 6)", "T word: passed over",
+        "E word: passed over (line 8)", "a move of no length: passed over (line 5)", "G4 P500: read as milliseconds",
+    ):  # fmt: skip
+        assert words in said
+    assert path.stops[-1].seconds == 0.5
+
+
+def test_an_arc_in_moves_that_begin_at_the_origin_is_said():
+    path = read("G21\nM3\nG1 X1")
+    assert path.length == pytest.approx(1e-3) and "it begins at X0 Y0" in path.said[0]
+    assert isinstance(read("G21\nG0 X5\nG2 X7 I1").pieces[0], Arc)
+
+
+words = st.lists(
+    st.one_of(
+        st.sampled_from("G0 G1 G2 G3 G4 G20 G21 G90 G91 M3 M5 S0 S9 M30 ( ) ; % # = / \n N1 F9 Z-1 Z1".split(" ")),
+        st.builds(lambda c, v: f"{c}{v:.3f}", st.sampled_from("XYIJRPF"), st.floats(-50, 50)), st.text(max_size=3),
+    ), max_size=25,
+)  # fmt: skip
+
+
+@settings(max_examples=300, deadline=None)
+@given(words)
+def test_any_text_is_read_or_refused(parts):
+    try:
+        path = read("G21\n" + " ".join(parts))
+    except ValueError as error:
+        assert "the open file" in str(error)
+    else:
+        assert np.isfinite(path(np.linspace(0, path.length, 50))[0]).all()

@@ -1,0 +1,183 @@
+"""SVG: shapes, units and transforms as the standard has them; what is not drawn is listed, what is wrong refused."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fivebar as fb
+from fivebar.paths.pieces import Arc, Line
+
+pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
+MM = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 100 50">'
+
+
+def read(body, head=MM, **options):
+    return fb.path(io.StringIO(f"{head}\n{body}\n</svg>"), kind="svg", **options)
+
+
+def box(path):
+    points = path(np.linspace(0, path.length, 4001))[0]
+    return [*points.min(axis=0), *points.max(axis=0)]
+
+
+def test_millimetres_y_up_and_the_origin_below():
+    (line,) = read('<path d="M10 50 L 30 40"/>').pieces
+    np.testing.assert_allclose([line.start, line.end], [(0.01, 0), (0.03, 0.01)], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "head, end",
+    [
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="4in" height="2in" viewBox="0 0 96 48">', (0.1016, 0.0508)),
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="48">', (0.0254, 0.0127)),
+        ('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 48">', (0.0254, 0.0127)),
+        # The middle of a viewport that is too wide for its box.
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="296mm" height="48mm" viewBox="0 0 96 48">', (0.196, 0.048)),
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="192mm" height="48mm" viewBox="0 0 96 48" '
+         'preserveAspectRatio="none">', (0.192, 0.048)),
+    ],
+)  # fmt: skip
+def test_units_and_viewports(head, end):
+    np.testing.assert_allclose(read('<path d="M1 1 L 96 0"/>', head).pieces[0].end, end, atol=1e-15)
+
+
+def test_units_given_for_a_file_without():
+    head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 48">'
+    np.testing.assert_allclose(read('<path d="M0 0H96"/>', head, units="mm").length, 0.096)
+    assert "pixels of 1/96 inch" in " ".join(read('<path d="M0 0H96"/>', head).said)
+    with pytest.raises(ValueError, match="line 1: <svg>: units are given as px, but its size is 100mm x 50mm"):
+        read('<path d="M0 0H96"/>', units="px")
+    with pytest.raises(ValueError, match="units: furlong: known are"):
+        read('<path d="M0 0H96"/>', head, units="furlong")
+
+
+def test_shapes_are_exact():
+    circle = read('<circle cx="50" cy="25" r="10"/>')
+    assert all(isinstance(p, Arc) and p.radius == pytest.approx(0.01) for p in circle.pieces)
+    assert circle.length == pytest.approx(0.02 * math.pi) and len(circle.stops) == 2
+    rounded = read('<rect x="10" y="10" width="40" height="20" rx="5"/>')
+    assert rounded.length == pytest.approx(2 * 0.03 + 2 * 0.01 + 0.01 * math.pi) and len(rounded.stops) == 2
+    for body, length in (
+        ('<polyline points="0,0 3,4 6,0"/>', 0.01), ('<polygon points="0,0 3,0 3,4"/>', 0.012),
+        ('<line x1="1" y1="1" x2="4" y2="5"/>', 0.005), ('<rect width="3" height="4"/>', 0.014),
+    ):  # fmt: skip
+        path = read(body)
+        assert all(isinstance(piece, Line) for piece in path.pieces) and path.length == pytest.approx(length)
+
+
+def test_transforms_are_honoured():
+    """Nested ones, a mirror among them; a circle turned stays an arc, a sheared one becomes an ellipse."""
+    (line,) = read('<g transform="translate(10,10)"><path transform="rotate(90) scale(2 1)" d="M0 0H5"/></g>').pieces
+    np.testing.assert_allclose([line.start, line.end], [(0.01, 0.04), (0.01, 0.03)], atol=1e-15)
+    turned = read('<circle transform="rotate(30) scale(-2 2)" r="5" cx="-20" cy="5"/>')
+    assert all(isinstance(piece, Arc) and piece.radius == pytest.approx(0.01) for piece in turned.pieces)
+    mirrored = read('<path transform="scale(1 -1)" d="M10 0 A 10 10 0 0 1 20 -10"/>')
+    plain = read('<path d="M10 0 A 10 10 0 0 0 20 10"/>')
+    np.testing.assert_allclose(mirrored(mirrored.length / 3)[0], plain(plain.length / 3)[0], atol=1e-15)
+    squashed = read('<circle transform="scale(1 .5)" cx="50" cy="50" r="20"/>', deviation=1e-6)
+    np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
+    twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
+    assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
+
+
+def test_curves_are_kept_within_the_deviation():
+    q = read('<path d="M0 50 Q 50 0 100 50"/>', deviation=1e-6)
+    t = np.linspace(0, 1, 20001)
+    exact = 0.1 * t + 1j * 0.1 * t * (1 - t)
+    ours = q(np.linspace(0, q.length, 101))[0] @ (1, 1j)
+    assert np.abs(ours[:, None] - exact).min(axis=1).max() < 1e-6 + 3e-6  # half a step of the samples
+    assert box(q)[3] == pytest.approx(0.025, abs=1e-6) and len(q.stops) == 2
+    assert all(isinstance(piece, Line) for piece in read('<path d="M0 0 C 1 0 2 0 3 0"/>').pieces)
+
+
+def test_an_arc_too_small_is_scaled_up_as_the_standard_says():
+    path = read('<path d="M0 0 A 1 1 0 0 1 10 0"/>')
+    assert path.length == pytest.approx(0.005 * math.pi)
+    assert read('<path d="M0 0 A 0 1 0 0 1 10 0"/>').pieces[0].length == pytest.approx(0.01)
+
+
+def test_what_is_passed_over_is_listed():
+    path = read(
+        '<title>t</title><script>alert(1)</script>\n<text x="1">hello</text><image href="a.png"/>\n'
+        '<path d="M0 0H5" stroke-dasharray="1 2" stroke="black"/>\n<path d="M0 0H9" visibility="hidden"/>\n'
+        '<path d="M1 1L1 1"/><circle r="0"/>\n<path d="M0 0H9" style="display:none"/>'
+    )
+    said = " | ".join(path.said)
+    assert path.length == pytest.approx(0.005)
+    for words in (
+        "<script> is passed over (line 2)", "<text> is passed over (line 3)", "<image> is passed over (line 3)",
+        "<stroke-dasharray> is passed over (line 4)", "1 shapes that are not seen are passed over (line 5)",
+        "moves of no length passed over (line 6)|move of no length passed over (line 6)",
+    ):  # fmt: skip
+        assert any(part in said for part in words.split("|")), words
+
+
+@pytest.mark.parametrize(
+    "body, message",
+    [
+        ("", "nothing is drawn"),
+        ("<text>hello</text>", r"nothing is drawn: <text> is passed over \(line 2\)"),
+        ('<path d="M 0 0 L 1"/>', "line 2: <path>: d gives L 1 numbers, it takes 2"),
+        ('\n<path d="M 0 0 X 1 1"/>', "line 3: <path>: d has no command 'X'"),
+        ('<path d="L 0 0"/>', "line 2: <path>: d must begin with M"),
+        ('<path d="M 0 0 L 1 1 ?"/>', "line 2: <path>: d has '.' after L"),
+        ('<path d="M0 0 A 1 1 0 2 0 3 3"/>', "line 2: <path>: d has"),
+        ('<circle r="-3"/>', "line 2: <circle>: r must not be negative"),
+        ('<rect width="10%" height="3"/>', "line 2: <rect>: width must be a number"),
+        ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),
+        ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: transform rotate.abc. is not one"),
+        ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: transform twist"),
+        ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: a transform in its style is not read"),
+        ("<path>", "line 3: not XML: mismatched tag"),
+        ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(body, message):
+    with pytest.raises(ValueError, match=message):
+        read(body)
+
+
+def test_what_is_no_svg(tmp_path):
+    for text, message in (
+        ("<html/>", "line 1: not an SVG, but <html>"), ("hello", "line 1: not XML"),
+        ('<!DOCTYPE svg [<!ENTITY a "b">]><svg/>', "line 1: entities are not read"),
+        ('<svg viewBox="0 0 0 5"/>', "line 1: <svg>: viewBox must be four numbers"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=message):
+            fb.path(io.StringIO(text), kind="svg")
+    (tmp_path / "a.svg").write_bytes(b"\x89PNG\0")
+    with pytest.raises(ValueError, match="a.svg: not a text file, but a binary one"):
+        fb.path(tmp_path / "a.svg")
+
+
+def test_uses_that_multiply_are_refused():
+    levels = "".join(f'<g id="g{k}">{f"""<use href="#g{k - 1}"/>""" * 10}</g>' for k in range(1, 9))
+    with pytest.raises(ValueError, match="more than 100000 elements"):
+        read(f'<g id="g0"><path d="M0 0H1"/></g>{levels}')
+
+
+WHOLE = MM + (
+    '<g transform="translate(1 2) rotate(30)"><path d="M0 0c1 2 3 4 5 6zm1 1a2 3 10 0 1 4 4"/><circle r="2"/></g></svg>'
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, len(WHOLE) - 1), st.sampled_from('<>"/ 0-.eMaAzZ(),&#%'), st.booleans()), max_size=4
+    )
+)
+def test_any_damage_is_read_or_refused(damage):
+    text = list(WHOLE)
+    for at, letter, insert in damage:
+        text[at] = text[at] + letter if insert else letter
+    try:
+        path = fb.path(io.StringIO("".join(text)), kind="svg", deviation=1e-5)
+    except ValueError as error:
+        assert "the open file" in str(error)
+    else:
+        assert np.isfinite(path(np.linspace(0, path.length, 50))[0]).all()
