@@ -1,0 +1,228 @@
+"""`time_path`: how fast a given path can be followed, with a proof of how much faster it cannot be."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import instance, modes, number, optional, seconds, takes
+from ..checks import robot as must_be_robot
+from ..models.dynamics import gravity_torques
+from ..models.geometry import igm
+from ..models.physics import physics_of
+from .curve import Path
+from .timed_path import TimedPath
+from .timing_lower import MARGIN, Ceiling, caps, ceiling, duration
+from .timing_mesh import Mesh, mesh_of
+from .timing_rows import DIRECTIONS, NEAR, Limits, rows_of
+from .timing_upper import polygons, profile
+
+if TYPE_CHECKING:
+    from ..models.robots import Robot
+
+MOST = 20000  # stretches
+ROUNDS = 40
+AGAIN = 2  # times that a mesh is solved, the second with the curvature that the first shows
+
+
+class TimingError(RuntimeError):
+    """No motion along the path was found that keeps the limits; proved: there is none."""
+
+    def __init__(self, message: str, s: float, proved: bool) -> None:
+        super().__init__(message)
+        self.s, self.proved = s, proved
+
+
+class Solved(NamedTuple):
+    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch."""
+
+    above: Ceiling
+    top: np.ndarray
+    x: np.ndarray
+    bent: np.ndarray
+    time: np.ndarray
+
+
+@takes(
+    robot=must_be_robot, path=instance(Path, what="a Path, as fivebar.path gives"), duration=optional(seconds),
+    working=modes(2),
+)  # fmt: skip
+def time_path(
+    robot: Robot, path: Path, duration: float | None = None, *, torque_limit: ArrayLike | None = None,
+    joint_speed_limit: ArrayLike | None = None, joint_acceleration_limit: ArrayLike | None = None,
+    speed_limit: float | None = None, acceleration_limit: float | None = None, jerk_limit: float | None = None,
+    working: tuple[int, int] = (-1, -1), gap: float = 1e-3, max_time: float = 60.0,
+) -> TimedPath:  # fmt: skip
+    """Follow a given path in the least time under limits, through Type 2 where it leads there: TimedPath.
+
+    The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path under them takes less
+    than `lower_bound`: `timing_lower` says why. Both up to rounding, for which limits are shifted by 1e-9 of them.
+
+    path: a Path. It rests at both ends, where its direction or the pen changes, and where a dwell is asked for.
+    duration: s, asked for; None: the least. A longer one is reached by smaller torques and accelerations: all their
+        limits are lowered by one factor, as far as the duration allows. Without such limits: the least peak torque.
+    torque_limit, joint_speed_limit, joint_acceleration_limit: N m, rad/s and rad/s^2, one number or one per joint.
+    speed_limit, acceleration_limit, jerk_limit: of the end-effector, m/s, m/s^2 and m/s^3; the path's own feeds count
+        too.
+    working: the modes that are kept; the assembly mode changes where the path crosses Type 2.
+    gap: to which both bounds are brought together, if max_time, s, is enough: upper / lower - 1.
+    UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
+    it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked.
+    """
+    limits = Limits(
+        torque_limit, joint_speed_limit, joint_acceleration_limit, speed_limit, acceleration_limit, jerk_limit
+    )
+    gap, max_time = number(gap, "gap", 1e-7, 1.0), number(max_time, "max_time", 0.0, math.inf, above=True)
+    if not limits.forces:
+        raise ValueError(
+            "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
+            "it is that of infinite forces"
+        )
+    began = time.perf_counter()
+    mesh = mesh_of(robot, path, working)
+    _refuse_falling(mesh, limits)
+    mesh, solved = refined(mesh, limits, gap, began + max_time)
+    return _timed(mesh, limits, solved)
+
+
+def _timed(mesh, limits, solved):
+    rest = [stop.seconds for stop in mesh.path.stops]
+    lower = float(solved.above.time.sum()) + math.fsum(rest)
+    return TimedPath(
+        mesh.robot, mesh.path, mesh.working, limits, mesh.stretches.piece, mesh.stretches.first, solved.x, solved.bent,
+        lower, mesh.crossing, solved.top, solved.above.x,
+    )  # fmt: skip
+
+
+def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
+    """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
+    best, along, stuck = None, None, 0
+    for _ in range(ROUNDS):
+        found = solve(mesh, limits, along)
+        if isinstance(found, Solved):
+            best = mesh, found
+            whole, lower = found.time.sum(), found.above.time.sum()
+            if whole <= (1 + gap) * lower or len(mesh) > MOST or time.perf_counter() > until:
+                break
+            part = found.time - found.above.time
+            split = part > min(gap * lower / (2 * len(mesh)), 0.5 * part.max())
+            along = _along(mesh, found)
+        else:
+            node, split = found
+            stuck += 1
+            if best is None and (stuck > 24 or time.perf_counter() > until or len(mesh) > MOST):
+                _refuse(mesh, limits, node, False)
+        mesh, along = _split(mesh, split, along)
+    return best
+
+
+def _split(mesh, at, along):
+    after = mesh.split(at)
+    if along is not None:
+        old = np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1
+        along = along[old]
+    return after, along
+
+
+def solve(mesh: Mesh, limits: Limits, along: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
+    """What is found on this mesh, or (node, the stretches to split) where it is too coarse.
+
+    along (n,): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at closely.
+    """
+    length, about = mesh.stretches.length, (mesh.side, mesh.turns, mesh.speed, _directions(len(mesh), along))
+    rows, alone = rows_of(mesh.found, limits, *about, False)
+    ends = caps(rows, alone)
+    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
+    if (top < 0).any():
+        _refuse(mesh, limits, int(np.argmin(top)), True)
+    above = ceiling(rows, alone, length, np.where(mesh.rest, 0.0, top))
+    if above.stuck is not None:
+        _refuse(mesh, limits, above.stuck, True)
+    if not np.isfinite(above.size).all():
+        bad = ~np.isfinite(above.size)
+        return int(np.argmax(bad)), bad
+    narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
+    rows, alone = rows_of(mesh.found, narrow, *about, True)
+    bent, best = np.zeros(len(mesh)), None
+    for _ in range(AGAIN):
+        table = polygons(rows, alone, length, above, bent, mesh)
+        x = profile(table, above, mesh.rest)
+        if isinstance(x, int):
+            if best is None:
+                near = np.abs(np.arange(len(mesh)) - x) <= 3
+                return x, near
+            break
+        own = table.curvature(x)
+        taken = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
+        if best is None or taken.sum() < best.time.sum():
+            best = Solved(above, top, x, own, taken)
+        bent = _bent(x, length)
+    return best
+
+
+def _bent(x, length):
+    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion switches."""
+    slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
+    before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
+    return np.where(before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0)
+
+
+def _directions(n, along):
+    even = np.broadcast_to((np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n))
+    if along is None:
+        return even
+    near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
+    return np.sort(np.concatenate([even, near]), axis=0)
+
+
+def _along(mesh, found):
+    """Direction (n,) of the end-effector's acceleration on each stretch, rad from the path's."""
+    u, x = np.diff(found.x) / (2 * mesh.stretches.length), (found.x[1:] + found.x[:-1]) / 2
+    g, m, k = (mesh.found[name].middle for name in "gmk")
+    return np.arctan2(k * x, g * u + m * x)
+
+
+def _refuse_falling(mesh, limits):
+    """Where it must rest, the robot must be held."""
+    physics = physics_of(mesh.robot)
+    if limits.torque is None or physics is None or not physics.weighs:
+        return
+    for stop in mesh.path.stops:
+        tau = gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
+        missing = np.abs(tau) - np.array(physics.coulomb) - limits.torque
+        if (missing > 0).any():
+            k, words = int(np.argmax(missing)), mesh.robot.words
+            raise TimingError(
+                f"time_path: the limits cannot hold the robot at rest at {mesh.path and _where(mesh.path, stop.s)}: "
+                f"{words.joints[k]} needs {abs(tau[k]):.4g} {words.effort_unit}, its torque_limit is "
+                f"{limits.torque[k]:.4g}", stop.s, True,
+            )  # fmt: skip
+
+
+def _where(path, s):
+    x, y = path(s)[0]
+    return f"s = {s:.6g} m, xi = ({x:.6g}, {y:.6g}) m"
+
+
+def _refuse(mesh, limits, node, proved):
+    raise TimingError(
+        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these limits near "
+        f"{mesh.place(node)}{_why(mesh, limits, node)}", float(mesh.s[node]), proved,
+    )  # fmt: skip
+
+
+def _why(mesh, limits, node):
+    """What is known of the reason."""
+    if mesh.crossing.any():
+        k = np.flatnonzero(mesh.crossing)
+        nearest = int(k[np.abs(k - node).argmin()])
+        return f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s'' to s'^2"
+    physics = physics_of(mesh.robot)
+    if limits.torque is not None and physics is not None and physics.weighs:
+        tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
+        return f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g}) {mesh.robot.words.effort_unit}"
+    return ""
