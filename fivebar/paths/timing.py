@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 MOST = 20000  # stretches
 ROUNDS = 40
-AGAIN = 2  # times that a mesh is solved, the second with the curvature that the first shows
+SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
 class TimingError(RuntimeError):
@@ -114,7 +114,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         else:
             node, split = found
             stuck += 1
-            if best is None and (stuck > 24 or time.perf_counter() > until or len(mesh) > MOST):
+            if best is None and (stuck > 30 or time.perf_counter() > until or len(mesh) > MOST):
                 _refuse(mesh, limits, node, False)
         mesh, along = _split(mesh, split, along)
     return best
@@ -147,21 +147,35 @@ def solve(mesh: Mesh, limits: Limits, along: np.ndarray | None = None) -> Solved
         return int(np.argmax(bad)), bad
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.found, narrow, *about, True)
-    bent, best = np.zeros(len(mesh)), None
-    for _ in range(AGAIN):
-        table = polygons(rows, alone, length, above, bent, mesh)
-        x = profile(table, above, mesh.rest)
+    bent, best, shares = np.zeros(len(mesh)), None, [*SHARES]
+    while shares:
+        # Slower motions need less room: where none is found on a coarse mesh, one of these is.
+        below = above._replace(x=above.x * shares[0], size=above.size * shares[0])
+        table = polygons(rows, alone, length, below, bent, mesh)
+        x = profile(table, below, mesh.rest)
         if isinstance(x, int):
-            if best is None:
-                near = np.abs(np.arange(len(mesh)) - x) <= 3
-                return x, near
-            break
+            if best is not None:
+                break
+            node = x
+            shares.pop(0)
+            continue
         own = table.curvature(x)
         taken = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
         if best is None or taken.sum() < best.time.sum():
+            first = best is None
             best = Solved(above, top, x, own, taken)
+            if not first:
+                break
+        else:
+            break
         bent = _bent(x, length)
-    return best
+    return best or (node, _about(length, node))
+
+
+def _about(length, node):
+    """The longest of the stretches near a node."""
+    near = np.abs(np.arange(len(length)) - node) <= 12
+    return near & (length >= 0.5 * length[near].max())
 
 
 def _bent(x, length):

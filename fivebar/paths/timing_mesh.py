@@ -127,7 +127,8 @@ def _refuse(robot, path, working, s, xi):
     try:
         igm(robot, xi, working)
     except (UnreachableError, SingularityError) as error:
-        raise type(error)(f"time_path: the path leaves the workspace at s = {s:.9g} m: {error.args[0]}", error.args[1]) from None
+        amount = error.gap if isinstance(error, UnreachableError) else error.margin
+        raise type(error)(f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount) from None
 
 
 def _values(robot, path, working, piece, s, names):
