@@ -46,6 +46,10 @@ class Solved(NamedTuple):
     bent: np.ndarray
     time: np.ndarray
 
+    @property
+    def gap(self) -> float:
+        return float(self.time.sum() / self.above.time.sum()) - 1
+
 
 @takes(
     robot=must_be_robot, path=instance(Path, what="a Path, as fivebar.path gives"), duration=optional(seconds),
@@ -100,39 +104,44 @@ def _timed(mesh, limits, solved):
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
-    best, along, stuck = None, None, 0
+    best, hints, stuck = None, None, 0
     for _ in range(ROUNDS):
-        found = solve(mesh, limits, along)
+        found = solve(mesh, limits, hints)
+        late = len(mesh) > MOST or time.perf_counter() > until
         if isinstance(found, Solved):
-            best = mesh, found
-            whole, lower = found.time.sum(), found.above.time.sum()
-            if whole <= (1 + gap) * lower or len(mesh) > MOST or time.perf_counter() > until:
+            lower = found.above.time.sum()
+            if best is None or found.gap < best[1].gap:
+                best = mesh, found
+            if found.gap <= gap or late:
                 break
+            # The gap of a stretch goes as the square of its length.
             part = found.time - found.above.time
-            split = part > min(gap * lower / (2 * len(mesh)), 0.5 * part.max())
-            along = _along(mesh, found)
+            wanted = np.sqrt(part / min(gap * lower / (2 * len(mesh)), 0.5 * part.max()))
+            parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
+            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
         else:
-            node, split = found
+            node, parts = found
             stuck += 1
-            if best is None and (stuck > 30 or time.perf_counter() > until or len(mesh) > MOST):
+            if best is None and (stuck > 30 or late):
                 _refuse(mesh, limits, node, False)
-        mesh, along = _split(mesh, split, along)
+            if late:
+                break
+        after = mesh.split(parts)
+        if hints is not None:
+            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
+        mesh = after
+    if best is None:
+        _refuse(mesh, limits, node, False)
     return best
 
 
-def _split(mesh, at, along):
-    after = mesh.split(at)
-    if along is not None:
-        old = np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1
-        along = along[old]
-    return after, along
+def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
+    """What is found on this mesh, or (node, how many parts of each stretch) where it is too coarse.
 
-
-def solve(mesh: Mesh, limits: Limits, along: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
-    """What is found on this mesh, or (node, the stretches to split) where it is too coarse.
-
-    along (n,): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at closely.
+    hints (2, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
+    closely, and x_ss / 2, both from a coarser mesh.
     """
+    along = None if hints is None else hints[0]
     length, about = mesh.stretches.length, (mesh.side, mesh.turns, mesh.speed, _directions(len(mesh), along))
     rows, alone = rows_of(mesh.found, limits, *about, False)
     ends = caps(rows, alone)
@@ -144,32 +153,28 @@ def solve(mesh: Mesh, limits: Limits, along: np.ndarray | None = None) -> Solved
         _refuse(mesh, limits, above.stuck, True)
     if not np.isfinite(above.size).all():
         bad = ~np.isfinite(above.size)
-        return int(np.argmax(bad)), bad
+        return int(np.argmax(bad)), 1 + bad
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.found, narrow, *about, True)
-    bent, best, shares = np.zeros(len(mesh)), None, [*SHARES]
-    while shares:
+
+    def tried(share, bent):
         # Slower motions need less room: where none is found on a coarse mesh, one of these is.
-        below = above._replace(x=above.x * shares[0], size=above.size * shares[0])
+        below = above._replace(x=above.x * share, size=above.size * share)
         table = polygons(rows, alone, length, below, bent, mesh)
         x = profile(table, below, mesh.rest)
         if isinstance(x, int):
-            if best is not None:
-                break
-            node = x
-            shares.pop(0)
-            continue
+            return x
         own = table.curvature(x)
-        taken = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
-        if best is None or taken.sum() < best.time.sum():
-            first = best is None
-            best = Solved(above, top, x, own, taken)
-            if not first:
-                break
-        else:
-            break
-        bent = _bent(x, length)
-    return best or (node, _about(length, node))
+        return Solved(above, top, x, own, np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)]))
+
+    if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
+        return found
+    for share in SHARES:
+        found = tried(share, np.zeros(len(mesh)))
+        if isinstance(found, Solved):
+            again = tried(share, _bent(found.x, length))
+            return min(found, again, key=lambda each: each.gap) if isinstance(again, Solved) else found
+    return found, 1 + _about(length, found)
 
 
 def _about(length, node):

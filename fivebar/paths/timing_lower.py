@@ -170,28 +170,23 @@ def duration(h: float, x0: float, x1: float, bent: float) -> float:
 
 
 def _least_time(x0, ahead, x1, behind, h):
-    """Least time below both curves."""
-    bounds = [0.0]
-    curves = []
-    for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
-        if end < math.inf and min(start + h * u0, start, end) >= 0:
-            curves.append((start, u0, (u1 - u0) / h))
-            bounds.append(duration(h, start, end, curves[-1][2]))
-    if len(curves) == 2:
-        (f0, fu, fk), (g0, gu, gk) = curves
-
-        def f(s):
-            return f0 + s * (2 * fu + s * fk)
-
-        def g(s):
-            return g0 + s * (2 * gu + s * gk)
-
-        low, high = 0.0, h
-        for _ in range(30):  # any place is valid: below both means below either
-            s = (low + high) / 2
-            low, high = (s, high) if f(s) < g(h - s) else (low, s)
-        bounds.append(duration(low, f0, f(low), fk) + duration(h - low, g0, g(h - low), gk) if 0 < low < h else 0.0)
-    return max(bounds) * (1 - 1e-12)
+    """Least time below both curves, from x0 on and back from x1."""
+    curves = [
+        (start, u0, (u1 - u0) / h, end) if end < math.inf and min(start + h * u0, start, end) >= 0 else None
+        for start, (u0, u1, end) in ((x0, ahead), (x1, behind))
+    ]
+    bounds = [duration(h, start, end, bent) for start, _, bent, end in filter(None, curves)]
+    if len(bounds) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
+        (f0, fu, fk, _), (g0, gu, gk, g1) = curves
+        # Where they meet: any place is valid, as below both is below either.
+        a, b, c = fk - gk, 2 * (fu + gu + gk * h), f0 - g1
+        root = b * b - 4 * a * c
+        s = -2 * c / (b + math.sqrt(root)) if root >= 0 and b > 0 else 0.0
+        if 0 < s < h:
+            rest = h - s
+            parts = duration(s, f0, f0 + s * (2 * fu + s * fk), fk), duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk)
+            bounds.append(sum(parts))
+    return max(bounds, default=0.0) * (1 - 1e-12)
 
 
 def _cruise(alone, length):

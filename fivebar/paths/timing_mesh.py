@@ -68,9 +68,9 @@ class Mesh:
         """Where a node is, in words."""
         return where(self.path, self.s[k])
 
-    def split(self, at: np.ndarray) -> Mesh:
-        """With the stretches `at` (n,) cut in two."""
-        return _enclosed(self.robot, self.path, self.working, _halved(self.stretches, at), self)
+    def split(self, parts: np.ndarray) -> Mesh:
+        """With each stretch cut in so many parts (n,), 1 or more."""
+        return _enclosed(self.robot, self.path, self.working, _parted(self.stretches, parts), self)
 
 
 def where(path: Path, s: float) -> str:
@@ -97,9 +97,10 @@ def _first(path):
     return Stretches(piece, ends[starts], ends[starts + 1])
 
 
-def _halved(stretches, at):
-    middle = (stretches.first + stretches.last) / 2
-    return _cut(stretches, np.flatnonzero(at), middle[at])
+def _parted(stretches, parts):
+    index = np.repeat(np.arange(len(parts)), parts - 1)
+    k = np.arange(len(index)) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1) + 1
+    return _cut(stretches, index, stretches.first[index] + stretches.length[index] * k / parts[index])
 
 
 def _cut(stretches, index, places):
@@ -201,7 +202,7 @@ def _enclosed(robot, path, working, stretches, known):
         tiny = bad & (stretches.length < SHORTEST * path.length)
         if tiny.any():
             _refuse_tiny(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
-        known, stretches = mesh, _halved(stretches, bad)
+        known, stretches = mesh, _parted(stretches, 1 + bad)
         stretches = _cut_missed(robot, path, working, stretches)
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .timing_mesh import Mesh
 
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
+TINY = 1e-12  # a row's share, of both, that counts as 0
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -172,79 +173,72 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> np.ndarray | i
     """x at the nodes (n + 1,), as large as a pass forwards makes it, or the node from which no motion leads on."""
     table, n = found.table, len(found.table)
     top = np.where(rest, 0.0, above.x)
-    best = _corners(table, top)
     p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
+    up, down, flat = p > TINY, p < -TINY, np.abs(p) <= TINY
     with np.errstate(all="ignore"):
-        up, down = p > 1e-12, p < -1e-12
-        reach = [np.where(side, -1 / p, 0.0) for side in (up, down)]
-    low, high = np.zeros(n + 1), top.copy()
-    corners = best.tolist()
+        reach = np.where(flat, 0.0, -1 / p)
+        # Whether x0 = 0 is allowed, and with what x1.
+        ends = -r / q
+        first = np.where(q < -TINY, ends, 0.0).max(axis=1).tolist()
+        last = np.where(q > TINY, ends, np.inf).min(axis=1).tolist()
+    always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
+    corner = _corners(p, q, r, reach, top[1:], True).tolist()
+    low, high, lowest = [0.0] * (n + 1), top.tolist(), None
+    least = 1e-12 * above.x.max() + 1e-300
     for i in range(n - 1, -1, -1):
-        first, last = low[i + 1], high[i + 1]
-        value = r[i] + q[i] * min(max(corners[0][i], first), last)
-        at_most = _least(value, reach[0][i], up[i])
-        value_low = r[i] + q[i] * min(max(corners[1][i], first), last)
-        at_least = _largest(value_low, reach[1][i], down[i])
+        x1 = min(max(corner[i], low[i + 1]), high[i + 1])
+        value = (r[i] + q[i] * x1) * reach[i]
+        at_most = value[up[i]].min(initial=np.inf)
+        if not (always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])):
+            if lowest is None:
+                lowest = _corners(p, q, r, reach, top[1:], False)
+            x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
+            value = (r[i] + q[i] * x1) * reach[i]
+            low[i] = max(value[down[i]].max(initial=0.0), 0.0)
         high[i] = min(high[i], at_most)
-        low[i] = max(low[i], at_least)
         if not low[i] <= high[i]:
-            if low[i] - high[i] > 1e-12 * above.x.max() + 1e-300 or rest[i] and low[i] > 0:
+            if low[i] - high[i] > least or rest[i] and low[i] > 0:
                 return i
-            low[i] = high[i]
+            low[i] = high[i] = max(high[i], 0.0)
     return _forwards(p, q, r, low, high)
 
 
-def _least(value, reach, side):
-    return float((value * reach)[side].min()) if side.any() else np.inf
-
-
-def _largest(value, reach, side):
-    return float((value * reach)[side].max()) if side.any() else 0.0
-
-
 def _forwards(p, q, r, low, high):
-    n = len(p)
-    x = np.zeros(n + 1)
-    x[0] = high[0]
+    """The largest x that can follow from node to node, or the node from which none does."""
+    n, x = len(p), [high[0]]
+    up = q > TINY
     with np.errstate(all="ignore"):
-        up = q > 1e-12
-        reach = np.where(up, -1 / q, np.inf)
+        reach = np.where(up, -1 / q, 0.0)
+    base, slope = r * reach, p * reach
     for i in range(n):
-        value = (r[i] + p[i] * x[i]) * reach[i]
-        most = value[up[i]].min() if up[i].any() else np.inf
-        x[i + 1] = min(most, high[i + 1])
-        if x[i + 1] < low[i + 1]:
+        most = (base[i] + slope[i] * x[i])[up[i]].min(initial=np.inf)
+        x.append(min(float(most), high[i + 1]))
+        if x[-1] < low[i + 1] or (x[-1] <= 0 and i < n - 1 and high[i + 1] > 0):
             return i
-    return x
+    return np.array(x)
 
 
-def _corners(table, top):
-    """For each polygon the x1 at which x0 is largest, and at which it is least, (2, n)."""
-    p, q, r = (table[..., k] for k in range(3))
-    n, index = len(table), np.arange(len(table))
-    up, down = p > 1e-12, p < -1e-12
-    flat = ~(up | down)
-    with np.errstate(all="ignore"):
-        scale = np.where(flat, 0.0, -1 / p)
-    found = []
-    for largest in (True, False):
-        low, high = np.zeros(n), top[1:].copy()
-        good = np.full(n, np.nan)
-        for k in range(FINE):
-            x1 = high if k == 0 else (low + high) / 2
-            value = r + q * x1[:, None]
-            x0 = value * scale
-            above, below = np.where(up, x0, np.inf), np.where(down, x0, -np.inf)
-            j, l = above.argmin(axis=1), below.argmax(axis=1)
-            wrong = np.where(flat, value, -np.inf)
-            m = wrong.argmax(axis=1)
-            slope_j, slope_l = (q[index, each] * scale[index, each] for each in (j, l))
-            closed = above[index, j] < below[index, l]
-            outside = wrong[index, m] > 0
-            slope = np.where(closed, slope_j - slope_l, slope_j if largest else -slope_l)
-            slope = np.where(outside, -q[index, m], slope)
-            fits = ~closed & ~outside
-            good = np.where(fits, x1, good)
-            low, high = np.where(slope > 0, x1, low), np.where(slope > 0, high, x1)
-        found.append(np.where(np.isnan(good), (low + high) / 2, good))
-    return np.array(found)
+def _corners(p, q, r, reach, top, largest):
+    """For each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
+    found, low, high = top.copy(), np.zeros(len(p)), top.copy()
+    left, good = np.arange(len(p)), np.full(len(p), np.nan)
+    for k in range(FINE):
+        x1 = high[left] if k == 0 else (low[left] + high[left]) / 2
+        p_, q_, reach_ = p[left], q[left], reach[left]
+        value = r[left] + q_ * x1[:, None]
+        x0, index = value * reach_, np.arange(len(left))
+        most, least = np.where(p_ > TINY, x0, np.inf), np.where(p_ < -TINY, x0, -np.inf)
+        wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
+        i, j, m = most.argmin(axis=1), least.argmax(axis=1), wrong.argmax(axis=1)
+        slope_i, slope_j = (q_[index, each] * reach_[index, each] for each in (i, j))
+        closed, outside = most[index, i] < least[index, j], wrong[index, m] > 0
+        slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
+        slope = np.where(outside, -q_[index, m], slope)
+        good[left] = np.where(closed | outside, good[left], x1)
+        low[left], high[left] = np.where(slope > 0, x1, low[left]), np.where(slope > 0, high[left], x1)
+        if k == 0:  # most are done: x0 grows up to the top
+            left = left[(slope < 0) | closed | outside]
+            if not len(left):
+                break
+    found = np.where(np.isnan(good), (low + high) / 2, good)
+    return found
