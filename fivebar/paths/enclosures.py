@@ -8,11 +8,14 @@ The models' equations, written on components, take them as they take arrays.
 from __future__ import annotations
 
 from math import comb, factorial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._backend import EPS
-from .pieces import Arc
+
+if TYPE_CHECKING:
+    from .curve import Path
 
 ROUND = 4 * EPS  # of the sum of the terms' sizes: more than what a sum of up to five products loses
 TERMS = 5  # of the place: the torques take two derivatives of it, and are wanted with two of their own
@@ -120,43 +123,45 @@ def _term_by_term(given, first, inverse):
     return Series(np.concatenate([g.m for g in found]), np.concatenate([g.r for g in found]))
 
 
-def place_series(path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int) -> tuple[Series, Series]:
+def place_series(path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int) -> tuple[Series, Series]:
     """(x, y) of the path on stretches [first, last] (n,) of pieces (n,), s from each piece's own beginning, m."""
+    arcs, tables, lengths, is_arc, own = path._packed
     m, r = np.zeros((2, 2, terms, len(piece)))
     middle, radius = (first + last) / 2, (last - first) / 2 * (1 + ROUND)
-    is_arc = np.array([isinstance(each, Arc) for each in path.pieces])
-    for k in np.unique(piece):
-        at, one = piece == k, path.pieces[k]
-        fill = _on_arc if is_arc[k] else _on_polynomial
-        m[..., at], r[..., at] = fill(one, middle[at], radius[at], terms)
+    on_arc = is_arc[piece]
+    for at, fill in ((on_arc, lambda k, *s: _on_arcs(arcs[k].T, *s)),
+                     (~on_arc, lambda k, *s: _on_polynomials(tables[k, 0], lengths[k], *s))):  # fmt: skip
+        if at.any():
+            m[..., at], r[..., at] = fill(own[piece[at]], middle[at], radius[at], terms)
     r += ROUND * np.abs(m)
     return Series(m[0], r[0]), Series(m[1], r[1])
 
 
-def _on_arc(arc, middle, radius, terms):
-    angle, turn = arc.angle0 + arc.side * middle / arc.radius, radius / arc.radius
+def _on_arcs(arcs, middle, radius, terms):
+    *centre, size, start, side = arcs
+    angle, turn = start + side * middle / size, radius / size
     m, r = np.zeros((2, 2, terms, len(middle)))
     for k in range(terms):
-        size = arc.radius * (arc.side / arc.radius) ** k / factorial(k)
-        m[:, k] = size * np.cos(angle + k * np.pi / 2), size * np.sin(angle + k * np.pi / 2)
-        r[:, k] = abs(size) * (np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle)))  # both have slopes of at most 1
-    m[:, 0] += np.array(arc.centre)[:, None]
-    r[:, 0] += ROUND * np.abs(np.array(arc.centre))[:, None]
+        scale = size * (side / size) ** k / factorial(k)
+        m[:, k] = scale * np.cos(angle + k * np.pi / 2), scale * np.sin(angle + k * np.pi / 2)
+        r[:, k] = np.abs(scale) * (np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle)))  # both have slopes of at most 1
+    m[:, 0] += centre
+    r[:, 0] += ROUND * np.abs(centre)
     return m, r
 
 
-def _on_polynomial(piece, middle, radius, terms):
-    table, u, rho = piece.coefficients, middle / piece.length, radius / piece.length
-    n = len(table)
+def _on_polynomials(table, length, middle, radius, terms):
+    u, rho, n = middle / length, radius / length, table.shape[1]
+    c = table.transpose(1, 2, 0)
     m, r = np.zeros((2, 2, terms, len(middle)))
     shifted, size = np.zeros((2, n, 2, len(middle)))  # coefficients about the middle, and the sizes of their terms
     for k in range(n):
         for j in range(k, n):
-            part = comb(j, k) * table[j][:, None] * u ** (j - k)
+            part = comb(j, k) * c[j] * u ** (j - k)
             shifted[k] += part
             size[k] += np.abs(part)
     for k in range(min(terms, n)):
         spread = sum((comb(j, k) * np.abs(shifted[j]) * rho ** (j - k) for j in range(k + 1, n)), np.zeros_like(u))
-        m[:, k] = shifted[k] / piece.length**k
-        r[:, k] = (spread + 2 * n * EPS * size[k]) / piece.length**k
+        m[:, k] = shifted[k] / length**k
+        r[:, k] = (spread + 2 * n * EPS * size[k]) / length**k
     return m, r

@@ -116,7 +116,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
                 break
             # The gap of a stretch goes as the square of its length.
             part = found.time - found.above.time
-            wanted = np.sqrt(part / min(gap * lower / (2 * len(mesh)), 0.5 * part.max()))
+            wanted = np.sqrt(part / min(0.7 * gap * lower / len(mesh), 0.5 * part.max()))
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
             hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
         else:

@@ -88,7 +88,9 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
 
 def _first(path):
     lengths = np.diff(path.knots)
-    count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), 2)
+    rests = np.isin(path.knots, [stop.s for stop in path.stops])
+    least = np.where(rests[:-1] & rests[1:], 2, 1)  # from rest to rest it has to move in between
+    count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), least)
     piece = np.repeat(np.arange(len(lengths)), count)
     share = np.concatenate([np.arange(n + 1) / n for n in count])
     ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
