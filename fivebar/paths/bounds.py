@@ -176,9 +176,7 @@ def enclosed(robot: Robot, path: Path, stretches: Stretches, working: tuple[int,
         path, np.tile(stretches.piece, 2), *2 * [np.concatenate([stretches.first, stretches.last])], TERMS - 2
     )
     at_ends = asked(robot, ends, working)
-    over = asked(
-        robot, place_series(path, stretches.piece, stretches.first, stretches.last, TERMS), working
-    )
+    over = asked(robot, place_series(path, stretches.piece, stretches.first, stretches.last, TERMS), working)
     square, found = stretches.length**2, {}
     for name, value in at_ends.items():
         m, r, second = value.m[0], value.r[0], over[name]

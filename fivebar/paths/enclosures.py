@@ -123,7 +123,9 @@ def _term_by_term(given, first, inverse):
     return Series(np.concatenate([g.m for g in found]), np.concatenate([g.r for g in found]))
 
 
-def place_series(path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int) -> tuple[Series, Series]:
+def place_series(
+    path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int
+) -> tuple[Series, Series]:
     """(x, y) of the path on stretches [first, last] (n,) of pieces (n,), s from each piece's own beginning, m."""
     arcs, tables, lengths, is_arc, own = path._packed
     m, r = np.zeros((2, 2, terms, len(piece)))

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import bounded, positive
 from ..described import one_line
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import Accelerations, ikm, ikm2
+from ..models.parameters import robot_of
+from ..pictures.plot.timed_paths import timed
+from ..planning.trajectory import refuse_nan
+from ..tables import BinaryFile, TextFile, opened, saved, write
 from .curve import Path
+from .pieces import Arc, Line, Polynomial
 from .timing_lower import duration
 from .timing_rows import Limits
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..models.robots import Robot
 
+COLUMNS = (
+    "t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "q1", "q2", "q1_dot", "q2_dot", "tau1", "tau2", "s", "pen",
+)  # fmt: skip
+MOST_ROWS = 10**7
+ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
 BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
 NEVER = 1e-12  # s
 
@@ -94,9 +107,8 @@ class TimedPath:
     def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:
         """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         t = np.asarray(t, dtype=float)
-        if np.isnan(t).any():
-            raise ValueError("t must be a number of seconds, but one is nan")
-        begins, taken, end = self._clock
+        refuse_nan(t)
+        begins, taken, _ = self._clock
         k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)
         dt = np.clip(t - begins[k], 0.0, taken[k])
         h, bent, v0 = self._lengths[k], self.bent[k], np.sqrt(self.x[k])
@@ -104,7 +116,7 @@ class TimedPath:
         c0, c1, c2 = _stumpff(bent * dt * dt)
         gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, h)
         speed, push = v0 * c0 + u0 * dt * c1, u0 + bent * gone
-        still = (t < 0) | (t > end) | (t > begins[k] + taken[k] + NEVER)
+        still = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
         return k, gone, np.where(still, 0.0, np.maximum(speed, 0.0)), np.where(still, 0.0, push)
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -140,6 +152,71 @@ class TimedPath:
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
 
+    def pen(self, t: ArrayLike) -> np.ndarray:
+        """Whether the pen is down at times t."""
+        return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
+
+    def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
+        """Write setpoints, `rate` times a second and at the last instant too; what was asked and found goes into a
+        comment line, from which `from_csv` reads it. SI; pen is 1 where it is down."""
+        rate = positive(rate, "to_csv: rate")
+        steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
+        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
+        t = np.arange(steps + 1) / rate
+        t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
+        (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
+        s = self.path.knots[self.piece[k]] + self.first[k] + gone
+        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
+        about = {
+            "robot": self.robot.parameters, "path": _described(self.path), "working": self.working,
+            "limits": asdict(self.limits), "lower_bound": self.lower_bound,
+            **{name: _plain(getattr(self, name)) for name in ARRAYS},
+        }  # fmt: skip
+        rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
+        write(path, "timed path", about, COLUMNS, rows)
+
+    @classmethod
+    def from_csv(cls, path: TextFile) -> TimedPath:
+        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        with opened(path) as table:
+            return table.about("timed path", "a file written by TimedPath.to_csv", _known)
+
+    def plot(self, path: BinaryFile | None = None) -> Figure:
+        """Matplotlib figure of the drawing, its colour the speed, the phase plane under the maximum velocity curve, and
+        the torques; written to `path` (PNG, SVG, PDF) if given."""
+        return saved(timed(self), path)
+
+
+def _described(path):
+    """A Path as a file has it."""
+    pieces = [
+        {"arc": [p.centre, p.radius, p.angle0, p.angle1]} if isinstance(p, Arc)
+        else {"line": [p.start, p.end]} if isinstance(p, Line)
+        else {"polynomial": [p.coefficients, p.length]}
+        for p in path.pieces
+    ]  # fmt: skip
+    feed = [None if np.isinf(each) else each for each in path.feed]
+    return {"pieces": pieces, "pen": path.pen, "dwells": list(path.dwells.items()), "feed": feed}
+
+
+def _plain(values):
+    return [None if value == np.inf else value for value in values.tolist()]
+
+
+def _known(about):
+    kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
+    made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
+    feed = [np.inf if each is None else each for each in about["path"]["feed"]]
+    path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
+    limits = Limits(**about["limits"])
+    arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
+    n = len(arrays["piece"])
+    if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
+        raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
+    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
+    lower = float(about["lower_bound"])
+    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, lower_bound=lower, **arrays)
+
 
 def _stumpff(z):
     """c0, c1, c2 of Stumpff at -z: cosh(r), sinh(r) / r, (cosh(r) - 1) / r^2 with r = sqrt(z), cosines for z < 0."""
@@ -148,5 +225,9 @@ def _stumpff(z):
     c0 = np.where(z > 0, np.cosh(np.where(z > 0, root, 0.0)), np.cos(root))
     c1 = np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0)), np.sin(root)) / root
     c2 = 2 * (np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0) / 2), np.sin(root / 2)) / root) ** 2
-    series = 1 + z / 2 * (1 + z / 12 * (1 + z / 30)), 1 + z / 6 * (1 + z / 20 * (1 + z / 42)), 0.5 * (1 + z / 12 * (1 + z / 30 * (1 + z / 56)))
+    series = (
+        1 + z / 2 * (1 + z / 12 * (1 + z / 30)),
+        1 + z / 6 * (1 + z / 20 * (1 + z / 42)),
+        0.5 * (1 + z / 12 * (1 + z / 30 * (1 + z / 56))),
+    )
     return tuple(np.where(small, near, far) for near, far in zip(series, (c0, c1, c2)))

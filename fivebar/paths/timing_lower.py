@@ -79,7 +79,9 @@ def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Cei
     for i in range(n):
         ahead[i] = _above(x[i], forward[i], h[i])
         time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
-        size[i] = max((abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)), default=math.inf)
+        size[i] = max(
+            (abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)), default=math.inf
+        )
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
     return Ceiling(np.array(x), time, size, stuck)
@@ -92,7 +94,9 @@ def _lists(rows, way):
     least = np.minimum(np.minimum(a[0], a[2]), a[1] - rows.bend["a"] / 2) - rows.slack["a"]
     largest = a.max(axis=0)
     fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
-    table = np.concatenate([a, b, v, c, np.stack([rows.bend[name] for name in PARTS]), np.stack([rows.slack[name] for name in PARTS])])
+    table = np.concatenate(
+        [a, b, v, c, np.stack([rows.bend[name] for name in PARTS]), np.stack([rows.slack[name] for name in PARTS])]
+    )
     table = table.transpose(2, 1, 0)
     return [table[i, fits[:, i]].tolist() for i in range(table.shape[0])]
 
@@ -116,7 +120,28 @@ def _above(x0, rows, h):
             best, guess = row, u0 + u1
     if best is None:
         return math.inf, math.inf, math.inf
-    (a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1, a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack) = best
+    (
+        a0,
+        am,
+        a1,
+        b0,
+        bm,
+        b1,
+        v0,
+        vm,
+        v1,
+        c0,
+        cm,
+        c1,
+        a_bend,
+        b_bend,
+        v_bend,
+        c_bend,
+        a_slack,
+        b_slack,
+        v_slack,
+        c_slack,
+    ) = best
     x1, loose = x0 + h * guess, 1e-3
     for _ in range(60):
         high, low = max(x0, x1), min(x0, x1)
@@ -138,7 +163,9 @@ def _above(x0, rows, h):
         y = x0 + h * u0
         p = (
             (a0 * u0 + 2 * am * u0) / 4 + (b0 * y + bm * x0) / 2 + (v0 * r0 + vm * rm + c0 + cm) / 2,
-            (2 * am * u0 + a1 * u0) / 6 + (b0 * y + 4 * bm * y + b1 * x0) / 6 + (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6,
+            (2 * am * u0 + a1 * u0) / 6
+            + (b0 * y + 4 * bm * y + b1 * x0) / 6
+            + (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6,
             a1 * u0 / 4 + (bm + b1) * y / 2 + (vm * rm + v1 * r1 + cm + c1) / 2,
             b1 * y + v1 * r1 + c1,
         )
@@ -184,7 +211,10 @@ def _least_time(x0, ahead, x1, behind, h):
         s = -2 * c / (b + math.sqrt(root)) if root >= 0 and b > 0 else 0.0
         if 0 < s < h:
             rest = h - s
-            parts = duration(s, f0, f0 + s * (2 * fu + s * fk), fk), duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk)
+            parts = (
+                duration(s, f0, f0 + s * (2 * fu + s * fk), fk),
+                duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk),
+            )
             bounds.append(sum(parts))
     return max(bounds, default=0.0) * (1 - 1e-12)
 

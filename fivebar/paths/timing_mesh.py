@@ -156,7 +156,10 @@ def _cut_at_signs(robot, path, stretches, working):
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
         roots = _roots(
             lambda at, k, name=name: _values(robot, path, working, stretches.piece[k], at, [name])[name],
-            s[row, column], s[row, column + 1], value[row, column], row,
+            s[row, column],
+            s[row, column + 1],
+            value[row, column],
+            row,
         )
         inside = np.minimum(roots - stretches.first[row], stretches.last[row] - roots) > 1e-12 * path.length
         index.append(row[inside])
@@ -216,7 +219,10 @@ def _cut_missed(robot, path, working, stretches):
     row = np.flatnonzero((ends[0] * ends[1] < 0) & (np.abs(ends) > 1e-12).all(axis=0))
     roots = _roots(
         lambda at, k: _values(robot, path, working, stretches.piece[k], at, ["D"])["D"],
-        stretches.first[row], stretches.last[row], ends[0][row], row,
+        stretches.first[row],
+        stretches.last[row],
+        ends[0][row],
+        row,
     )
     return _cut(stretches, row, roots)
 
@@ -225,7 +231,12 @@ def _found(robot, path, working, stretches, known):
     """`enclosed`, of stretches that are known taken over."""
     if known is None:
         return enclosed(robot, path, stretches, working)
-    old = {key: k for k, key in enumerate(zip(*map(np.ndarray.tolist, (known.stretches.piece, known.stretches.first, known.stretches.last))))}
+    old = {
+        key: k
+        for k, key in enumerate(
+            zip(*map(np.ndarray.tolist, (known.stretches.piece, known.stretches.first, known.stretches.last)))
+        )
+    }
     keys = zip(*map(np.ndarray.tolist, (stretches.piece, stretches.first, stretches.last)))
     source = np.array([old.get(key, -1) for key in keys])
     new = source < 0

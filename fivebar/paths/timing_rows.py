@@ -71,6 +71,7 @@ class Rows(NamedTuple):
 
     def taken(self, at: np.ndarray) -> Rows:
         """Of some stretches."""
+
         def pick(table):
             return {name: value[..., at] for name, value in table.items()}
 
@@ -98,7 +99,9 @@ def rows_of(
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])
-            rows.append(({"a": [(share, found[f"q{k + 1}"])], "b": [(share, found[f"p{k + 1}"])], "c": [(-1.0, None)]}, False))
+            rows.append(
+                ({"a": [(share, found[f"q{k + 1}"])], "b": [(share, found[f"p{k + 1}"])], "c": [(-1.0, None)]}, False)
+            )
     if limits.acceleration is not None:
         half = np.diff(directions, axis=0, append=directions[:1] + 2 * np.pi) / 2 * inside
         for angle, opening in zip(directions + half, half):
@@ -109,14 +112,18 @@ def rows_of(
             alone.append(({"b": [(np.full(n, sign / limits.acceleration), found["k"])], "c": [(-1.0, None)]}, False))
     if limits.joint_speed is not None:
         for k in (0, 1):
-            alone.append(({"b": [(np.full(n, limits.joint_speed[k] ** -2), found[f"w{k + 1}"])], "c": [(-1.0, None)]}, False))
+            alone.append(
+                ({"b": [(np.full(n, limits.joint_speed[k] ** -2), found[f"w{k + 1}"])], "c": [(-1.0, None)]}, False)
+            )
     if np.isfinite(speed).any():
         alone.append(({"b": [(speed**-2.0, found["w0"])], "c": [(-1.0, None)]}, False))
     return _stacked(rows, n), _stacked(alone, n)
 
 
 def _stacked(rows, n):
-    parts, bend, slack = ({name: np.zeros(shape) for name in PARTS} for shape in ((3, len(rows), n), *2 * [(len(rows), n)]))
+    parts, bend, slack = (
+        {name: np.zeros(shape) for name in PARTS} for shape in ((3, len(rows), n), *2 * [(len(rows), n)])
+    )
     for r, (row, _) in enumerate(rows):
         for part, terms in row.items():
             for share, value in terms:
