@@ -50,8 +50,10 @@ class Stretches:
 
 
 class Bernstein(NamedTuple):
-    """A function on stretches, t from 0 to 1: first (1-t)^2 + 2 middle t (1-t) + last t^2, to within slack + bend t (1-t);
-    slope: its derivative by t at t = 0 and t = 1, (2, n)."""
+    """A function on stretches, t from 0 to 1: first (1-t)^2 + 2 middle t (1-t) + last t^2, to within slack + bend t (1-t).
+
+    All (n,).
+    """
 
     first: np.ndarray
     middle: np.ndarray
@@ -71,9 +73,12 @@ class Bernstein(NamedTuple):
 
 
 def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> dict[str, Series]:
-    """{name: Series}, of two terms less than the place: D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c
-    where the robot has them), q1, q2, p1, p2 (first and second derivative of q), w0, w1, w2 (squares of |xi_s|, q1
-    and q2), g, m, k (|xi_s| and the parts of xi_ss along and across xi_s)."""
+    """{name: Series}, of two terms less than the place.
+
+    D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1, q2, p1, p2 (first
+    and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m, k (|xi_s| and the parts of xi_ss along
+    and across xi_s).
+    """
     legs, slopes = [], []
     for drive, bar, mode in zip(robot.drives, robot.distal, working):
         leg, slope = _leg(drive, bar, mode, xi)

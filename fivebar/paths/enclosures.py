@@ -1,8 +1,8 @@
 """Enclosures along a path: truncated Taylor series whose coefficients are intervals, for many stretches at once.
 
 A `Series` holds f, f', f''/2, ... at a point to its rounding, or over a stretch as intervals; sums, products, quotients
-and roots of series enclose those of the functions (Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 9).
-The models' equations, written on components, take them as they take arrays.
+and roots of series enclose those of the functions (Moore, Kearfott and Cloud, Introduction to Interval Analysis, 2009,
+ch. 9). The models' equations, written on components, take them as they take arrays.
 """
 
 from __future__ import annotations

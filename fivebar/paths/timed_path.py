@@ -42,10 +42,11 @@ class TimedPath:
     """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot), each (2,) or (n, 2),
     and rests at its first and last point before and after.
 
-    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0): piece (n,) of the path
-    and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
-    lower_bound: s, less than which no motion along the path under these limits takes. crossing (n + 1,): the nodes on
-    Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that no motion passes.
+    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0): piece (n,) of the
+    path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
+    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none is known. crossing
+    (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that
+    no motion passes.
     """
 
     robot: Robot
@@ -63,10 +64,12 @@ class TimedPath:
     start = 0.0
 
     def __repr__(self) -> str:
-        bounds = f"{self.duration:.6g} s", f"proved: no less than {self.lower_bound:.6g} s"
+        proved = f"proved: no less than {self.lower_bound:.6g} s" if self.lower_bound else ""
         crossed = int(self.crossing.sum())
         ways = f"{crossed} crossing{'s' * (crossed > 1)} of Type 2" if crossed else ""
-        return one_line("TimedPath", f"{self.path.length:.6g} m", *bounds, f"working {self.working}", ways)
+        return one_line(
+            "TimedPath", f"{self.path.length:.6g} m", f"{self.duration:.6g} s", proved, f"working {self.working}", ways
+        )
 
     @cached_property
     def s(self) -> np.ndarray:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,39 +17,15 @@ from ..models.geometry import igm
 from ..models.physics import physics_of
 from .curve import Path
 from .timed_path import TimedPath
-from .timing_lower import MARGIN, Ceiling, caps, ceiling, duration
-from .timing_mesh import Mesh, mesh_of
-from .timing_rows import DIRECTIONS, NEAR, Limits, rows_of
-from .timing_upper import polygons, profile
+from .timing_mesh import mesh_of, where
+from .timing_rows import Limits
+from .timing_slower import slowed
+from .timing_solve import TimingError, refined
 
 if TYPE_CHECKING:
     from ..models.robots import Robot
 
-MOST = 20000  # stretches
-ROUNDS = 40
-SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
-
-
-class TimingError(RuntimeError):
-    """No motion along the path was found that keeps the limits; proved: there is none."""
-
-    def __init__(self, message: str, s: float, proved: bool) -> None:
-        super().__init__(message)
-        self.s, self.proved = s, proved
-
-
-class Solved(NamedTuple):
-    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch."""
-
-    above: Ceiling
-    top: np.ndarray
-    x: np.ndarray
-    bent: np.ndarray
-    time: np.ndarray
-
-    @property
-    def gap(self) -> float:
-        return float(self.time.sum() / self.above.time.sum()) - 1
+AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 
 @takes(
@@ -77,132 +54,57 @@ def time_path(
     UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
     it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked.
     """
-    limits = Limits(
+    asked = Limits(
         torque_limit, joint_speed_limit, joint_acceleration_limit, speed_limit, acceleration_limit, jerk_limit
     )
     gap, max_time = number(gap, "gap", 1e-7, 1.0), number(max_time, "max_time", 0.0, math.inf, above=True)
-    if not limits.forces:
+    if duration is None and not asked.forces:
         raise ValueError(
             "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
             "it is that of infinite forces"
         )
-    began = time.perf_counter()
+    until = time.perf_counter() + max_time
     mesh = mesh_of(robot, path, working)
-    _refuse_falling(mesh, limits)
-    mesh, solved = refined(mesh, limits, gap, began + max_time)
-    return _timed(mesh, limits, solved)
+    _refuse_falling(mesh, asked)
+    if duration is None:
+        return _timed(asked, *refined(mesh, asked, gap, until))
+    rest = math.fsum(stop.seconds for stop in path.stops)
+    if not duration > rest:
+        raise ValueError(f"time_path: the path rests for {rest:g} s, which leaves no time to move in {duration:g} s")
+    limits = asked if asked.forces else _ample(mesh, asked, duration - rest)
+    mesh, found = refined(mesh, limits, gap, until)
+    least, lower = found.time.sum() + rest, found.above.time.sum() + rest
+    if duration < least:
+        short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
+        if duration >= lower:
+            short = f"less than {least:.6g} s, the least that was found (proved: none below {lower:.6g} s)"
+        raise TimingError(f"time_path: duration = {duration:g} s is {short}, under these limits", 0.0, duration < lower)
+    mesh, slow = slowed(mesh, limits, duration - rest, gap, until)
+    return _timed(asked, mesh, slow._replace(above=found.above if asked.forces else slow.above), lower * asked.forces)
 
 
-def _timed(mesh, limits, solved):
-    rest = [stop.seconds for stop in mesh.path.stops]
-    lower = float(solved.above.time.sum()) + math.fsum(rest)
+def _ample(mesh, limits, wanted):
+    """Torques in which the motion takes about half of the time that is wanted."""
+    hold = 1.0
+    if (physics := physics_of(mesh.robot)) is not None and physics.weighs:
+        ends = [gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working)) for stop in mesh.path.stops]
+        hold += AMPLE * float(np.abs(ends).max())
+    before = math.inf
+    while True:
+        limits = replace(limits, torque=(hold, hold))
+        needs = refined(mesh, limits, 0.5, math.inf)[1].time.sum()
+        if needs < wanted / 2 or needs > 0.99 * before:  # speeds may limit it, too
+            return limits
+        hold, before = hold * max(2.0, 4 * (needs / wanted) ** 2), needs
+
+
+def _timed(limits, mesh, solved, lower=None):
+    if lower is None:
+        lower = float(solved.above.time.sum()) + math.fsum(stop.seconds for stop in mesh.path.stops)
     return TimedPath(
         mesh.robot, mesh.path, mesh.working, limits, mesh.stretches.piece, mesh.stretches.first, solved.x, solved.bent,
         lower, mesh.crossing, solved.top, solved.above.x,
     )  # fmt: skip
-
-
-def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
-    """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
-    best, hints, stuck = None, None, 0
-    for _ in range(ROUNDS):
-        found = solve(mesh, limits, hints)
-        late = len(mesh) > MOST or time.perf_counter() > until
-        if isinstance(found, Solved):
-            lower = found.above.time.sum()
-            if best is None or found.gap < best[1].gap:
-                best = mesh, found
-            if found.gap <= gap or late:
-                break
-            # The gap of a stretch goes as the square of its length.
-            part = found.time - found.above.time
-            wanted = np.sqrt(part / min(0.7 * gap * lower / len(mesh), 0.5 * part.max()))
-            parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
-            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
-        else:
-            node, parts = found
-            stuck += 1
-            if best is None and (stuck > 30 or late):
-                _refuse(mesh, limits, node, False)
-            if late:
-                break
-        after = mesh.split(parts)
-        if hints is not None:
-            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
-        mesh = after
-    if best is None:
-        _refuse(mesh, limits, node, False)
-    return best
-
-
-def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
-    """What is found on this mesh, or (node, how many parts of each stretch) where it is too coarse.
-
-    hints (2, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
-    closely, and x_ss / 2, both from a coarser mesh.
-    """
-    along = None if hints is None else hints[0]
-    length, about = mesh.stretches.length, (mesh.side, mesh.turns, mesh.speed, _directions(len(mesh), along))
-    rows, alone = rows_of(mesh.found, limits, *about, False)
-    ends = caps(rows, alone)
-    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
-    if (top < 0).any():
-        _refuse(mesh, limits, int(np.argmin(top)), True)
-    above = ceiling(rows, alone, length, np.where(mesh.rest, 0.0, top))
-    if above.stuck is not None:
-        _refuse(mesh, limits, above.stuck, True)
-    if not np.isfinite(above.size).all():
-        bad = ~np.isfinite(above.size)
-        return int(np.argmax(bad)), 1 + bad
-    narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
-    rows, alone = rows_of(mesh.found, narrow, *about, True)
-
-    def tried(share, bent):
-        # Slower motions need less room: where none is found on a coarse mesh, one of these is.
-        below = above._replace(x=above.x * share, size=above.size * share)
-        table = polygons(rows, alone, length, below, bent, mesh)
-        x = profile(table, below, mesh.rest)
-        if isinstance(x, int):
-            return x
-        own = table.curvature(x)
-        return Solved(above, top, x, own, np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)]))
-
-    if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
-        return found
-    for share in SHARES:
-        found = tried(share, np.zeros(len(mesh)))
-        if isinstance(found, Solved):
-            again = tried(share, _bent(found.x, length))
-            return min(found, again, key=lambda each: each.gap) if isinstance(again, Solved) else found
-    return found, 1 + _about(length, found)
-
-
-def _about(length, node):
-    """The longest of the stretches near a node."""
-    near = np.abs(np.arange(len(length)) - node) <= 12
-    return near & (length >= 0.5 * length[near].max())
-
-
-def _bent(x, length):
-    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion switches."""
-    slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
-    before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
-    return np.where(before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0)
-
-
-def _directions(n, along):
-    even = np.broadcast_to((np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n))
-    if along is None:
-        return even
-    near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
-    return np.sort(np.concatenate([even, near]), axis=0)
-
-
-def _along(mesh, found):
-    """Direction (n,) of the end-effector's acceleration on each stretch, rad from the path's."""
-    u, x = np.diff(found.x) / (2 * mesh.stretches.length), (found.x[1:] + found.x[:-1]) / 2
-    g, m, k = (mesh.found[name].middle for name in "gmk")
-    return np.arctan2(k * x, g * u + m * x)
 
 
 def _refuse_falling(mesh, limits):
@@ -216,32 +118,7 @@ def _refuse_falling(mesh, limits):
         if (missing > 0).any():
             k, words = int(np.argmax(missing)), mesh.robot.words
             raise TimingError(
-                f"time_path: the limits cannot hold the robot at rest at {mesh.path and _where(mesh.path, stop.s)}: "
+                f"time_path: the limits cannot hold the robot at rest at {where(mesh.path, stop.s)}: "
                 f"{words.joints[k]} needs {abs(tau[k]):.4g} {words.effort_unit}, its torque_limit is "
                 f"{limits.torque[k]:.4g}", stop.s, True,
             )  # fmt: skip
-
-
-def _where(path, s):
-    x, y = path(s)[0]
-    return f"s = {s:.6g} m, xi = ({x:.6g}, {y:.6g}) m"
-
-
-def _refuse(mesh, limits, node, proved):
-    raise TimingError(
-        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these limits near "
-        f"{mesh.place(node)}{_why(mesh, limits, node)}", float(mesh.s[node]), proved,
-    )  # fmt: skip
-
-
-def _why(mesh, limits, node):
-    """What is known of the reason."""
-    if mesh.crossing.any():
-        k = np.flatnonzero(mesh.crossing)
-        nearest = int(k[np.abs(k - node).argmin()])
-        return f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s'' to s'^2"
-    physics = physics_of(mesh.robot)
-    if limits.torque is not None and physics is not None and physics.weighs:
-        tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
-        return f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g}) {mesh.robot.words.effort_unit}"
-    return ""

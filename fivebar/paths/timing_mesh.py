@@ -190,7 +190,7 @@ def _enclosed(robot, path, working, stretches, known):
     """The Mesh on these stretches, those split further on which something is not decided; known: one to take from."""
     while True:
         found = _found(robot, path, working, stretches, known)
-        D, n = found["D"], len(stretches)
+        D = found["D"]
         # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
         low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
         open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))

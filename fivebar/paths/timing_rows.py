@@ -1,4 +1,4 @@
-"""Limits of a motion along a path as rows a(s) u + b(s) x + v(s) sqrt(x) + c(s) <= 0, on stretches; x = s'^2, u = s''."""
+"""Limits of a motion along a path, on stretches: rows a(s) u + b(s) x + v(s) sqrt(x) + c(s) <= 0, x = s'^2, u = s''."""
 
 from __future__ import annotations
 
@@ -60,9 +60,8 @@ def _scaled(value, share):
 
 
 class Rows(NamedTuple):
-    """All of shape (rows, n) but `ends` {a, b, v, c: (3, rows, n)}: Bernstein coefficients; bend: {a, b, v, c}, by which
-    each may differ within (times t (1-t)); slack: {a, b, v, c}, anywhere. torque: (rows,) whether a row is det A times a
-    limit."""
+    """Rows on n stretches. parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients; bend, slack: {a, b, v, c: (rows,
+    n)}, by which each may differ (`bounds.Bernstein`). torque: (rows,) whether a row is one of a torque."""
 
     parts: dict
     bend: dict
@@ -85,8 +84,8 @@ def rows_of(
     """(rows with u, rows of x alone) on n stretches.
 
     side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); speed: of the end-effector (n,), inf
-    where it is free; directions: rad (d, n) from the path's, increasing, in which the acceleration is limited: of the circle
-    that it may fill the tangents there, or (inside) the chords from one to the next.
+    where it is free; directions: rad (d, n) from the path's, increasing, in which the acceleration is limited: of the
+    circle that it may fill the tangents there, or (inside) the chords from one to the next.
     """
     n, rows, alone = len(side), [], []
     for k, sign in ((k, sign) for k in (0, 1) for sign in (1.0, -1.0)):

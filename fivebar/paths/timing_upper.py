@@ -1,14 +1,15 @@
-"""A motion along a path that keeps all limits between the nodes too, as fast as the ceiling lets it nearly.
+"""A motion along a path that keeps all limits between the nodes too, nearly as fast as the ceiling lets it.
 
-On each stretch x = s'^2 is a parabola through its values at both nodes, u = s'' goes linearly, and each limit a u + b x +
-v sqrt(x) + c <= 0 is a polynomial of degree 4 whose Bernstein coefficients, linear in the two values, are kept <= 0 with
-room for all that `bounds` leaves open: what is <= 0 there is so throughout. So each stretch allows a polygon of (x at its
-start, x at its end). A pass backwards gives for each node the x from which the end can be reached; one forwards takes the
-largest it can (Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, 2018).
+On each stretch x = s'^2 is a parabola through its values at both nodes, u = s'' goes linearly, and each limit
+a u + b x + v sqrt(x) + c <= 0 is a polynomial of degree 4 whose Bernstein coefficients, linear in the two values, are
+kept <= 0 with room for all that `bounds` leaves open: what is <= 0 there is so throughout. So each stretch allows a
+polygon of (x at its start, x at its end). A pass backwards gives for each node the x from which the end can be reached;
+one forwards takes the largest it can (Pham and Pham, A new approach to time-optimal path parameterization based on
+reachability analysis, 2018).
 
 At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion): it fixes u there, and the limit's left
-side is t times a polynomial whose coefficients are kept instead: the bar forces, finite at the node, are its quotient by
-det A.
+side is t times a polynomial whose coefficients are kept instead: the bar forces, finite at the node, are its quotient
+by det A.
 """
 
 from __future__ import annotations
