@@ -50,9 +50,9 @@ class Stretches:
 
 
 class Bernstein(NamedTuple):
-    """A function on stretches, t from 0 to 1: first (1-t)^2 + 2 middle t (1-t) + last t^2, to within slack + bend t (1-t).
+    """A function on n stretches, t from 0 to 1, to within slack + bend t (1 - t); all (n,).
 
-    All (n,).
+    f = first (1 - t)^2 + 2 middle t (1 - t) + last t^2
     """
 
     first: np.ndarray

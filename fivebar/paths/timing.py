@@ -76,7 +76,7 @@ def time_path(
     least, lower = found.time.sum() + rest, found.above.time.sum() + rest
     if duration < least:
         short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
-        if duration >= lower:
+        if duration >= lower or not asked.forces:
             short = f"less than {least:.6g} s, the least that was found (proved: none below {lower:.6g} s)"
         raise TimingError(f"time_path: duration = {duration:g} s is {short}, under these limits", 0.0, duration < lower)
     mesh, slow = slowed(mesh, limits, duration - rest, gap, until)

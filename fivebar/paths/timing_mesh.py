@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 FIRST = 96  # stretches of a whole path at first
 SAMPLES = 8  # of each, where signs are looked for
 SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
+VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
 TOUCH = 1e-9  # of det A, as in `singularity`
 
 
@@ -48,7 +50,7 @@ class Mesh:
 
     @property
     def side(self) -> np.ndarray:
-        D = self.found["D"]
+        D = self.factors["D"]
         return np.sign(np.where(np.abs(D.first) > np.abs(D.last), D.first, D.last))
 
     @property
@@ -68,6 +70,30 @@ class Mesh:
         """Where a node is, in words."""
         return where(self.path, self.s[k])
 
+    def share(self, name: str, k: int) -> float:
+        """How large a factor of the torques is at node k, of its largest size on the path."""
+        found = [self.found[f"{name}{leg}"] for leg in (1, 2) if f"{name}{leg}" in self.found]
+        largest = max((np.abs(each.first).max() for each in found), default=0.0)
+        return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
+
+    @cached_property
+    def criterion(self) -> np.ndarray:
+        """Nodes (n + 1,) on Type 2 where the crossing criterion ties u to x: not where the path runs along the bars."""
+        found = self.crossing.copy()
+        for k in np.flatnonzero(found):
+            found[k] = self.share("a", k) > VOID
+        return found
+
+    @cached_property
+    def factors(self) -> dict[str, Bernstein]:
+        """`found`; beside nodes where the criterion is void, the torques' factors and det A over the distance to it."""
+        nodes = self.crossing & ~self.criterion
+        if not nodes.any():
+            return self.found
+        after, before = nodes[:-1], nodes[1:]
+        names = [name for name in self.found if name == "D" or name[0] in "abvcf"]
+        return self.found | {name: _over_distance(self.found[name], after, before) for name in names}
+
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
         return _enclosed(self.robot, self.path, self.working, _parted(self.stretches, parts), self)
@@ -76,6 +102,16 @@ class Mesh:
 def where(path: Path, s: float) -> str:
     x, y = path(s)[0]
     return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
+
+
+def _over_distance(value, after, before):
+    """A function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
+    near = np.where(before, value.last, value.first)
+    steep, whole = 2 * (value.middle - near), np.where(before, value.first, value.last) - near
+    first, last = np.where(before, whole, steep), np.where(before, steep, whole)
+    at = after | before
+    parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
+    return Bernstein(*parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack))
 
 
 def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
@@ -272,9 +308,16 @@ def _refuse_touching(mesh):
     bad = (np.abs(ends) <= TOUCH) & mesh.rest
     if bad.any():
         raise SingularityError(
-            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let it "
-            "pass, or rest elsewhere", 0.0,
+            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let "
+            "it pass, or rest elsewhere", 0.0,
         )  # fmt: skip
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
     if len(graze):
         _refuse_tiny(mesh, int(graze[0]) + 1, False)
+    for k in np.flatnonzero(mesh.crossing):
+        a, *others = (mesh.share(name, k) for name in "abvc")
+        if a <= VOID < max(others):
+            raise SingularityError(
+                f"time_path: the path runs along the distal bars where it crosses Type 2, at {mesh.place(k)}, and bends "
+                "or falls across them: nothing can push it there, so that no speed, or one alone, would cross it", 0.0,
+            )  # fmt: skip

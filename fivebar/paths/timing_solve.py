@@ -85,9 +85,10 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     """
     along = None if hints is None else hints[0]
     length, about = mesh.stretches.length, (mesh.side, mesh.turns, mesh.speed, _directions(len(mesh), along))
-    rows, alone = rows_of(mesh.found, limits, *about, False)
+    rows, alone = rows_of(mesh.factors, limits, *about, False)
     ends = caps(rows, alone)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
+    top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         _refuse(mesh, limits, int(np.argmin(top)), True)
     above = ceiling(rows, alone, length, np.where(mesh.rest, 0.0, top))
@@ -97,7 +98,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         bad = ~np.isfinite(above.size)
         return int(np.argmax(bad)), 1 + bad
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
-    rows, alone = rows_of(mesh.found, narrow, *about, True)
+    rows, alone = rows_of(mesh.factors, narrow, *about, True)
 
     def tried(share, bent):
         # Slower motions need less room: where none is found on a coarse mesh, one of these is.

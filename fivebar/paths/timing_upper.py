@@ -50,7 +50,7 @@ def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: 
 
     bent (n,): x_ss / 2 where it may be chosen; beside a node on Type 2 the criterion gives it.
     """
-    n, crossing, back = len(length), mesh.crossing, mesh.crossing[1:]
+    n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
         rows, alone = _turned(rows, back), _turned(alone, back)
     first, last = (np.zeros((n, 3)) for _ in (0, 1))
