@@ -48,6 +48,22 @@ class Stretches:
     def taken(self, at: np.ndarray) -> Stretches:
         return Stretches(self.piece[at], self.first[at], self.last[at])
 
+    def parted(self, parts: np.ndarray) -> Stretches:
+        """Each in so many equal parts (n,), 1 or more."""
+        index = np.repeat(np.arange(len(parts)), parts - 1)
+        k = np.arange(len(index)) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1) + 1
+        return self.cut(index, self.first[index] + self.length[index] * k / parts[index])
+
+    def cut(self, index: np.ndarray, places: np.ndarray) -> Stretches:
+        """With cuts at places inside the stretches `index`."""
+        order = np.lexsort((places, index))
+        index, places = index[order], places[order]
+        piece = np.insert(self.piece, index + 1, self.piece[index])
+        first = np.insert(self.first, index + 1, places)
+        last = np.append(np.where(piece[1:] == piece[:-1], first[1:], np.nan), np.nan)
+        last[np.isnan(last)] = self.last[np.append(np.diff(self.piece), 1) != 0]
+        return Stretches(piece, first, last)
+
 
 class Bernstein(NamedTuple):
     """A function on n stretches, t from 0 to 1, to within slack + bend t (1 - t); all (n,).

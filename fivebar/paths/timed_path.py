@@ -119,6 +119,7 @@ class TimedPath:
         c0, c1, c2 = _stumpff(bent * dt * dt)
         gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, h)
         speed, push = v0 * c0 + u0 * dt * c1, u0 + bent * gone
+        speed = np.where(dt < taken[k], speed, np.sqrt(self.x[k + 1]))
         still = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
         return k, gone, np.where(still, 0.0, np.maximum(speed, 0.0)), np.where(still, 0.0, push)
 

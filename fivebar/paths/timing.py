@@ -17,7 +17,8 @@ from ..models.geometry import igm
 from ..models.physics import physics_of
 from .curve import Path
 from .timed_path import TimedPath
-from .timing_mesh import mesh_of, where
+from .timing_mesh import mesh_of
+from .timing_places import where
 from .timing_rows import Limits
 from .timing_slower import slowed
 from .timing_solve import TimingError, refined

@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import SingularityError, UnreachableError
-from ..models.geometry import igm
-from ..models.physics import physics_of
-from .bounds import Bernstein, Stretches, asked, enclosed
-from .enclosures import TERMS, place_series
+from .bounds import Bernstein, Stretches, enclosed
+from .timing_places import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
+from .timing_signs import cut_at_signs, cut_where_missed
 
 if TYPE_CHECKING:
     from ..models.robots import Robot
     from .curve import Path
 
 FIRST = 96  # stretches of a whole path at first
-SAMPLES = 8  # of each, where signs are looked for
 SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
-VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
-TOUCH = 1e-9  # of det A, as in `singularity`
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +91,7 @@ class Mesh:
 
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
-        return _enclosed(self.robot, self.path, self.working, _parted(self.stretches, parts), self)
-
-
-def where(path: Path, s: float) -> str:
-    x, y = path(s)[0]
-    return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
+        return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts), self)
 
 
 def _over_distance(value, after, before):
@@ -118,8 +108,8 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
     """The first mesh. UnreachableError where the path leaves what the legs reach, SingularityError where it touches
     Type 1, or Type 2 without crossing it; all with s and the place."""
     stretches = _first(path)
-    _refuse_unreachable(robot, path, stretches, working)
-    return _enclosed(robot, path, working, _cut_at_signs(robot, path, stretches, working), None)
+    refuse_unreachable(robot, path, stretches, working)
+    return _enclosed(robot, path, working, cut_at_signs(robot, path, stretches, working), None)
 
 
 def _first(path):
@@ -133,93 +123,6 @@ def _first(path):
     last = np.cumsum(count + 1) - 1
     starts = np.delete(np.arange(len(ends)), last)
     return Stretches(piece, ends[starts], ends[starts + 1])
-
-
-def _parted(stretches, parts):
-    index = np.repeat(np.arange(len(parts)), parts - 1)
-    k = np.arange(len(index)) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1) + 1
-    return _cut(stretches, index, stretches.first[index] + stretches.length[index] * k / parts[index])
-
-
-def _cut(stretches, index, places):
-    """With cuts at places inside stretches[index]."""
-    order = np.lexsort((places, index))
-    index, places = index[order], places[order]
-    piece = np.insert(stretches.piece, index + 1, stretches.piece[index])
-    first = np.insert(stretches.first, index + 1, places)
-    last = np.append(np.where(piece[1:] == piece[:-1], first[1:], np.nan), np.nan)
-    ends = np.flatnonzero(np.isnan(last))
-    last[ends] = stretches.last[np.flatnonzero(np.append(np.diff(stretches.piece), 1) != 0)]
-    return Stretches(piece, first, last)
-
-
-def _refuse_unreachable(robot, path, stretches, working):
-    s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
-    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
-    bad = ~np.isfinite(igm(robot, xi, working, unreachable="nan").q).all(axis=1)
-    if bad.any():
-        k = int(np.argmax(bad))
-        _refuse(robot, path, working, float(path.knots[stretches.piece[k // (SAMPLES + 1)]] + s.ravel()[k]), xi[k])
-
-
-def _refuse(robot, path, working, s, xi):
-    try:
-        igm(robot, xi, working)
-    except (UnreachableError, SingularityError) as error:
-        amount = error.gap if isinstance(error, UnreachableError) else error.margin
-        raise type(error)(f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount) from None
-
-
-def _values(robot, path, working, piece, s, names):
-    """{name: (values, derivatives)} at single places."""
-    xi = place_series(path, piece, s, s, TERMS - 1)
-    found = asked(robot, xi, working)
-    return {name: (found[name].m[0], found[name].m[1]) for name in names}
-
-
-def _cut_at_signs(robot, path, stretches, working):
-    """Cut where det A changes its sign, and with friction where a joint turns round."""
-    names = ["D"]
-    if (physics := physics_of(robot)) is not None and physics.rubs:
-        names += ["q1", "q2"]
-    share = np.linspace(0, 1, SAMPLES + 1)
-    s = stretches.first[:, None] + stretches.length[:, None] * share
-    piece = np.broadcast_to(stretches.piece[:, None], s.shape)
-    sampled = _values(robot, path, working, piece.ravel(), s.ravel(), names)
-    index, places = [], []
-    for name in names:
-        value = sampled[name][0].reshape(s.shape)
-        row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
-        roots = _roots(
-            lambda at, k, name=name: _values(robot, path, working, stretches.piece[k], at, [name])[name],
-            s[row, column],
-            s[row, column + 1],
-            value[row, column],
-            row,
-        )
-        inside = np.minimum(roots - stretches.first[row], stretches.last[row] - roots) > 1e-12 * path.length
-        index.append(row[inside])
-        places.append(roots[inside])
-    return _cut(stretches, np.concatenate(index), np.concatenate(places))
-
-
-def _roots(function, low, high, at_low, k):
-    """Roots by Newton steps that stay between signs; function(s, k) -> (value, derivative)."""
-    if not len(low):
-        return low
-    sign, s = np.sign(at_low), (low + high) / 2
-    for _ in range(60):
-        value, slope = function(s, k)
-        below = np.sign(value) == sign
-        low, high = np.where(below, s, low), np.where(below, high, s)
-        with np.errstate(all="ignore"):
-            step = s - value / slope
-        after = np.where((step > low) & (step < high), step, (low + high) / 2)
-        done = (np.abs(after - s) <= 2e-16 * np.abs(s)) | (value == 0)
-        s = np.where(value == 0, s, after)
-        if done.all():
-            break
-    return s
 
 
 def _enclosed(robot, path, working, stretches, known):
@@ -238,29 +141,13 @@ def _enclosed(robot, path, working, stretches, known):
         bad = open_ | ~decided
         mesh = Mesh(robot, path, working, stretches, found, low)
         if not bad.any():
-            _refuse_touching(mesh)
+            refuse_touching(mesh)
             return mesh
         tiny = bad & (stretches.length < SHORTEST * path.length)
         if tiny.any():
-            _refuse_tiny(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
-        known, stretches = mesh, _parted(stretches, 1 + bad)
-        stretches = _cut_missed(robot, path, working, stretches)
-
-
-def _cut_missed(robot, path, working, stretches):
-    """Cut where det A has two signs that the first samples had not shown."""
-    ends = _values(
-        robot, path, working, np.tile(stretches.piece, 2), np.concatenate([stretches.first, stretches.last]), ["D"]
-    )["D"][0].reshape(2, -1)
-    row = np.flatnonzero((ends[0] * ends[1] < 0) & (np.abs(ends) > 1e-12).all(axis=0))
-    roots = _roots(
-        lambda at, k: _values(robot, path, working, stretches.piece[k], at, ["D"])["D"],
-        stretches.first[row],
-        stretches.last[row],
-        ends[0][row],
-        row,
-    )
-    return _cut(stretches, row, roots)
+            refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
+        known, stretches = mesh, stretches.parted(1 + bad)
+        stretches = cut_where_missed(robot, path, stretches, working)
 
 
 def _found(robot, path, working, stretches, known):
@@ -287,37 +174,3 @@ def _found(robot, path, working, stretches, known):
             parts.append(whole)
         found[name] = Bernstein(*parts)
     return found
-
-
-def _refuse_tiny(mesh, k, leg):
-    s = mesh.s[k]
-    at = where(mesh.path, s)
-    if leg:
-        raise SingularityError(
-            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at {at}", 0.0
-        )
-    raise SingularityError(
-        f"time_path: the path grazes Type 2 (det A = 0 without changing sign) at {at}: there the bars carry nothing "
-        "across themselves, and no speed makes that right on both sides; move or turn the path", 0.0,
-    )  # fmt: skip
-
-
-def _refuse_touching(mesh):
-    D, side = mesh.found["D"], mesh.side
-    ends = np.append(D.first, D.last[-1])
-    bad = (np.abs(ends) <= TOUCH) & mesh.rest
-    if bad.any():
-        raise SingularityError(
-            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let "
-            "it pass, or rest elsewhere", 0.0,
-        )  # fmt: skip
-    graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
-    if len(graze):
-        _refuse_tiny(mesh, int(graze[0]) + 1, False)
-    for k in np.flatnonzero(mesh.crossing):
-        a, *others = (mesh.share(name, k) for name in "abvc")
-        if a <= VOID < max(others):
-            raise SingularityError(
-                f"time_path: the path runs along the distal bars where it crosses Type 2, at {mesh.place(k)}, and bends "
-                "or falls across them: nothing can push it there, so that no speed, or one alone, would cross it", 0.0,
-            )  # fmt: skip

@@ -78,14 +78,14 @@ class Rows(NamedTuple):
 
 
 def rows_of(
-    found: dict[str, Bernstein], limits: Limits, side: np.ndarray, turns: np.ndarray, speed: np.ndarray,
-    directions: np.ndarray, inside: bool,
+    found: dict[str, Bernstein], limits: Limits, side: np.ndarray, turns: np.ndarray, directions: np.ndarray,
+    speed: np.ndarray, inside: bool,
 ) -> tuple[Rows, Rows]:  # fmt: skip
     """(rows with u, rows of x alone) on n stretches.
 
-    side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); speed: of the end-effector (n,), inf
-    where it is free; directions: rad (d, n) from the path's, increasing, in which the acceleration is limited: of the
-    circle that it may fill the tangents there, or (inside) the chords from one to the next.
+    side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); directions: rad (d, n) from the
+    path's, increasing, in which the acceleration is limited: of the circle that it may fill the tangents there, or
+    (inside) the chords from one to the next; speed: of the end-effector (n,), inf where it is free.
     """
     n, rows, alone = len(side), [], []
     for k, sign in ((k, sign) for k in (0, 1) for sign in (1.0, -1.0)):

@@ -84,8 +84,9 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     closely, and x_ss / 2, both from a coarser mesh.
     """
     along = None if hints is None else hints[0]
-    length, about = mesh.stretches.length, (mesh.side, mesh.turns, mesh.speed, _directions(len(mesh), along))
-    rows, alone = rows_of(mesh.factors, limits, *about, False)
+    length, about = mesh.stretches.length, (mesh.side, mesh.turns, _directions(len(mesh), along))
+    speed = np.minimum(mesh.speed, limits.speed or np.inf)
+    rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
     ends = caps(rows, alone)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
@@ -98,7 +99,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         bad = ~np.isfinite(above.size)
         return int(np.argmax(bad)), 1 + bad
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
-    rows, alone = rows_of(mesh.factors, narrow, *about, True)
+    rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
 
     def tried(share, bent):
         # Slower motions need less room: where none is found on a coarse mesh, one of these is.
