@@ -27,6 +27,8 @@ _LATER = {
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
+    "TimedPath": "paths.timed_path",
+    "TimingError": "paths.timing",
     "Tracker": "control.tracker",
     "Trajectory": "planning.trajectory",
     "aspect": "singularities.aspects",
@@ -53,6 +55,7 @@ _LATER = {
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
+    "time_path": "paths.timing",
 }
 
 
@@ -69,6 +72,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .paths.curve import Path
     from .paths.placement import Placement
     from .paths.read import path
+    from .paths.timed_path import TimedPath
+    from .paths.timing import TimingError, time_path
     from .pictures import pages, plot, view
     from .pictures.pages import page
     from .planning.crossing import crossing_polynomial

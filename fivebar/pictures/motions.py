@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,3 +45,31 @@ class Plan(Protocol):
     saturated: float
 
     def accelerations(self, t: np.ndarray) -> Accelerations: ...
+
+
+class TimedPath(Protocol):
+    """A path and its timing (`paths.timed_path`): s'^2 at the nodes, what bounds it, and what follows at any time."""
+
+    robot: Robot
+    path: Any
+    working: tuple[int, int]
+    limits: Any
+    piece: np.ndarray
+    first: np.ndarray
+    bent: np.ndarray
+    lower_bound: float
+    crossing: np.ndarray
+    cap: np.ndarray
+    ceiling: np.ndarray
+
+    @property
+    def s(self) -> np.ndarray: ...
+    @property
+    def times(self) -> np.ndarray: ...
+    @property
+    def duration(self) -> float: ...
+    def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
+    def along(self, t: np.ndarray) -> tuple[np.ndarray, ...]: ...
+    def accelerations(self, t: np.ndarray) -> Accelerations: ...
+    def tau(self, t: np.ndarray) -> np.ndarray: ...
+    def pen(self, t: np.ndarray) -> np.ndarray: ...

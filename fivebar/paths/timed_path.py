@@ -1,0 +1,237 @@
+"""A path with its timing: a reference for every controller."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import bounded, positive
+from ..described import one_line
+from ..models.dynamics import inverse_dynamics
+from ..models.geometry import igm
+from ..models.kinematics import Accelerations, ikm, ikm2
+from ..models.parameters import robot_of
+from ..pictures.plot.timed_paths import timed
+from ..planning.trajectory import refuse_nan
+from ..tables import BinaryFile, TextFile, opened, saved, write
+from .curve import Path
+from .pieces import Arc, Line, Polynomial
+from .timing_lower import duration
+from .timing_rows import Limits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..models.robots import Robot
+
+COLUMNS = (
+    "t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "q1", "q2", "q1_dot", "q2_dot", "tau1", "tau2", "s", "pen",
+)  # fmt: skip
+MOST_ROWS = 10**7
+ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
+BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
+NEVER = 1e-12  # s
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPath:
+    """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot), each (2,) or (n, 2),
+    and rests at its first and last point before and after.
+
+    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0): piece (n,) of the
+    path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
+    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none is known. crossing
+    (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that
+    no motion passes.
+    """
+
+    robot: Robot
+    path: Path
+    working: tuple[int, int]
+    limits: Limits
+    piece: np.ndarray
+    first: np.ndarray
+    x: np.ndarray
+    bent: np.ndarray
+    lower_bound: float
+    crossing: np.ndarray
+    cap: np.ndarray
+    ceiling: np.ndarray
+    start = 0.0
+
+    def __repr__(self) -> str:
+        proved = f"proved: no less than {self.lower_bound:.6g} s" if self.lower_bound else ""
+        crossed = int(self.crossing.sum())
+        ways = f"{crossed} crossing{'s' * (crossed > 1)} of Type 2" if crossed else ""
+        return one_line(
+            "TimedPath", f"{self.path.length:.6g} m", f"{self.duration:.6g} s", proved, f"working {self.working}", ways
+        )
+
+    @cached_property
+    def s(self) -> np.ndarray:
+        """Of the nodes (n + 1,), m."""
+        return np.append(self.path.knots[self.piece] + self.first, self.path.length)
+
+    @cached_property
+    def _lengths(self):
+        ends = np.append(self.first[1:], self.path.pieces[-1].length)
+        whole = np.array([piece.length for piece in self.path.pieces])
+        return np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
+
+    @cached_property
+    def _clock(self):
+        """When each stretch begins, and how long it takes, s; the rests before them."""
+        taken = np.array([duration(*each) for each in zip(self._lengths, self.x[:-1], self.x[1:], self.bent)])
+        waits = np.zeros(len(taken) + 1)
+        for stop in self.path.stops:
+            waits[np.abs(self.s - stop.s).argmin()] += stop.seconds
+        begins = np.cumsum(np.insert(taken, 0, 0.0)) + np.cumsum(waits)
+        return begins[:-1], taken, begins[-1]
+
+    @property
+    def duration(self) -> float:
+        return float(self._clock[2])
+
+    @property
+    def gap(self) -> float:
+        """By what share of the lower bound it takes longer."""
+        return self.duration / self.lower_bound - 1
+
+    @property
+    def times(self) -> np.ndarray:
+        """At which it passes its nodes (n + 1,), s."""
+        begins, taken, _ = self._clock
+        return np.append(begins, begins[-1] + taken[-1])
+
+    def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:
+        """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
+        t = np.asarray(t, dtype=float)
+        refuse_nan(t)
+        begins, taken, _ = self._clock
+        k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)
+        dt = np.clip(t - begins[k], 0.0, taken[k])
+        h, bent, v0 = self._lengths[k], self.bent[k], np.sqrt(self.x[k])
+        u0 = (self.x[k + 1] - self.x[k]) / (2 * h) - bent * h / 2
+        c0, c1, c2 = _stumpff(bent * dt * dt)
+        gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, h)
+        speed, push = v0 * c0 + u0 * dt * c1, u0 + bent * gone
+        speed = np.where(dt < taken[k], speed, np.sqrt(self.x[k + 1]))
+        still = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
+        return k, gone, np.where(still, 0.0, np.maximum(speed, 0.0)), np.where(still, 0.0, push)
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self._motion(*self.along(t))
+
+    def _motion(self, k, gone, speed, push):
+        xi, xi_s, xi_ss, _ = self.path.on(self.piece[k], self.first[k] + gone)
+        speed, push = speed[..., None], push[..., None]
+        return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
+
+    def accelerations(self, t: ArrayLike) -> Accelerations:
+        """The motion as `Accelerations`, with pose and rates."""
+        xi, xi_dot, xi_ddot = self(t)
+        return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
+
+    def joints(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Active joints' coordinates and rates (*batch, 2): rad, rad/s."""
+        rates = self.accelerations(t).rates
+        return rates.pose.q, rates.q_dot
+
+    def tau(self, t: ArrayLike) -> np.ndarray:
+        """Torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those that hold the robot."""
+        k, gone, speed, push = self.along(t)
+        if self.crossing.any():
+            # Beside the node, on the same stretch: the quotient by det A goes on from there.
+            h, least = self._lengths[k], BESIDE * self.path.length
+            low = np.where(self.crossing[k], np.minimum(least, h / 2), 0.0)
+            high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
+            moved = np.clip(gone, low, high)
+            u0 = push - self.bent[k] * gone
+            speed = np.where(moved == gone, speed, np.sqrt(self.x[k] + moved * (2 * u0 + self.bent[k] * moved)))
+            push, gone = u0 + self.bent[k] * moved, moved
+        xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
+        return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
+
+    def pen(self, t: ArrayLike) -> np.ndarray:
+        """Whether the pen is down at times t."""
+        return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
+
+    def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
+        """Write setpoints, `rate` times a second and at the last instant too; what was asked and found goes into a
+        comment line, from which `from_csv` reads it. SI; pen is 1 where it is down."""
+        rate = positive(rate, "to_csv: rate")
+        steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
+        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
+        t = np.arange(steps + 1) / rate
+        t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
+        (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
+        s = self.path.knots[self.piece[k]] + self.first[k] + gone
+        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
+        about = {
+            "robot": self.robot.parameters, "path": _described(self.path), "working": self.working,
+            "limits": asdict(self.limits), "lower_bound": self.lower_bound,
+            **{name: _plain(getattr(self, name)) for name in ARRAYS},
+        }  # fmt: skip
+        rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
+        write(path, "timed path", about, COLUMNS, rows)
+
+    @classmethod
+    def from_csv(cls, path: TextFile) -> TimedPath:
+        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        with opened(path) as table:
+            return table.about("timed path", "a file written by TimedPath.to_csv", _known)
+
+    def plot(self, path: BinaryFile | None = None) -> Figure:
+        """Matplotlib figure of the drawing, its colour the speed, the phase plane under the maximum velocity curve, and
+        the torques; written to `path` (PNG, SVG, PDF) if given."""
+        return saved(timed(self), path)
+
+
+def _described(path):
+    """A Path as a file has it."""
+    pieces = [
+        {"arc": [p.centre, p.radius, p.angle0, p.angle1]} if isinstance(p, Arc)
+        else {"line": [p.start, p.end]} if isinstance(p, Line)
+        else {"polynomial": [p.coefficients, p.length]}
+        for p in path.pieces
+    ]  # fmt: skip
+    feed = [None if np.isinf(each) else each for each in path.feed]
+    return {"pieces": pieces, "pen": path.pen, "dwells": list(path.dwells.items()), "feed": feed}
+
+
+def _plain(values):
+    return [None if value == np.inf else value for value in values.tolist()]
+
+
+def _known(about):
+    kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
+    made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
+    feed = [np.inf if each is None else each for each in about["path"]["feed"]]
+    path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
+    limits = Limits(**about["limits"])
+    arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
+    n = len(arrays["piece"])
+    if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
+        raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
+    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
+    lower = float(about["lower_bound"])
+    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, lower_bound=lower, **arrays)
+
+
+def _stumpff(z):
+    """c0, c1, c2 of Stumpff at -z: cosh(r), sinh(r) / r, (cosh(r) - 1) / r^2 with r = sqrt(z), cosines for z < 0."""
+    root = np.sqrt(np.abs(z))
+    small, root = root < 1e-2, np.where(root < 1e-2, 1.0, root)
+    c0 = np.where(z > 0, np.cosh(np.where(z > 0, root, 0.0)), np.cos(root))
+    c1 = np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0)), np.sin(root)) / root
+    c2 = 2 * (np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0) / 2), np.sin(root / 2)) / root) ** 2
+    series = (
+        1 + z / 2 * (1 + z / 12 * (1 + z / 30)),
+        1 + z / 6 * (1 + z / 20 * (1 + z / 42)),
+        0.5 * (1 + z / 12 * (1 + z / 30 * (1 + z / 56))),
+    )
+    return tuple(np.where(small, near, far) for near, far in zip(series, (c0, c1, c2)))

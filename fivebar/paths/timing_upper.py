@@ -1,0 +1,245 @@
+"""A motion along a path that keeps all limits between the nodes too, nearly as fast as the ceiling lets it.
+
+On each stretch x = s'^2 is a parabola through its values at both nodes, u = s'' goes linearly, and each limit
+a u + b x + v sqrt(x) + c <= 0 is a polynomial of degree 4 whose Bernstein coefficients, linear in the two values, are
+kept <= 0 with room for all that `bounds` leaves open: what is <= 0 there is so throughout. So each stretch allows a
+polygon of (x at its start, x at its end). A pass backwards gives for each node the x from which the end can be reached;
+one forwards takes the largest it can (Pham and Pham, A new approach to time-optimal path parameterization based on
+reachability analysis, 2018).
+
+At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion): it fixes u there, and the limit's left
+side is t times a polynomial whose coefficients are kept instead: the bar forces, finite at the node, are its quotient
+by det A.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import comb
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .timing_lower import BUMP, Ceiling
+from .timing_rows import PARTS, Rows
+
+if TYPE_CHECKING:
+    from .timing_mesh import Mesh
+
+ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
+TINY = 1e-12  # a row's share, of both, that counts as 0
+FINE = 34  # halvings in which a polygon's corner is found
+
+
+class Polygons(NamedTuple):
+    """p x0 + q x1 + r <= 0, table (n, rows, 3), for the values x0, x1 of x at both ends of each of n stretches.
+
+    bent (n, 3): x_ss / 2 as a form in (x0, x1, 1).
+    """
+
+    table: np.ndarray
+    bent: np.ndarray
+
+    def curvature(self, x: np.ndarray) -> np.ndarray:
+        """x_ss / 2 (n,) of a motion with these x at the nodes (n + 1,)."""
+        return self.bent[:, 0] * x[:-1] + self.bent[:, 1] * x[1:] + self.bent[:, 2]
+
+
+def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, mesh: Mesh) -> Polygons:
+    """The Polygons of a mesh's n stretches, from their rows.
+
+    bent (n,): x_ss / 2 where it may be chosen; beside a node on Type 2 the criterion gives it.
+    """
+    n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
+    if back.any():  # those that end on Type 2 are run backwards: u changes its sign
+        rows, alone = _turned(rows, back), _turned(alone, back)
+    first, last = (np.zeros((n, 3)) for _ in (0, 1))
+    first[:, 0] = last[:, 1] = 1.0
+    h, curve = length[:, None], _const(bent * length**2)
+    u0, u1 = (last - first - curve) / (2 * h), (last - first + curve) / (2 * h)
+    middle = (first + last - curve) / 2
+    special = np.flatnonzero(crossing[:-1] | back)
+    top = np.where(back, above.x[1:], above.x[:-1])
+    for i in special:
+        u0[i] = _criterion(mesh, i, bool(back[i]), top[i])
+        middle[i] = first[i] + length[i] * u0[i]
+        u1[i] = (last[i] - first[i]) / length[i] - u0[i]
+    size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
+    high = ROOM * np.maximum(above.x[:-1], above.x[1:])
+    high = np.maximum(high, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
+    motion = np.stack([u0, u1]), np.stack([first, middle, last])
+    found = [_left_sides(rows, *motion, size, high), _left_sides(alone, *motion, size, high)]
+    for i in special:
+        if rows.torque.any():
+            found[0][:, rows.torque, i] = _quotients(rows, i, *(each[:, i] for each in motion), size[i], high[i])
+    box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
+           -u1 - _const(size)]  # fmt: skip
+    found = np.concatenate([*(each.reshape(-1, n, 3) for each in found), np.stack(box)])
+    curvature = (u1 - u0) / h
+    found[:, back], curvature[back] = found[:, back][..., [1, 0, 2]], curvature[back][:, [1, 0, 2]]
+    scale = np.abs(found[..., :2]).sum(axis=-1, keepdims=True)
+    return Polygons((found / np.where(scale > 0, scale, 1.0)).transpose(1, 0, 2).copy(), curvature)
+
+
+def _const(value):
+    return np.stack([0 * value, 0 * value, value], axis=-1)
+
+
+def _turned(rows, back):
+    def table(values, sign):
+        return {k: np.where(back, v[::-1] * (sign if k == "a" else 1.0), v) for k, v in values.items()}
+
+    return Rows(table(rows.parts, -1.0), rows.bend, rows.slack, rows.torque)
+
+
+@lru_cache
+def _weights(m, n, degree):
+    """(i, j, k, weight): Bernstein coefficients i and j of degrees m and n in coefficient k of the product's."""
+    own = m + n
+    found = []
+    for i, j in np.ndindex(m + 1, n + 1):
+        part = comb(m, i) * comb(n, j) / comb(own, i + j)
+        for k in range(i + j, i + j + degree - own + 1):
+            found.append((i, j, k, part * comb(own, i + j) * comb(degree - own, k - i - j) / comb(degree, k)))
+    return tuple(found)
+
+
+def _product(f, form, degree=4):
+    """(degree + 1, rows, n, 3): f (m + 1, rows, n) times a form (k + 1, n, 3)."""
+    found = np.zeros((degree + 1, *f.shape[1:], 3))
+    for i, j, k, weight in _weights(len(f) - 1, len(form) - 1, degree):
+        found[k] += weight * f[i][..., None] * form[j]
+    return found
+
+
+def _left_sides(rows, u, x, size, high):
+    """(5, rows, n, 3): Bernstein coefficients of the rows, as forms, with room for what is open."""
+    one = _const(np.ones((1, u.shape[1])))
+    found = _product(rows.parts["a"], u) + _product(rows.parts["b"], x) + _product(rows.parts["c"], one)
+    _add_friction(found, rows.parts["v"], x, one, high)
+    bend, slack = (_room(table, size, high) for table in (rows.bend, rows.slack))
+    found[..., 2] += slack + bend * np.array(BUMP)[:, None, None]
+    return found
+
+
+def _room(table, size, high):
+    return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
+
+
+def _add_friction(found, v, x, one, high):
+    """Add v sqrt(x), from above: by a tangent where v > 0, by x / sqrt(high) where v < 0."""
+    if not v.any():
+        return
+    least, largest, root = v.min(axis=0), v.max(axis=0), np.sqrt(high)
+    slope = np.where(least >= 0, 0.5 / root, np.where(largest <= 0, 1 / root, 0.0))
+    offset = np.where(least >= 0, root / 2, 0.0)
+    mixed = (least < 0) & (largest > 0)
+    flat = np.where(mixed, 0.0, v)
+    degree = len(found) - 1
+    found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
+    found[..., 2] += np.where(mixed, largest * root, 0.0)
+
+
+def _criterion(mesh, i, back, top):
+    """u as a form of x at a node on Type 2: where a u + b x + v sqrt(x) + c = 0; back: run backwards."""
+    end = 2 if back else 0
+    at = {
+        name: np.array([mesh.found[f"{name}{k}"][end][i] if f"{name}{k}" in mesh.found else 0.0 for k in (1, 2)])
+        for name in PARTS
+    }
+    k = int(np.argmax(np.abs(at["a"])))
+    sign = -1.0 if back else 1.0
+    return sign * np.array([-at["b"][k], 0.0, -(at["c"][k] + at["v"][k] * np.sqrt(top))]) / at["a"][k]
+
+
+def _quotients(rows, i, u, x, size, high):
+    """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2."""
+    f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
+    q = {name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None] for name, each in f.items()}
+    start = {name: each[None, 0, :, None] for name, each in f.items()}
+    u, x = u[:, None], x[:, None]
+    one, x_q = _const(np.ones((1, 1))), np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
+    found = _product(start["a"], (u[1] - u[0])[None]) + _product(q["a"], u) + _product(start["b"], x_q)
+    found += _product(q["b"], x) + _product(q["c"], one)
+    _add_friction(found, q["v"], x, one, np.array([high]))
+    bend, slack = (
+        _room({name: each[rows.torque, i] for name, each in table.items()}, size, high)
+        for table in (rows.bend, rows.slack)
+    )
+    found[..., 0, 2] += slack + bend * (np.arange(4, -1, -1) / 4)[:, None]
+    return found[:, :, 0]
+
+
+def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> np.ndarray | int:
+    """x at the nodes (n + 1,), as large as a pass forwards makes it, or the node from which no motion leads on."""
+    table, n = found.table, len(found.table)
+    top = np.where(rest, 0.0, above.x)
+    p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
+    up, down, flat = p > TINY, p < -TINY, np.abs(p) <= TINY
+    with np.errstate(all="ignore"):
+        reach = np.where(flat, 0.0, -1 / p)
+        # Whether x0 = 0 is allowed, and with what x1.
+        ends = -r / q
+        first = np.where(q < -TINY, ends, 0.0).max(axis=1).tolist()
+        last = np.where(q > TINY, ends, np.inf).min(axis=1).tolist()
+    always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
+    corner = _corners(p, q, r, reach, top[1:], True).tolist()
+    low, high, lowest = [0.0] * (n + 1), top.tolist(), None
+    least = 1e-12 * above.x.max() + 1e-300
+    for i in range(n - 1, -1, -1):
+        x1 = min(max(corner[i], low[i + 1]), high[i + 1])
+        value = (r[i] + q[i] * x1) * reach[i]
+        at_most = value[up[i]].min(initial=np.inf)
+        if not (always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])):
+            if lowest is None:
+                lowest = _corners(p, q, r, reach, top[1:], False)
+            x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
+            value = (r[i] + q[i] * x1) * reach[i]
+            low[i] = max(value[down[i]].max(initial=0.0), 0.0)
+        high[i] = min(high[i], at_most)
+        if not low[i] <= high[i]:
+            if low[i] - high[i] > least or rest[i] and low[i] > 0:
+                return i
+            low[i] = high[i] = max(high[i], 0.0)
+    return _forwards(p, q, r, low, high)
+
+
+def _forwards(p, q, r, low, high):
+    """The largest x that can follow from node to node, or the node from which none does."""
+    n, x = len(p), [high[0]]
+    up = q > TINY
+    with np.errstate(all="ignore"):
+        reach = np.where(up, -1 / q, 0.0)
+    base, slope = r * reach, p * reach
+    for i in range(n):
+        most = (base[i] + slope[i] * x[i])[up[i]].min(initial=np.inf)
+        x.append(min(float(most), high[i + 1]))
+        if x[-1] < low[i + 1] or (x[-1] <= 0 and i < n - 1 and high[i + 1] > 0):
+            return i
+    return np.array(x)
+
+
+def _corners(p, q, r, reach, top, largest):
+    """For each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
+    found, low, high = top.copy(), np.zeros(len(p)), top.copy()
+    left, good = np.arange(len(p)), np.full(len(p), np.nan)
+    for k in range(FINE):
+        x1 = high[left] if k == 0 else (low[left] + high[left]) / 2
+        p_, q_, reach_ = p[left], q[left], reach[left]
+        value = r[left] + q_ * x1[:, None]
+        x0, index = value * reach_, np.arange(len(left))
+        most, least = np.where(p_ > TINY, x0, np.inf), np.where(p_ < -TINY, x0, -np.inf)
+        wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
+        i, j, m = most.argmin(axis=1), least.argmax(axis=1), wrong.argmax(axis=1)
+        slope_i, slope_j = (q_[index, each] * reach_[index, each] for each in (i, j))
+        closed, outside = most[index, i] < least[index, j], wrong[index, m] > 0
+        slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
+        slope = np.where(outside, -q_[index, m], slope)
+        good[left] = np.where(closed | outside, good[left], x1)
+        low[left], high[left] = np.where(slope > 0, x1, low[left]), np.where(slope > 0, high[left], x1)
+        if k == 0:  # most are done: x0 grows up to the top
+            left = left[(slope < 0) | closed | outside]
+            if not len(left):
+                break
+    found = np.where(np.isnan(good), (low + high) / 2, good)
+    return found

@@ -1,0 +1,99 @@
+"""A timed path as a picture: the drawing in the colour of its speed, the phase plane, the torques and their limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from ...singularities.loci import singularity_loci
+from ...singularities.margins import Singularity
+from ..skeleton import robot_body
+from ..style import INK, LEFT, RIGHT, finish, readable
+from .plans import LOCI
+from .pose_panels import around, draw_robot
+
+if TYPE_CHECKING:
+    from ..motions import TimedPath
+
+FINE = 12  # times on each stretch
+
+
+def timed(motion: TimedPath) -> Figure:
+    """Figure of a TimedPath."""
+    figure = Figure(figsize=(12.5, 8), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15))
+    begins, ends = motion.times[:-1], motion.times[1:]
+    inside = np.linspace(1e-9, 1 - 1e-9, FINE)
+    t = (begins[:, None] + (ends - begins)[:, None] * inside).ravel()
+    _drawing(figure, figure.add_subplot(grid[:, 0]), motion, t)
+    _phase_plane(figure.add_subplot(grid[0, 1]), motion, t)
+    _torques(figure.add_subplot(grid[1, 1]), motion, t)
+    return figure
+
+
+def _drawing(figure, axes, motion, t):
+    xi, xi_dot, _ = motion(t)
+    pose = motion.accelerations(np.array([motion.times[0], motion.duration])).rates.pose
+    body = robot_body(motion.robot, pose.elbows, pose.xi)
+    draw_robot(axes, body, 0, alpha=0.35)
+    low, high = around(np.concatenate([*body.points[[0]][:, body.joints], xi]))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    known = set()
+    for piece in singularity_loci(motion.robot).task:
+        if motion.working in piece.working and len(piece.points) > 1:
+            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
+            label = style["label"] if style["label"] not in known else None
+            known.add(style["label"])
+            axes.plot(*(1e3 * piece.drawn(low[1] / 1e3, high[1] / 1e3)).T, **(style | {"label": label}), zorder=0)
+    points = 1e3 * xi
+    parts = np.stack([points[:-1], points[1:]], axis=1)
+    drawn = motion.pen(t[:-1])
+    speed = np.linalg.norm(xi_dot, axis=-1)[:-1]
+    for down, width, alpha in ((True, 2.6, 1.0), (False, 1.0, 0.45)):
+        if (drawn == down).any():
+            lines = LineCollection(parts[drawn == down], cmap="viridis", linewidths=width, alpha=alpha, zorder=3)
+            lines.set(array=speed[drawn == down], clim=(0, speed.max()), capstyle="round")
+            axes.add_collection(lines)
+            if down or not drawn.any():
+                figure.colorbar(lines, ax=axes, orientation="horizontal", shrink=0.8, pad=0.02, label="speed (m/s)")
+    if motion.crossing.any():
+        places = 1e3 * motion.path(motion.s[motion.crossing])[0]
+        axes.plot(*places.T, "x", color=INK, ms=9, mew=1.6, ls="none", zorder=5, label="crossing of Type 2")
+    axes.set_aspect("equal")
+    finish(axes, 4, xlabel="x (mm)", ylabel="y (mm)", title="the path, with the robot at its start")
+
+
+def _phase_plane(axes, motion, t):
+    k, gone, speed, _ = motion.along(t)
+    s = motion.path.knots[motion.piece[k]] + motion.first[k] + gone
+    scale, unit = readable(motion.path.length, "m")
+    with np.errstate(invalid="ignore"):
+        top = np.sqrt(np.where(np.isfinite(motion.cap), motion.cap, np.nan))
+        above = np.sqrt(motion.ceiling)
+    axes.plot(scale * s, speed, color=LEFT, lw=1.8, label="the motion", zorder=3)
+    axes.plot(scale * motion.s, above, color=INK, lw=0.9, ls=":", label="no motion is above", zorder=4)
+    axes.plot(scale * motion.s, top, color=RIGHT, lw=1.1, label="maximum velocity curve", zorder=2)
+    for place in motion.s[motion.crossing]:
+        axes.axvline(scale * place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK))
+    axes.set_ylim(0, 1.6 * speed.max())
+    axes.margins(x=0)
+    title = f"{motion.duration:.4g} s, proved: none below {motion.lower_bound:.4g} s ({len(motion.bent)} stretches)"
+    finish(axes, 3, xlabel=f"s ({unit})", ylabel="ds/dt (m/s)", title=title)
+
+
+def _torques(axes, motion, t):
+    tau, own = motion.tau(t), motion.robot.words
+    limits = motion.limits.torque or (0.0, 0.0)
+    scale, unit = readable(max(np.abs(tau).max(), *limits), own.effort_unit)
+    for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
+        axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
+        for side in (-1, 1) if limits[leg] else ():
+            label = "limit" if (leg, side) == (0, 1) else None
+            axes.axhline(side * scale * limits[leg], color=INK, lw=1, ls=":", label=label)
+    for place in motion.times[motion.crossing]:
+        axes.axvline(place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK))
+    axes.margins(x=0)
+    finish(axes, 3, xlabel="time (s)", ylabel=f"{own.effort} ({unit})", title=f"{own.effort}s")

@@ -1,0 +1,220 @@
+"""`time_path`: known least times, limits between the nodes, both bounds, crossings of Type 2, what it refuses."""
+
+import io
+import math
+import os
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import beta
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Arc, Line, Polynomial
+from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
+
+ROBOT = fb.FiveBar()
+HOME = (0.09, 0.06796322)
+REGULAR = Path((Line(HOME, (0.0, 0.1)),))  # control task 1 of the lab
+ACROSS = Path((Line(HOME, (0.05, 0.0)),))  # and 2, which passes Type 2
+NIGHTLY = os.environ.get("FIVEBAR_NIGHTLY") == "1"
+CROSSING = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05
+
+
+def encloses(motion, least, share=1e-8):
+    return motion.lower_bound <= least * (1 + share) and least <= motion.duration * (1 + share)
+
+
+def test_a_line_under_an_acceleration_limit_alone():
+    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0)
+    assert encloses(motion, 2 * math.sqrt(REGULAR.length / 5.0)) and motion.gap < 1e-6
+
+
+def test_a_line_under_a_speed_limit_too():
+    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0, speed_limit=0.3)
+    assert encloses(motion, REGULAR.length / 0.3 + 0.3 / 5.0) and motion.gap < 1e-3
+
+
+def test_an_arc_under_an_acceleration_limit_alone():
+    """u = sqrt(a^2 - (x / r)^2): x = a r sin(2 s / r) until all of it is needed to turn; then at an even speed."""
+    radius, limit = 0.02, 5.0
+    path = Path((Arc((0.0, 0.13), radius, 0.3, 6.5),))
+    start = radius * math.pi / 4
+    least = 2 * (radius / 2) * beta(0.25, 0.5) / 2 / math.sqrt(limit * radius)
+    least += (path.length - 2 * start) / math.sqrt(limit * radius)
+    motion = fb.time_path(ROBOT, path, acceleration_limit=limit)
+    assert encloses(motion, least) and motion.gap <= 1e-3
+
+
+def test_a_drive_alone_that_is_accelerated_to_the_middle():
+    """Without an end-effector a leg's torque is its inertia times q'': along its circle 2 sqrt(Z angle / tau)."""
+    robot = fb.FiveBar(m=0.0)
+    pose = fb.dgm(robot, np.stack([np.linspace(0.0, -0.5, 60), np.zeros(60)], axis=-1))
+    elbow = pose.elbows[0, 1]
+    angles = np.unwrap(np.arctan2(*(pose.xi - elbow).T[::-1]))
+    path = Path((Arc(tuple(elbow), 0.09, angles[0], angles[-1]),))
+    motion = fb.time_path(robot, path, torque_limit=0.01)
+    assert encloses(motion, 2 * math.sqrt(robot.zz1 * 0.5 / 0.01)) and motion.gap <= 1e-3
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_random_paths_keep_their_limits_between_nodes_and_are_timed_to_a_thousandth(name):
+    robot, torque, centre, width = ROBOTS[name]
+    for seed in range(100 if NIGHTLY else 4):
+        rng = np.random.default_rng(seed)
+        path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
+        motion = fb.time_path(robot, path, **limits)
+        assert used(motion, limits, 100 if NIGHTLY else 30) <= 1.0, (name, seed)
+        assert 0 < motion.gap <= 1e-3, (name, seed, motion)
+
+
+def test_random_paths_across_type_2_keep_their_limits():
+    found = crossings = 0
+    for seed in range(60) if NIGHTLY else (0, 6, 12, 13, 16):
+        rng = np.random.default_rng(seed)
+        path, limits = random_path(rng, (0.03, 0.03), 0.05), random_limits(rng, ROBOT, 0.1)
+        try:
+            motion = fb.time_path(ROBOT, path, **limits)
+        except (fb.UnreachableError, fb.SingularityError):
+            continue
+        found, crossings = found + 1, crossings + int(motion.crossing.sum())
+        assert used(motion, limits, 30) <= 1.0 and motion.gap <= 2e-3, (seed, motion)
+    assert found >= 5 and crossings >= 6
+
+
+@pytest.mark.parametrize("path", [REGULAR, ACROSS], ids=["regular", "across Type 2"])
+def test_the_path_is_followed_by_a_continuous_motion(path):
+    motion = fb.time_path(ROBOT, path, torque_limit=0.1)
+    t = np.linspace(0.0, motion.duration, 4001)
+    xi, xi_dot, xi_ddot = motion(t)
+    direction = (path.pieces[0].end - np.array(HOME)) / path.length
+    off = (xi - HOME) @ np.array([-direction[1], direction[0]])
+    assert np.abs(off).max() < 1e-15
+    step = t[1] - t[0]
+    assert np.abs(np.diff(xi, axis=0) / step - (xi_dot[1:] + xi_dot[:-1]) / 2).max() < 1e-4
+    speed = np.diff(xi_dot, axis=0) / step
+    jumps = np.abs(np.diff(xi_ddot, axis=0)).max(axis=1) > 0.1
+    assert np.abs(speed - (xi_ddot[1:] + xi_ddot[:-1]) / 2)[~jumps].max() < 5e-2
+    assert np.abs(xi_dot[[0, -1]]).max() < 1e-15 and np.allclose(xi[-1], path.pieces[0].end, atol=1e-15)
+    before, after = motion(-1.0), motion(motion.duration + 1.0)
+    assert (before[1] == 0).all() and (after[2] == 0).all() and np.allclose(after[0], xi[-1], atol=1e-15)
+
+
+def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
+    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.1)
+    found = fb.check_path(ROBOT, motion)
+    assert found.type == fb.Singularity.PARALLEL and found.criterion_holds and motion.gap < 1e-3
+    at = motion.times[motion.crossing][0]
+    assert abs(found.time - at) < 1e-9
+    # Torques beside it agree with the inverse model where this has digits, and reach on to it from either side.
+    for side in (-1, 1):
+        near, far = motion.tau(at + side * np.array([1e-9, 1e-5]))
+        assert np.abs(near - far).max() < 1e-3 and np.abs(motion.tau(at + side * 1e-9)).max() <= 0.1 * (1 + 1e-6)
+
+
+def test_a_path_through_type_2_is_replayed_within_its_torques():
+    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.02)
+    controller = fb.FeedForward(ROBOT, 0.2, 0.01, ahead=0.0005)
+    run = fb.simulate(ROBOT, controller, motion, control_period=0.001, duration=motion.duration + 0.05)
+    assert np.linalg.norm(run.error, axis=-1).max() < 1e-4
+    assert np.abs(run.tau).max() < 0.02 * 1.001
+
+
+def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
+    along = np.array(fb.igm(ROBOT, CROSSING).u2[0])
+    across = np.array([-along[1], along[0]])
+    straight = Path((Line(tuple(CROSSING - 0.02 * along), tuple(CROSSING + 0.015 * along)),))
+    limits = {"torque_limit": 0.05}
+    motion = fb.time_path(ROBOT, straight, **limits)
+    assert motion.crossing.sum() == 1 and motion.gap < 1e-3 and used(motion, limits) <= 1
+    bent = CROSSING + np.outer([-0.02, 0.0, 0.02], along) + np.outer([0.004, -0.004, 0.004], across)
+    with pytest.raises(fb.SingularityError, match=r"along the distal bars .* at s = 0\.02 m"):
+        fb.time_path(ROBOT, Path((Polynomial.from_bernstein(bent, 0.04),)), **limits)
+    graze = Path((Line(tuple(CROSSING - 0.02 * across), tuple(CROSSING + 0.015 * across)),))
+    with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|1999)"):
+        fb.time_path(ROBOT, graze, **limits)
+    rests = Path((Line(HOME, CROSSING), Line(CROSSING, (-0.09, 0.1))))
+    with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):
+        fb.time_path(ROBOT, rests, **limits)
+
+
+def test_a_given_duration_takes_the_least_share_of_the_torques():
+    for path in (REGULAR, ACROSS):
+        least = fb.time_path(ROBOT, path, torque_limit=0.1)
+        slow = fb.time_path(ROBOT, path, 2 * least.duration, torque_limit=0.1)
+        free = fb.time_path(ROBOT, path, 2 * least.duration)
+        t = np.linspace(0, slow.duration, 5001)
+        assert slow.duration == pytest.approx(2 * least.duration, rel=1e-12) == free.duration
+        assert slow.lower_bound == pytest.approx(least.lower_bound, rel=1e-3) and free.lower_bound == 0
+        for motion in (slow, free):  # without friction and gravity, torques go as the square of the pace
+            assert np.abs(motion.tau(t)).max() == pytest.approx(0.025, rel=2e-3)
+    with pytest.raises(fb.TimingError, match=r"is 0\.2\d* s below what is proved to be the least, 0\.48"):
+        fb.time_path(ROBOT, REGULAR, 0.25, torque_limit=0.1)
+
+
+def test_a_duration_for_a_robot_with_gravity_and_friction():
+    robot, _, _, _ = ROBOTS["all"]
+    path = Path((Arc((0.0, 0.1), 0.02, 0.3, 3.5),))
+    for duration in (0.4, 5.0):
+        motion = fb.time_path(robot, path, duration, torque_limit=1.0)
+        assert motion.duration == pytest.approx(duration, rel=1e-12)
+        assert used(motion, {"torque_limit": 1.0}) <= 1
+
+
+def test_stops_dwells_and_feeds_of_the_path():
+    corner = (0.06, 0.08)
+    pieces = Line(HOME, corner), Line(corner, (0.05, 0.1))
+    motion = fb.time_path(ROBOT, Path(pieces, dwells={pieces[0].length: 0.25}, feed=(np.inf, 0.02)), torque_limit=0.1)
+    bare = fb.time_path(ROBOT, Path(pieces), torque_limit=0.1)
+    reached = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
+    assert np.allclose(motion(reached - 0.1)[0], corner, atol=1e-12) and (motion(reached - 0.1)[1] == 0).all()
+    assert motion.duration > bare.duration + 0.25 + 0.8
+    t = np.linspace(reached, motion.duration, 1001)
+    assert np.linalg.norm(motion(t)[1], axis=1).max() == pytest.approx(0.02, rel=1e-6)
+
+
+def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
+    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.1)
+    file = io.StringIO()
+    motion.to_csv(file, rate=200.0)
+    rows = [line.split(",") for line in file.getvalue().splitlines()[2:]]
+    assert float(rows[0][0]) == 0.0 and float(rows[-1][0]) == motion.duration
+    assert np.allclose(np.array(rows[-1][1:3], float), ACROSS.pieces[0].end, atol=1e-15)
+    file.seek(0)
+    again = fb.TimedPath.from_csv(file)
+    t = np.linspace(-0.1, motion.duration + 0.1, 301)
+    assert again.duration == motion.duration and again.lower_bound == motion.lower_bound
+    assert all((a == b).all() for a, b in zip(again(t), motion(t))) and (again.tau(t) == motion.tau(t)).all()
+    assert repr(again) == repr(motion) and "1 crossing of Type 2" in repr(motion)
+    with pytest.raises(ValueError, match="line 1: not a file written by TimedPath.to_csv"):
+        fb.TimedPath.from_csv(io.StringIO("t,x,y\n0,1,2\n"))
+
+
+def test_the_picture_shows_the_motion_under_its_curves():
+    figure = fb.time_path(ROBOT, ACROSS, torque_limit=0.1).plot()
+    titles = [axes.get_title() for axes in figure.axes]
+    assert any("proved: none below" in title for title in titles) and "torques" in titles
+
+
+REFUSED = [
+    (dict(path=Path((Line(HOME, (0.3, 0.1)),))), fb.UnreachableError,
+     r"leaves the workspace at s = 0\.01681\d* m: .*left leg"),
+    (dict(torque_limit=None), ValueError, "a least time needs a torque_limit"),
+    (dict(torque_limit=-1.0), ValueError, "torque_limit must be finite and > 0"),
+    (dict(torque_limit=(1.0, 2.0, 3.0)), ValueError, "torque_limit must be one number or one per joint"),
+    (dict(duration=-1.0), ValueError, "duration must be"),
+    (dict(path="square.svg"), TypeError, "path must be a Path"),
+    (dict(working=(1, 2)), ValueError, "working"),
+    (dict(robot=ROBOTS["vertical"][0], torque_limit=0.05), fb.TimingError,
+     r"cannot hold the robot at rest at s = 0 .*q\d1 needs 0\.\d+ N m, its torque_limit is 0\.05"),
+    (dict(robot=ROBOTS["vertical"][0], torque_limit=0.29, path=Path((Line((-0.05, 0.06), (0.05, 0.14)),))),
+     fb.TimingError, r"no motion along the path .*keeps these limits near s = .*at rest there the torques are"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("given", "error", "words"), REFUSED)
+def test_what_cannot_be_timed_is_said_with_its_place(given, error, words):
+    usual = {"robot": ROBOT, "path": REGULAR, "torque_limit": 0.1}
+    with pytest.raises(error, match=words):
+        fb.time_path(**usual | given)

@@ -1,0 +1,70 @@
+"""`time_path` against a collocation of the same paths, written here: IPOPT, with the bar forces as unknowns.
+
+Unknown are x = s'^2 at the nodes and both bar forces lambda at the middles of the intervals; there m xi'' = A^T lambda
+and tau = Z q'' + B^T lambda, with s'' = x_s / 2, all of the place from the models. The time is the trapezoidal one,
+exact where s'' is even. Nothing is divided by det A, so that Type 2 is a place like others.
+"""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Arc, Line, Polynomial
+
+ROBOT = fb.FiveBar()
+HOME = (0.09, 0.06796322)
+CASES = {  # name -> (path, crossings of Type 2)
+    "line": (Path((Line(HOME, (0.0, 0.1)),)), 0),
+    "arc": (Path((Arc((0.0, 0.13), 0.02, 0.3, 6.5),)), 0),
+    "line across Type 2": (Path((Line(HOME, (0.05, 0.0)),)), 1),
+    "arc across Type 2": (Path((Arc((0.05, 0.03), 0.04, 1.2, -1.5),)), 1),
+    "curve across Type 2": (
+        Path((Polynomial.from_bernstein([(0.02, 0.06), (-0.03, 0.03), (-0.06, 0.02), (-0.04, -0.05)], 0.13),)), 1),
+}  # fmt: skip
+
+
+def of_the_place(path, s):
+    """xi_s, xi_ss, q_s, q_ss, u_12, u_22 and B's diagonal at s (n,), (n, 14)."""
+    xi, xi_s, xi_ss, _ = path(s)
+    rates = fb.ikm(fb.igm(ROBOT, xi), xi_s)
+    bend = fb.ikm2(rates, xi_ss)
+    pose = rates.pose
+    A, B = pose.A, pose.B
+    return np.hstack([xi_s, xi_ss, rates.q_dot, bend.q_ddot, A.reshape(-1, 4), B[:, 0, :1], B[:, 1, 1:]])
+
+
+def by_collocation(path, limit, count=2000):
+    """The least time of the discretised motion, s."""
+    h, edges = path.length / count, np.linspace(0.0, path.length, count + 1)
+    tx, ty, nx, ny, q1, q2, p1, p2, x1, y1, x2, y2, b1, b2 = of_the_place(path, (edges[1:] + edges[:-1]) / 2).T
+    x, first, second = (ca.SX.sym(name, n) for name, n in (("x", count + 1), ("first", count), ("second", count)))
+    u, mean = (x[1:] - x[:-1]) / (2 * h), (x[1:] + x[:-1]) / 2
+    force_x, force_y = (ROBOT.m * (t * u + n * mean) for t, n in ((tx, nx), (ty, ny)))
+    tau_1 = ROBOT.zz1 * (q1 * u + p1 * mean) + b1 * first
+    tau_2 = ROBOT.zz2 * (q2 * u + p2 * mean) + b2 * second
+    balance = ca.vertcat(force_x - x1 * first - x2 * second, force_y - y1 * first - y2 * second)
+    time = ca.sum1(2 * h / (ca.sqrt(x[1:]) + ca.sqrt(x[:-1])))
+    problem = {"x": ca.vertcat(x, first, second), "f": time, "g": ca.vertcat(balance, tau_1 / limit, tau_2 / limit)}
+    options = {"ipopt.print_level": 0, "print_time": False, "ipopt.tol": 1e-9}
+    solver = ca.nlpsol("timing", "ipopt", problem, options)
+    rest, most = 1e-12, np.ones(count + 1)
+    most[[0, -1]] = rest
+    free, none, one = np.full(2 * count, 1e3), np.zeros(2 * count), np.ones(2 * count)
+    found = solver(
+        x0=np.concatenate([np.full(count + 1, 1e-3), none]),
+        lbx=np.concatenate([np.full(count + 1, rest), -free]), ubx=np.concatenate([most, free]),
+        lbg=np.concatenate([none, -one]), ubg=np.concatenate([none, one]),
+    )  # fmt: skip
+    assert solver.stats()["success"], solver.stats()["return_status"]
+    return float(found["f"])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_collocation_of_the_same_path_takes_the_same_time(name):
+    path, crossings = CASES[name]
+    motion = fb.time_path(ROBOT, path, torque_limit=0.05)
+    assert motion.crossing.sum() == crossings
+    least = by_collocation(path, 0.05)
+    assert abs(motion.duration / least - 1) < 1e-3 and abs(motion.lower_bound / least - 1) < 1e-3
