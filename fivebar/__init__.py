@@ -53,16 +53,18 @@ _LATER = {
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
+    "sweep": "designing.sweeping",
 }
 
 
-_PARTS = ("amoro", "grading", "linkages", "pages", "plot", "study", "view")
+_PARTS = ("amoro", "designing", "grading", "linkages", "pages", "plot", "study", "view")
 
 
 if _typing.TYPE_CHECKING:  # the same, to a type checker
-    from . import amoro, grading, linkages, study
+    from . import amoro, designing, grading, linkages, study
     from .control.laws import PD, ComputedTorque, FeedForward
     from .control.tracker import Tracker
+    from .designing.sweeping import sweep
     from .exporting.export import export
     from .models.compiled import compile
     from .paths.certify import certify
