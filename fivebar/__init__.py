@@ -37,6 +37,7 @@ _LATER = {
     "compare": "simulation.comparison",
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
+    "design": "designing.optimum",
     "dexterous": "singularities.dexterous",
     "export": "exporting.export",
     "from_csv": "planning.samples",
@@ -64,6 +65,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from . import amoro, designing, grading, linkages, study
     from .control.laws import PD, ComputedTorque, FeedForward
     from .control.tracker import Tracker
+    from .designing.optimum import design
     from .designing.sweeping import sweep
     from .exporting.export import export
     from .models.compiled import compile

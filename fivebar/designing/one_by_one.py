@@ -10,6 +10,7 @@ from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
 from ..singularities.aspects import aspects
+from ..singularities.dexterous import dexterous
 from ..singularities.disc import largest_disc
 from ..singularities.distance import locus_distance
 from ..singularities.rectangle import largest_rectangle
@@ -20,8 +21,6 @@ CENTRES = 400  # along the axis, among which the largest circle is searched
 def _regions(robot, task):
     """The parts of the task's working mode without singularity, or those that keep det_A and sin."""
     if task.det_A or task.sin:
-        from ..singularities.dexterity import dexterous
-
         found = dexterous(robot, det_A=task.det_A, sin=task.sin)
     else:
         found = aspects(robot)
