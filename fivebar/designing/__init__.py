@@ -2,7 +2,10 @@
 
 from .designs import Designs, grid, sample, triangle
 from .figures import FIGURES, Figure
+from .results import Design, Front
 from .sweeps import Sweep
 from .task import MOTORS, Motor, Task
 
-__all__ = ["FIGURES", "MOTORS", "Designs", "Figure", "Motor", "Sweep", "Task", "grid", "sample", "triangle"]
+__all__ = [
+    "FIGURES", "MOTORS", "Design", "Designs", "Figure", "Front", "Motor", "Sweep", "Task", "grid", "sample", "triangle",
+]  # fmt: skip

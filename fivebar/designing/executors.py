@@ -14,6 +14,7 @@ from multiprocessing.connection import wait as wait_for
 from typing import Any
 
 AHEAD = 4  # chunks per processor that are handed out before they are asked for
+PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
 TRIES = 2  # times that our own pool is begun anew without a chunk done in between
 
 
@@ -53,12 +54,13 @@ def computed(
     if workers == 1:
         yield from ((number, compute(task)) for number, task in tasks)
         return
-    _must_travel(compute)
+    if multiprocessing.get_start_method() != "fork":
+        _must_travel(compute)
     left, fruitless = {}, 0
     while True:
-        with ProcessPoolExecutor(workers, initializer=_end_with_parent) as pool:
+        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute,)) as pool:
             try:
-                for done in _by(pool, compute, tasks, left):
+                for done in _by(pool, _do, tasks, left):
                     fruitless = 0
                     yield done
                 return
@@ -83,11 +85,20 @@ def _must_travel(compute):
         ) from None
 
 
-def _end_with_parent():
-    """A worker ends when its parent is killed: the queue that it waits on would never tell."""
+def _begin(compute):
+    """A worker has its work from its start, inherited where it is forked, and ends when its parent is killed.
+
+    The queue that it waits on would never tell it.
+    """
+    global _compute
+    _compute = compute
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
+
+
+def _do(task):
+    return _compute(task)
 
 
 def _by(executor, compute, tasks, left):
@@ -110,16 +121,20 @@ def _by(executor, compute, tasks, left):
         for number, task in tasks:
             hand_out(number, task)
             if len(futures) >= ahead:
-                yield from _some(futures, left)
+                yield from _some(futures, left, executor)
         while futures:
-            yield from _some(futures, left)
+            yield from _some(futures, left, executor)
     finally:
         for future in futures:
             future.cancel()
 
 
-def _some(futures, left):
-    done, _ = wait(futures, return_when=FIRST_COMPLETED)
+def _some(futures, left, executor):
+    waited = 0
+    while not (done := wait(futures, PATIENCE, FIRST_COMPLETED).done):
+        waited = waited + 1 if _deserted(executor) else 0
+        if waited == 2:
+            raise ExecutorDied("the cluster has had no worker or no scheduler for a while")
     for future in sorted(done, key=futures.get):
         number = futures.pop(future)
         try:
@@ -134,3 +149,14 @@ def _some(futures, left):
             raise
         left.pop(number)
         yield number, result
+
+
+def _deserted(executor):
+    """Whether a Dask cluster has nobody to compute: it would wait for ever for somebody to come."""
+    client = getattr(executor, "_client", None)
+    if client is None or not hasattr(client, "nthreads"):
+        return False
+    try:
+        return client.status != "running" or not client.nthreads()
+    except Exception:  # whatever a lost connection raises
+        return True

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ..errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
@@ -58,14 +57,14 @@ def _inscribed_circle(robot, task, place):
     pose = igm(robot, np.stack([0 * y, y], axis=-1), (1, -1), unreachable="nan")
     above = pose.assembly == pose.assembly[-1]
     first = len(y) - 1 - int(np.argmin(above[::-1])) + 1 if not above.all() else 0  # where it is so up to the top
-    room = locus_distance(robot, pose.xi[first:], (1, -1))[0]
-    best, step = first + int(np.argmax(room)), top / CENTRES
-
-    def narrow(height):
-        return -locus_distance(robot, (0.0, float(height)), (1, -1))[0]
-
-    ends = max(y[best] - step, 0.0), min(y[best] + step, top)
-    return -float(minimize_scalar(narrow, bounds=ends, method="bounded", options={"xatol": 1e-13 * top}).fun)
+    low, high = y[first], top
+    while True:  # the room has a kink where it is largest: among so many heights the best has it beside
+        heights = np.linspace(low, high, CENTRES + 1)
+        room = locus_distance(robot, np.stack([0 * heights, heights], axis=-1), (1, -1))[0]
+        best = int(np.argmax(room))
+        low, high = heights[max(best - 1, 0)], heights[min(best + 1, CENTRES)]
+        if high - low <= 1e-15 * top:
+            return float(room[best])
 
 
 def _moved(robot, task, place):

@@ -154,6 +154,8 @@ class Problem:
             for which, limit in (("lower", self.low[k]), ("upper", self.high[k])):
                 if abs(row[k] - limit) <= near:
                     found.append(f"{self.names[k]} = {row[k]:.6g} is at its {which} bound {limit:.6g}")
+        if self.on_table and values["reach"] <= AT_LIMIT * self.task_size:
+            found.append(f"reach = {values['reach']:.6g} is at its limit, at least 0: a corner of the table")
         for limit in self.limits:
             name = limit.figure.name
             for which, value in (("at least", limit.low), ("at most", limit.high)):

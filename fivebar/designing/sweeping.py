@@ -64,7 +64,12 @@ def sweep(
     check_variables(given.names, robot, "designs")
     quick = all(each.kind in ("closed", "poses") for each in figures)
     chunk = chunk or (AT_ONCE if quick else ONE_BY_ONE)
-    if executor is None and workers is None and quick and given.count is not None and given.count <= FOR_FEW * chunk:
+    if (
+        executor is None
+        and workers is None
+        and given.count is not None
+        and given.count <= (FOR_FEW if quick else 1) * chunk
+    ):
         workers = 1
     compute = partial(compute_chunk, figures, given.names, robot, task)
     manifest = _manifest(figures, given, chunk, robot, task)
