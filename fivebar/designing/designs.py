@@ -102,17 +102,23 @@ def grid(**axes: Any) -> Designs:
 
 
 def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
-    """Designs spread evenly between bounds {name: (low, high)}: the scrambled Halton sequence."""
+    """Designs spread evenly between bounds {name: (low, high)}, the k-th of them at once.
+
+    Roberts' sequence: x_k = (x_0 + k a) mod 1 with a_j = g^-j, g^(n+1) = g + 1; in whole numbers of 2^-64, so that a
+    late one is as exact as the first. seed: of x_0.
+    """
     limits = limits_of(bounds)
     count, seed = whole(1, MOST)(count, "count"), whole(0, 2**63)(seed, "seed")
     low, high = np.array(list(limits.values())).T
+    g = 2.0
+    for _ in range(64):
+        g = (1 + g) ** (1 / (len(limits) + 1))
+    steps = np.array([int(2.0**64 / g**j) for j in range(1, len(limits) + 1)], dtype=np.uint64)
+    first = np.random.default_rng(seed).integers(2**64 - 1, size=len(limits), dtype=np.uint64)
 
     def rows(start, stop):
-        from scipy.stats.qmc import Halton
-
-        sequence = Halton(len(limits), seed=np.random.default_rng(seed))
-        sequence.fast_forward(start)
-        return low + (high - low) * sequence.random(stop - start)
+        place = first + np.arange(start, stop, dtype=np.uint64)[:, None] * steps  # modulo 2^64
+        return low + (high - low) * (place >> np.uint64(11)) * 2.0**-53
 
     about = {"sample": {name: list(pair) for name, pair in limits.items()}, "count": count, "seed": seed}
     return Designs(tuple(limits), count, about, rows)

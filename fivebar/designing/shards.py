@@ -113,7 +113,7 @@ def write_chunk(folder: Path, number: int, chunk: Chunk) -> None:
 def read_chunk(path: Path) -> Chunk:
     """ValueError for a file that is none."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
             texts = json.loads(file["error_text"].tobytes())
             return Chunk(file["designs"], file["values"], list(zip(file["error_at"].tolist(), texts)))
     except (*STRANGE, OSError, EOFError, zipfile.BadZipFile) as error:

@@ -100,14 +100,14 @@ def _plain(parameters):
 
 
 def _in_memory(manifest, compute, chunks, executor, workers, total):
-    found, size = {}, len(manifest["variables"]) + len(manifest["figures"])
+    found, size, counted = {}, len(manifest["variables"]) + len(manifest["figures"]), _Counted(chunks)
     with progress(total=total, unit="chunk") as bar:
-        for number, done in computed(compute, chunks, executor, workers):
+        for number, done in computed(compute, counted.all(), executor, workers):
             found[number] = done
             if len(found) * manifest["chunk"] * size > MOST_KEPT:
                 raise ValueError(f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for them")
             bar.update()
-    return Sweep(manifest, tuple(found[number] for number in sorted(found)))
+    return Sweep(manifest | {"done": counted.done}, tuple(found[number] for number in sorted(found)))
 
 
 def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
@@ -126,7 +126,7 @@ def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
             except OSError as error:
                 error.strerror = f"{error.strerror}; what was done stays in {folder}: {_count(folder)} chunks"
                 raise
-        done = {"chunks": numbers.seen, "designs": numbers.designs, "sha256": numbers.hash.hexdigest()}
+        done = numbers.done
         if "done" in known and known["done"] != done:
             raise ValueError(f"out: {folder} is done with {known['done']['designs']} designs, not {numbers.designs}")
         if beyond := sorted(folder.glob("chunk-*.npz"))[numbers.seen :]:
@@ -146,11 +146,20 @@ class _Counted:
     def __init__(self, chunks: Iterable[tuple[int, np.ndarray]]):
         self.chunks, self.seen, self.designs, self.hash = chunks, 0, 0, hashlib.sha256()
 
-    def left(self, folder: Path, bar: Any) -> Iterator[tuple[int, np.ndarray]]:
-        """(number, rows) of those that are not in the folder."""
+    @property
+    def done(self) -> dict:
+        return {"chunks": self.seen, "designs": self.designs, "sha256": self.hash.hexdigest()}
+
+    def all(self) -> Iterator[tuple[int, np.ndarray]]:
+        """(number, rows) of each chunk."""
         for number, rows in self.chunks:
             self.seen, self.designs = number + 1, self.designs + len(rows)
             self.hash.update(digest(rows).encode())
+            yield number, rows
+
+    def left(self, folder: Path, bar: Any) -> Iterator[tuple[int, np.ndarray]]:
+        """(number, rows) of those that are not in the folder."""
+        for number, rows in self.all():
             if is_done(folder, number, rows):
                 bar.update()
             else:

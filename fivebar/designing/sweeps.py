@@ -36,7 +36,7 @@ class Sweep:
     _parts: Sequence  # Chunks, or files
 
     def __repr__(self) -> str:
-        done = "" if "done" in self.manifest or not self._folder else "not done yet"
+        done = "" if "done" in self.manifest else "not done yet"
         errors = sum(len(part.errors) for part in self.chunks()) if self.count <= 10**6 else 0
         said = f"{errors} errors" if errors else ""
         return one_line("Sweep", f"{', '.join(self.figures)} of {self.count} designs of {', '.join(self.names)}", said,
@@ -44,10 +44,6 @@ class Sweep:
 
     def __len__(self) -> int:
         return self.count
-
-    @property
-    def _folder(self):
-        return bool(self._parts) and isinstance(self._parts[0], Path)
 
     @property
     def names(self) -> tuple[str, ...]:

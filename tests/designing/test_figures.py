@@ -75,7 +75,7 @@ def test_the_worst_tip_error_is_that_of_the_direct_model(swept):
             other = fb.FiveBar(**{name: getattr(robot, name) + e for name, e in zip(names, corner)})
             moved = fb.dgm(other, pose.q + corner[5:], pose.assembly).xi
             worst = max(worst, np.linalg.norm(moved - pose.xi, axis=1).max() / small)
-        assert done["worst_tip_error"][k] == pytest.approx(worst, rel=1e-4)
+        assert done["worst_tip_error"][k] == pytest.approx(worst, rel=1e-3)
 
 
 def test_where_the_table_is_not_reached_or_a_singularity_crosses_it(swept):
