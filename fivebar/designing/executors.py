@@ -71,6 +71,12 @@ def computed(
                     raise ExecutorDied(f"{error}; {fruitless} times without a chunk done in between: {hint}") from None
 
 
+def processors(executor: Executor) -> int:
+    """How many things a cluster does at a time; 1 where it does not say."""
+    client = getattr(executor, "_client", None)
+    return max(1, sum(client.nthreads().values())) if hasattr(client, "nthreads") else 1
+
+
 def _processors():
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
