@@ -8,12 +8,13 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._backend import finite_numbers, real_numbers
+from .._backend import finite_numbers, is_symbolic, real_numbers
 from ..checks import number, shown, whole
 from ..described import one_line
 from ..models.robots import Biglide, FiveBar
@@ -124,6 +125,11 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     return Designs(tuple(limits), count, about, rows)
 
 
+def alone(value: Any) -> bool:
+    """Whether this is one number, and not a pair of them."""
+    return isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
+
+
 def limits_of(bounds: Mapping[str, Any], name: str = "bounds") -> dict[str, tuple[float, float]]:
     """{name: (low, high)}; a single number is both."""
     if not isinstance(bounds, Mapping) or not bounds:
@@ -131,7 +137,7 @@ def limits_of(bounds: Mapping[str, Any], name: str = "bounds") -> dict[str, tupl
     found = {}
     for each, pair in bounds.items():
         try:
-            low, high = (pair, pair) if np.ndim(pair) == 0 else pair
+            low, high = (pair, pair) if alone(pair) else pair
         except (TypeError, ValueError):
             raise ValueError(f"{name}: {each} must be (low, high) or a number, not {shown(pair)}") from None
         low, high = number(low, f"{name}: {each}'s low"), number(high, f"{name}: {each}'s high")
@@ -161,7 +167,7 @@ def designs_of(given: Any, robot: FiveBar | Biglide) -> Designs:
         return columns(given)
     if isinstance(given, (str, os.PathLike)):
         return _from_file(Path(given))
-    if not isinstance(given, Iterable) or isinstance(given, (bytes, np.ndarray)):
+    if not isinstance(given, Iterable) or isinstance(given, (bytes, np.ndarray)) or is_symbolic(given):
         raise TypeError(f"designs must be columns by name, a file, or robots one by one, not {shown(given)}")
     return _one_by_one(given, robot)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .._backend import is_symbolic
 from ..checks import shown
 from ..models.robots import Biglide, FiveBar
 from .batch import at_once, checked, place_of_design, robot_of_design
@@ -62,7 +63,7 @@ def figures_of(asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "fi
         found = [_own(each, name, what) for name, each in asked.items()]
     elif isinstance(asked, (str, Figure)) or callable(asked):
         found = [_one(asked, what)]
-    elif isinstance(asked, Iterable):
+    elif isinstance(asked, Iterable) and not is_symbolic(asked):
         found = [_one(each, what) for each in asked]
     else:
         found = [_one(asked, what)]

@@ -13,7 +13,7 @@ from ..checks import instance, number, optional, positive, shown, takes, whole
 from ..models.robots import Biglide, FiveBar
 from ..progress import progress
 from .batch import at_once, check_variables, robot_of_design
-from .designs import limits_of
+from .designs import alone, limits_of
 from .evolution import evolve, refine, thinned
 from .figures import Figure, evaluate, figures_of
 from .results import AT_LIMIT, Design, Front
@@ -21,12 +21,17 @@ from .task import Task, task_of
 
 SENSES = {"min": "small", "small": "small", "max": "large", "large": "large"}
 POPULATION, MEMBERS = 20, 20  # per parameter, at least 60; of each small population
+MOST_EFFORT = 100.0
 FAR = 1e30  # what keeps the limits is below, what does not is above, by how much it is off
+
+
+def _effort(value, name):
+    return number(value, name, 0.01, MOST_EFFORT)
 
 
 @takes(
     robot=optional(instance(FiveBar, Biglide)), step=optional(positive), points=whole(2, 200), seed=whole(0, 2**63),
-    effort=positive,
+    effort=_effort,
 )  # fmt: skip
 def design(
     goals: Any, bounds: Mapping[str, Any], *, limits: Mapping[Any, Any] | None = None,
@@ -80,7 +85,7 @@ class Problem:
         self.names = tuple(pairs)
         self.low, self.high = (np.array(each) for each in zip(*pairs.values()))
         self.goals, self.signs = _goals(goals, task, robot)
-        self.limits = _limits(limits or {}, task, robot)
+        self.limits = _limits({} if limits is None else limits, task, robot)
         reach = figures_of(["reach", "det_A"], task, robot) if self.on_table else ()
         asked = [*self.goals, *(limit.figure for limit in self.limits), *reach]
         self.figures = tuple({each.name: each for each in asked}.values())
@@ -196,7 +201,7 @@ def _limits(limits, task, robot):
         return ()
     found = []
     for figure, asked in zip(figures_of(list(limits), task, robot, "limits"), limits.values()):
-        if np.ndim(asked) == 0 and asked is not None:
+        if alone(asked):
             asked = (asked, None) if figure.better == "large" else (None, asked)
         try:
             low, high = asked

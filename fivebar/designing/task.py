@@ -13,6 +13,7 @@ import numpy as np
 
 from ..checks import a_callable, modes, not_negative, number, positive, shown, two_numbers, whole
 from ..described import one_line
+from .designs import alone
 
 MOST_POSES = 10**6
 SAMPLES = 201  # of a motion
@@ -148,12 +149,15 @@ def _table(value, name):
 
 
 def _disc(value, name):
-    x, y, radius = (0.0, 0.0, value) if np.ndim(value) == 0 else _numbers(value, name, (3,))
+    x, y, radius = (0.0, 0.0, value) if alone(value) else _numbers(value, name, (3,))
     return x, y, positive(radius, name)
 
 
 def _poses(value, name):
-    pair = (value, value) if np.ndim(value) == 0 else tuple(value)
+    try:
+        pair = (value, value) if alone(value) else tuple(value)
+    except TypeError:
+        pair = ()
     if len(pair) != 2:
         raise ValueError(f"{name} must be two whole numbers, not {shown(value)}")
     return tuple(whole(2, 10**4)(each, name) for each in pair)
