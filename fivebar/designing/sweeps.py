@@ -22,6 +22,7 @@ from .shards import Chunk, read_chunk, read_manifest, shard, write_chunk, write_
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,10 @@ class Sweep:
                 return dict(zip(self.names, part.rows[number].tolist()))
             number -= len(part.rows)
         raise IndexError(number)
+
+    def rows(self, numbers: ArrayLike) -> dict[str, np.ndarray]:
+        """What some designs name, as columns: designs of another sweep."""
+        return {name: self[name][np.atleast_1d(numbers)] for name in self.names}
 
     def robot_at(self, number: int) -> FiveBar | Biglide:
         """The robot of a design."""
