@@ -153,20 +153,34 @@ class Problem:
         )  # fmt: skip
 
     def _binding(self, row, values):
+        """Sentences on what is at its limit; of lengths in steps, on what is nearer than a step."""
         found = []
+        steps = np.where(self.stepped, 1.001 * (self.step or 0.0), 0.0)
         for k in np.flatnonzero(self.free):
-            near = max(AT_LIMIT * (self.high[k] - self.low[k]), (self.step or 0) / 2 * self.stepped[k])
+            near = max(AT_LIMIT * (self.high[k] - self.low[k]), steps[k])
             for which, limit in (("lower", self.low[k]), ("upper", self.high[k])):
                 if abs(row[k] - limit) <= near:
-                    found.append(f"{self.names[k]} = {row[k]:.6g} is at its {which} bound {limit:.6g}")
+                    found.append(
+                        f"{self.names[k]} = {row[k]:.6g} is {self._how(row[k], limit)} {which} bound {limit:.6g}"
+                    )
+        others = [row + sign * step for step in np.diag(steps)[steps > 0] for sign in (1, -1)]
+        around = self.values(np.array([row, *others]))
         if self.on_table and values["reach"] <= AT_LIMIT * self.task_size:
             found.append(f"reach = {values['reach']:.6g} is at its limit, at least 0: a corner of the table")
         for limit in self.limits:
             name = limit.figure.name
-            for which, value in (("at least", limit.low), ("at most", limit.high)):
-                if np.isfinite(value) and abs(values[name] - value) <= AT_LIMIT * max(abs(value), 1e-12):
-                    found.append(f"{name} = {values[name]:.6g} is at its limit, {which} {value:.6g}")
+            column = around[:, self.place[name]]
+            for which, value, passed in (
+                ("at least", limit.low, column < limit.low), ("at most", limit.high, column > limit.high)
+            ):  # fmt: skip
+                near = np.isfinite(value) and abs(values[name] - value) <= AT_LIMIT * max(abs(value), 1e-12)
+                if near or passed.any():
+                    how = "at" if near else "less than a step from"
+                    found.append(f"{name} = {values[name]:.6g} is {how} its limit, {which} {value:.6g}")
         return tuple(found)
+
+    def _how(self, value, limit):
+        return "at its" if self.step is None or abs(value - limit) < 0.5 * self.step else "a step from its"
 
     def _passed_by_none(self, values):
         """{goal: what no robot within the bounds passes}: figures' own bounds at the longest, or the shortest, bars."""

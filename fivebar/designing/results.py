@@ -64,7 +64,8 @@ class Design:
         for name, value in self.values.items():
             goal = f" ({self.goals[name]})" if name in self.goals else ""
             lines.append(f"{name} = {value:.6g} {self.units[name]}".rstrip() + goal)
-        lines += self.binding or ("no bound and no limit binds: the optimum is inside",)
+        held = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
+        lines += self.binding or (f"no bound and no limit binds: {held}",)
         for name, gap in self.gaps.items():
             best = f"no robot within the bounds passes {name} = {self.unpassed[name]:.6g}"
             lines.append(f"{best}; this one is {100 * gap:.3g} % off")
