@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import _SubParsersAction
+from contextlib import nullcontext
 from pathlib import Path
 
 from ..errors import UsageError
@@ -25,6 +26,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument("--points", type=int, default=20, metavar="N", help="on a front (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--effort", type=float, default=1.0, metavar="E", help="2: twice as long a search")
+    parser.add_argument("--dask", metavar="ADDRESS", help="who computes figures that are not in closed form")
     parser.add_argument("--out", type=Path, metavar="DIR", help="a front's table, picture, and robots as files")
     parser.add_argument("--plot", type=Path, metavar="FILE", help=".png, .svg or .pdf")
     parser.add_argument("--json", action="store_true")
@@ -39,6 +41,7 @@ def _design(arguments):
         return
     if not arguments.goals:
         raise UsageError("which goal? fivebar design --list names the figures")
+    from ..designing.executors import dask_executor
     from ..designing.figures import FIGURES
     from ..designing.optimum import design
 
@@ -56,11 +59,13 @@ def _design(arguments):
     for each in arguments.limit:
         name, values = span(each, "--limit", (1, 2))
         limits[figure_of(name)] = values[0] if len(values) == 1 else tuple(values)
+    step = None if arguments.step_mm is None else arguments.step_mm / 1000
     try:
-        found = design(
-            goals, bounds, limits=limits, robot=robot, points=arguments.points, seed=arguments.seed,
-            step=None if arguments.step_mm is None else arguments.step_mm / 1000, effort=arguments.effort, **choices,
-        )  # fmt: skip
+        with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
+            found = design(
+                goals, bounds, limits=limits, robot=robot, points=arguments.points, seed=arguments.seed, step=step,
+                effort=arguments.effort, executor=executor, **choices,
+            )  # fmt: skip
     except (ValueError, TypeError) as error:
         raise (ArithmeticError(error) if "nothing within" in str(error) else UsageError(error)) from None
     _show(arguments, found)
@@ -79,6 +84,7 @@ def _show(arguments, found):
             found.save(arguments.out)
         else:
             arguments.out.mkdir(parents=True, exist_ok=True)
+            found.save(arguments.out / "design.json")
             found.to_robot_file(arguments.out / "robot.json")
             found.plot(arguments.out / "robot.png")
         print(arguments.out, file=sys.stderr)

@@ -64,6 +64,12 @@ def _sweep(arguments):
         best = done.best(count=arguments.best)
     except (ValueError, TypeError) as error:
         raise UsageError(error) from None
+    except KeyboardInterrupt:
+        if arguments.out is None:
+            raise
+        raise RuntimeError(
+            f"interrupted: what was done is in {arguments.out}; the same command goes on there"
+        ) from None
     _show(arguments, done, best)
 
 

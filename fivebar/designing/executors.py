@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
@@ -12,6 +13,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait as wait_for
 from typing import Any
+
+from ..checks import shown
 
 AHEAD = 4  # chunks per processor that are handed out before they are asked for
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
@@ -71,6 +74,12 @@ def computed(
                     raise ExecutorDied(f"{error}; {fruitless} times without a chunk done in between: {hint}") from None
 
 
+def must_execute(executor: Any) -> None:
+    """TypeError for what is no executor."""
+    if executor is not None and not all(callable(getattr(executor, name, None)) for name in ("submit", "shutdown")):
+        raise TypeError(f"executor must be a concurrent.futures.Executor, not {shown(executor)}")
+
+
 def processors(executor: Executor) -> int:
     """How many things a cluster does at a time; 1 where it does not say."""
     client = getattr(executor, "_client", None)
@@ -98,6 +107,7 @@ def _begin(compute):
     """
     global _compute
     _compute = compute
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which lets it end its chunk
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()

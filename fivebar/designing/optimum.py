@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,16 @@ from ..progress import progress
 from .batch import at_once, check_variables, robot_of_design
 from .designs import alone, limits_of
 from .evolution import evolve, refine, thinned
+from .executors import ExecutorDied, computed, must_execute
 from .figures import Figure, evaluate, figures_of
 from .results import AT_LIMIT, Design, Front
+from .sweeping import compute_chunk
 from .task import Task, task_of
 
 SENSES = {"min": "small", "small": "small", "max": "large", "large": "large"}
 POPULATION, MEMBERS = 20, 20  # per parameter, at least 60; of each small population
 MOST_EFFORT = 100.0
+TOGETHER = 5  # designs in a piece of work for an executor
 FAR = 1e30  # what keeps the limits is below, what does not is above, by how much it is off
 
 
@@ -36,7 +40,7 @@ def _effort(value, name):
 def design(
     goals: Any, bounds: Mapping[str, Any], *, limits: Mapping[Any, Any] | None = None,
     robot: FiveBar | Biglide | None = None, step: float | None = None, points: int = 20, seed: int = 0,
-    effort: float = 1.0, **choices: Any,
+    effort: float = 1.0, executor: Executor | None = None, **choices: Any,
 ) -> Design | Front:  # fmt: skip
     """The best robot within bounds: a Design for one goal, a Front of them for two or three.
 
@@ -48,6 +52,7 @@ def design(
         A table must be reached, without a singularity, whether named or not.
     robot: what the bounds do not name, FiveBar() if None. step: lengths are whole multiples of it, m, as 0.001.
     points: on the front. effort: of the search, 2 for twice as many generations.
+    executor: who computes figures that are not in closed form, as in `sweep`; None: this process.
     choices: what the figures are about, as in `sweep`: table=(0.2, 0.15), motor="xh430-w350", det_A=0.3, ...
 
     One goal: SciPy's differential evolution. Several: differential evolution of all goals at once (GDE3), then each
@@ -55,7 +60,8 @@ def design(
     what no robot within the bounds can pass, where that is known. ValueError where nothing keeps the limits.
     """
     robot = FiveBar() if robot is None else robot
-    problem = Problem(goals, bounds, limits, robot, step, task_of(choices))
+    must_execute(executor)
+    problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
     with progress(unit="generation") as bar:
         if len(problem.goals) == 1:
@@ -78,8 +84,8 @@ class Limit:
 class Problem:
     """What is searched, as numbers: columns of what varies in, goals to be small and how far off the limits out."""
 
-    def __init__(self, goals, bounds, limits, robot, step, task: Task):
-        self.robot, self.step, self.task = robot, step, task
+    def __init__(self, goals, bounds, limits, robot, step, task: Task, executor: Executor | None):
+        self.robot, self.step, self.task, self.executor = robot, step, task, executor
         pairs = limits_of(bounds)
         check_variables(tuple(pairs), robot, "bounds")
         self.names = tuple(pairs)
@@ -120,7 +126,16 @@ class Problem:
         return np.where(self.stepped, np.round(np.rint(x / self.step) * self.step, 12), x) + 0.0  # no -0
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        return evaluate(self.figures, self.names, self.rows(x), self.robot, self.task)[0]
+        rows = self.rows(x)
+        if self.executor is None or all(each.kind in ("closed", "poses") for each in self.figures):
+            return evaluate(self.figures, self.names, rows, self.robot, self.task)[0]
+        compute = partial(compute_chunk, self.figures, self.names, self.robot, self.task)
+        parts = enumerate(np.array_split(rows, max(1, len(rows) // TOGETHER)))
+        try:
+            done = dict(computed(compute, parts, self.executor))
+        except ExecutorDied as error:
+            raise RuntimeError(f"{error}; a search keeps nothing: begin it anew") from None
+        return np.concatenate([done[k].values for k in range(len(done))])
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(goals to be small (n, goals), off (n,)) of designs."""

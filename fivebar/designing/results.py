@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 AT_LIMIT = 1e-3  # of a bound's range, or of a limit, within which it is said to bind
 FRONT, ROBOTS = "front.json", "robots"
-WHAT = "fivebar front"
+WHAT = "fivebar designs"
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +78,15 @@ class Design:
         """The robot's parameters as JSON, which every command takes as --robot FILE."""
         with written(file) as out:
             out.write(json.dumps(_plain(self.robot), indent=1) + "\n")
+
+    def save(self, file: TextFile) -> None:
+        """All of it as JSON, which `load` reads."""
+        _save(file, (self,))
+
+    @classmethod
+    def load(cls, file: str | os.PathLike) -> Design:
+        """The Design in a file. Of a motion only its duration was kept."""
+        return _load(Path(file))[0]
 
     def plot(self, file: str | os.PathLike | None = None) -> Picture:
         """Picture of the robot over its table."""
@@ -147,9 +156,7 @@ class Front:
         """front.json, which `load` reads, front.csv, front.png, and robots/01.json ...: files for --robot."""
         folder = Path(folder)
         (folder / ROBOTS).mkdir(parents=True, exist_ok=True)
-        about = {"what": WHAT, "choices": self.designs[0].task.about, "designs": [d.as_json() for d in self.designs]}
-        with written(folder / FRONT) as out:
-            out.write(json.dumps(about, indent=1) + "\n")
+        _save(folder / FRONT, self.designs)
         self.to_csv(folder / "front.csv")
         self.plot(folder / "front.png")
         for k, each in enumerate(self.designs, start=1):
@@ -158,20 +165,29 @@ class Front:
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Front:
         """The Front in a folder. Of a motion only its duration was kept."""
-        file = Path(folder) / FRONT
-        try:
-            about = json.loads(file.read_text(encoding="utf-8"))
-            if about["what"] != WHAT:
-                raise ValueError(f"it is of {about['what']!r}")
-            choices = {name: value for name, value in about["choices"].items() if name != "motion"}
-            if "motor" in choices:
-                choices["motor"] = tuple(choices["motor"].values())
-            task = task_of(choices)
-            return cls(tuple(_design(each, task) for each in about["designs"]))
-        except FileNotFoundError:
-            raise ValueError(f"{folder} holds no front: there is no {FRONT}") from None
-        except STRANGE as error:
-            raise ValueError(f"{file} is not what a front left there ({type(error).__name__}: {error})") from None
+        return cls(_load(Path(folder) / FRONT))
+
+
+def _save(file, designs):
+    about = {"what": WHAT, "choices": designs[0].task.about, "designs": [each.as_json() for each in designs]}
+    with written(file) as out:
+        out.write(json.dumps(about, indent=1) + "\n")
+
+
+def _load(file):
+    try:
+        about = json.loads(file.read_text(encoding="utf-8"))
+        if about["what"] != WHAT:
+            raise ValueError(f"it is of {about['what']!r}")
+        choices = {name: value for name, value in about["choices"].items() if name != "motion"}
+        if "motor" in choices:
+            choices["motor"] = tuple(choices["motor"].values())
+        task = task_of(choices)
+        return tuple(_design(each, task) for each in about["designs"])
+    except FileNotFoundError:
+        raise ValueError(f"{file} holds no designs: there is no such file") from None
+    except STRANGE as error:
+        raise ValueError(f"{file} is not what a design left there ({type(error).__name__}: {error})") from None
 
 
 def _design(known, task):

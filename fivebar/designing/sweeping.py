@@ -19,7 +19,7 @@ from ..models.robots import Biglide, FiveBar
 from ..progress import progress
 from .batch import check_variables
 from .designs import designs_of, digest
-from .executors import ExecutorDied, computed
+from .executors import ExecutorDied, computed, must_execute
 from .figures import Figure, evaluate, figures_of
 from .shards import WHAT, Chunk, alone, begin, is_done, write_chunk, write_manifest
 from .sweeps import Sweep, in_folder
@@ -55,8 +55,7 @@ def sweep(
     A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`. ValueError for another
     sweep's folder, and where figures and choices do not fit; RuntimeError where the executor dies: what was done stays.
     """
-    if executor is not None and not all(callable(getattr(executor, name, None)) for name in ("submit", "shutdown")):
-        raise TypeError(f"executor must be a concurrent.futures.Executor, not {executor!r:.80}")
+    must_execute(executor)
     robot = FiveBar() if robot is None else robot
     task = task_of(choices)
     figures = figures_of(figure, task, robot)

@@ -1,6 +1,7 @@
 """The best robot and fronts: against problems with a known answer, and what holds each result."""
 
 import json
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -118,10 +119,10 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     lines = (tmp_path / "front" / "front.csv").read_text().splitlines()
     assert lines[1].startswith("l1,l2,d,task_y,footprint,tip_speed,det_A,tip_force") and len(lines) == len(front) + 2
     assert isinstance(again.plot(robots=3), Picture) and isinstance(again.knee.plot(), Picture)
-    with pytest.raises(ValueError, match="holds no front"):
+    with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
-    (tmp_path / "front" / "front.json").write_text('{"what": "fivebar front", "designs": [{}], "choices": {}}')
-    with pytest.raises(ValueError, match="front.json is not what a front left there"):
+    (tmp_path / "front" / "front.json").write_text('{"what": "fivebar designs", "designs": [{}], "choices": {}}')
+    with pytest.raises(ValueError, match="front.json is not what a design left there"):
         D.Front.load(tmp_path / "front")
 
 
@@ -133,6 +134,24 @@ def test_pictures_of_sweeps(tmp_path):
         assert isinstance(fb.sweep("workspace_area", designs).plot(), Picture)
     with pytest.raises(ValueError, match="there is nothing to draw: workspace_area is finite in none of 1 designs"):
         fb.sweep("workspace_area", {"d": [9.0]}).plot()
+
+
+def ring(robot):
+    return float(robot.l11 * robot.l12)
+
+
+def test_slow_figures_are_computed_by_an_executor_and_a_design_is_kept(tmp_path):
+    ask = dict(goals=[ring, "bars"], bounds={"l1": (0.1, 0.2), "l2": (0.1, 0.2)}, points=4, effort=0.05)
+    with ProcessPoolExecutor(2) as executor:
+        there = fb.design(**ask, executor=executor)
+        with pytest.raises(TypeError, match="executor must be a concurrent.futures.Executor, not 'dask'"):
+            fb.design(**ask | {"executor": "dask"})
+    assert repr(there) == repr(fb.design(**ask))
+    with pytest.raises(RuntimeError, match="takes no more work.*begin it anew"):
+        fb.design(**ask, executor=executor)
+    there.designs[0].save(tmp_path / "one.json")
+    again = D.Design.load(tmp_path / "one.json")
+    assert repr(again) == repr(there.designs[0]) and again.report == there.designs[0].report
 
 
 def test_goals_of_ones_own_and_fixed_parameters():

@@ -60,10 +60,11 @@ def _swept(figure, designs, executor, out, robot, chunk, workers, **task):
     return fb.sweep(figure, designs, executor, out, robot=robot, chunk=chunk, workers=workers, **task)
 
 
-def _designed(goals, bounds, limits, robot, step, points, seed, effort, **task):
+def _designed(goals, bounds, limits, robot, step, points, seed, effort, executor, **task):
     return fb.design(
-        goals, bounds, limits=limits, robot=robot, step=step, points=points, seed=seed, effort=effort, **task
-    )
+        goals, bounds, limits=limits, robot=robot, step=step, points=points, seed=seed, effort=effort,
+        executor=executor, **task
+    )  # fmt: skip
 
 
 LINK = fb.Link(0.3, 0.04, 0.01, 0.001)
@@ -186,7 +187,7 @@ CASES = {
         _designed,
         dict(
             goals=["bars", "workspace_area"], bounds={"l1": (0.1, 0.2), "l2": (0.1, 0.2)}, limits={"bars": 0.7},
-            robot=ROBOT, step=None, points=4, seed=0, effort=0.02, **TASK | {"table": None},
+            robot=ROBOT, step=None, points=4, seed=0, effort=0.02, executor=None, **TASK | {"table": None},
         ), 30.0, ("nothing within the bounds", "no choice", "bounds", "limits"),
         options={"goals": ["bars", {"bars": "max"}], "limits": [{}, {"bars": (None, 1.0)}]},
     ),
