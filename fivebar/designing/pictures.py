@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from ..models.geometry import igm
+from ..models.geometry import dgm, igm
 from ..models.robots import FiveBar
 from ..pictures.plot.pose_panels import around, draw_robot
 from ..pictures.skeleton import pose_body
@@ -99,26 +99,27 @@ def design_picture(design: Design, file: str | os.PathLike | None = None) -> Fig
     return saved(picture, file)
 
 
-def _middle(design):
-    """Where the end-effector is drawn."""
-    task = design.task
+def _pose(design):
+    """The end-effector in the middle of the table, or where the motion begins; of no task anywhere."""
+    task, robot = design.task, design.robot
     if task.table:
-        return design.place + [(task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2]
-    if task.disc:
-        return design.place + task.disc[:2]
-    if task.motion is not None:
-        return design.place + task.motion.xi[0]
-    robot = design.robot
-    return np.array([0.0, np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0)) * 0.6])
+        xi = (task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2
+    elif task.disc:
+        xi = task.disc[:2]
+    elif task.motion is not None:
+        xi = task.motion.xi[0]
+    elif isinstance(robot, FiveBar):
+        xi = 0.0, 0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0))
+    else:
+        return dgm(robot, (0.0, 0.0), unreachable="nan")
+    return igm(robot, design.place + xi, task.working, unreachable="nan")
 
 
 def _robots(panels, designs):
     """Robots, each in one pose over its task, all to one scale."""
     points = []
     for axes, design in zip(panels, designs):
-        if not isinstance(design.robot, FiveBar):
-            raise ValueError("only five-bars are drawn over their table")
-        pose = igm(design.robot, _middle(design), design.task.working, unreachable="nan")
+        pose = _pose(design)
         if np.isfinite(pose.q).all():
             body = pose_body([pose])
             draw_robot(axes, body)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..described import one_line
+from ..described import Pictured, one_line
 from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar
 from ..tables import STRANGE, TextFile, write, written
@@ -27,7 +27,7 @@ WHAT = "fivebar designs"
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Pictured):
     """A robot found by `design`.
 
     parameters: what varied; values: of goals and limits, goals: each "min" or "max"; binding: sentences on the bounds
@@ -103,7 +103,7 @@ class Design:
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class Front(Pictured):
     """Designs of which none is better than another in all goals, in the order of the first goal; from `design`."""
 
     designs: tuple[Design, ...]

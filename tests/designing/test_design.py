@@ -140,13 +140,19 @@ def ring(robot):
     return float(robot.l11 * robot.l12)
 
 
+def wide(robot):
+    return robot.l1 + robot.d
+
+
 def test_slow_figures_are_computed_by_an_executor_and_a_design_is_kept(tmp_path):
     ask = dict(goals=[ring, "bars"], bounds={"l1": (0.1, 0.2), "l2": (0.1, 0.2)}, points=4, effort=0.05)
     with ProcessPoolExecutor(2) as executor:
         there = fb.design(**ask, executor=executor)
         with pytest.raises(TypeError, match="executor must be a concurrent.futures.Executor, not 'dask'"):
             fb.design(**ask | {"executor": "dask"})
-    assert repr(there) == repr(fb.design(**ask))
+    assert repr(there) == repr(fb.design(**ask)) and "data:image/png" in there._repr_html_()
+    glide = fb.design({wide: "min"}, {"l1": (0.3, 0.4), "l2": 0.4}, robot=fb.Biglide(), effort=0.02)
+    assert "<code>&lt;Design: wide = " in glide._repr_html_()
     with pytest.raises(RuntimeError, match="takes no more work.*begin it anew"):
         fb.design(**ask, executor=executor)
     there.designs[0].save(tmp_path / "one.json")
