@@ -39,6 +39,7 @@ _LATER = {
     "compare": "simulation.comparison",
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
+    "design": "designing.optimum",
     "dexterous": "singularities.dexterous",
     "export": "exporting.export",
     "from_csv": "planning.samples",
@@ -56,16 +57,19 @@ _LATER = {
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
     "time_path": "paths.timing",
+    "sweep": "designing.sweeping",
 }
 
 
-_PARTS = ("amoro", "grading", "linkages", "pages", "plot", "study", "view")
+_PARTS = ("amoro", "designing", "grading", "linkages", "pages", "plot", "study", "view")
 
 
 if _typing.TYPE_CHECKING:  # the same, to a type checker
-    from . import amoro, grading, linkages, study
+    from . import amoro, designing, grading, linkages, study
     from .control.laws import PD, ComputedTorque, FeedForward
     from .control.tracker import Tracker
+    from .designing.optimum import design
+    from .designing.sweeping import sweep
     from .exporting.export import export
     from .models.compiled import compile
     from .paths.certify import certify

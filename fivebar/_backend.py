@@ -86,7 +86,7 @@ def reciprocal_or_nan(x, floor):
     """1 / x, nan where x <= floor; CasADi symbols get a bare division."""
     if isinstance(x, float):
         return 1.0 / x if x > floor else math.nan
-    if is_symbolic(x) or x.size == 0 or x.min() > floor:
+    if is_symbolic(x) or x.size == 0 or np.all(x.min() > floor):
         return 1.0 / x
     return 1.0 / np.where(x > floor, x, np.nan)
 

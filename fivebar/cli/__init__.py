@@ -25,6 +25,8 @@ COMMANDS = {
     "study": ("study", "which physics is worth its cost, measured here"),
     "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),
     "export": ("export", "the robot as MJCF, URDF, SDF, or as C99 for a microcontroller"),
+    "sweep": ("sweep", "figures of merit of many designs, on this machine or a Dask cluster"),
+    "design": ("design", "the best robot for a task, or the Pareto front of two or three goals"),
     "run": ("script", "run a script of the AMORO lab without ROS"),
     "check": ("grade", "check your own solution of a lab, with hints"),
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),

@@ -38,6 +38,7 @@ def add_parsers(commands):
     folder.add_argument("--gradebook", type=Path, metavar="CSV", help="Moodle's or Canvas' sheet, to be filled")
     folder.add_argument("--column", metavar="TITLE", help="of the marks in that sheet (default: the one that fits)")
     folder.add_argument("--jobs", type=int, default=1, metavar="N", help="graded at a time (default: %(default)s)")
+    folder.add_argument("--dask", metavar="ADDRESS", help="grade on a Dask cluster that sees the same files")
     folder.add_argument("--out", type=Path, metavar="DIR", help="results, each as it comes; a second run goes on there")
     folder.add_argument("--hand-out", type=Path, metavar="IDS.txt", help="write each student's own student.py to --out")
     grade.set_defaults(run=_grade)
@@ -85,6 +86,8 @@ def _grade(arguments):
         reports = grade_folder(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
     program, siblings = _program(arguments, lab)
+    if arguments.dask:
+        raise UsageError("--dask is for a folder of submissions: one is graded here")
     if arguments.out:
         raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
     student = arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem

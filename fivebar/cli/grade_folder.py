@@ -3,6 +3,7 @@
 import codecs
 import json
 import sys
+from contextlib import nullcontext
 
 from ..errors import UsageError
 
@@ -47,9 +48,9 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         raise UsageError(f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student")
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    with alone(out):
+    with alone(out), _cluster(arguments.dask) as executor:
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
-        reports = run_cohort(cohort, entries, arguments.jobs)
+        reports = run_cohort(cohort, entries, max(arguments.jobs, _processors(executor)), executor)
         write_summary(out, lab.name, entries, reports, left)
         if arguments.gradebook:
             _fill(arguments, lab, entries, reports)
@@ -65,6 +66,22 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     if lost := [report.student for report in reports if report.ungraded]:
         raise RuntimeError(f"{len(lost)} of {len(reports)} not graded: {', '.join(lost[:5])}; run it again")
     return graded
+
+
+def _cluster(address):
+    if address is None:
+        return nullcontext()
+    from ..designing.executors import dask_executor
+
+    return dask_executor(address)
+
+
+def _processors(executor):
+    if executor is None:
+        return 1
+    from ..designing.executors import processors
+
+    return processors(executor)
 
 
 def _fill(arguments, lab, entries, reports):

@@ -50,6 +50,23 @@ def _many(**given):
     return fb.simulate_many(**given)
 
 
+TASK = dict(
+    table=(0.06, 0.04), disc=None, poses=(3, 3), working=(1, -1), motor=(1.0, 2.0), motion=LINE,
+    tolerances={"q": 1e-3}, stiffness=10.0, det_A=0.1, sin=0.1, margin=0.0,
+)  # fmt: skip
+
+
+def _swept(figure, designs, executor, out, robot, chunk, workers, **task):
+    return fb.sweep(figure, designs, executor, out, robot=robot, chunk=chunk, workers=workers, **task)
+
+
+def _designed(goals, bounds, limits, robot, step, points, seed, effort, executor, **task):
+    return fb.design(
+        goals, bounds, limits=limits, robot=robot, step=step, points=points, seed=seed, effort=effort,
+        executor=executor, **task
+    )  # fmt: skip
+
+
 LINK = fb.Link(0.3, 0.04, 0.01, 0.001)
 HEAVY = fb.FiveBar(
     mx11=0.01,
@@ -156,6 +173,23 @@ CASES = {
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
     "routes": Case(
         fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
+    ),
+    # designs
+    "sweep": Case(
+        _swept,
+        dict(
+            figure=["bars", "tip_speed", "worst_torque"], designs={"l1": [0.1, 0.12]}, executor=None, out=None,
+            robot=ROBOT, chunk=5, workers=1, **TASK,
+        ), 20.0, ("no choice", "no parameter", "column", "designs must", "out:"),
+        options={"disc": [0.1, (0, 0.1, 0.05)], "figure": ["footprint", {"own": lambda robot: 1.0}]},
+    ),
+    "design": Case(
+        _designed,
+        dict(
+            goals=["bars", "workspace_area"], bounds={"l1": (0.1, 0.2), "l2": (0.1, 0.2)}, limits={"bars": 0.7},
+            robot=ROBOT, step=None, points=4, seed=0, effort=0.02, executor=None, **TASK | {"table": None},
+        ), 30.0, ("nothing within the bounds", "no choice", "bounds", "limits"),
+        options={"goals": ["bars", {"bars": "max"}], "limits": [{}, {"bars": (None, 1.0)}]},
     ),
     # motions
     "line": Case(fb.line, dict(a=HOME, b=(0.0, 0.1), duration=1.0)),
@@ -290,7 +324,7 @@ def parameters_missed():
     """(function, parameter) that no odd call ever makes strange."""
     missed = []
     for name, case in CASES.items():
-        if case.nan or case.call is _many or name == "Singularity":
+        if case.nan or case.call in (_many, _swept, _designed) or name == "Singularity":
             continue
         own = [p for p in inspect.signature(case.call).parameters if not p.startswith("_")]
         missed += [(name, p) for p in own if p not in case.usual]

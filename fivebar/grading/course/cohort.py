@@ -6,12 +6,10 @@ import fcntl
 import json
 import os
 import re
-import subprocess
 import sys
 import textwrap
-import threading
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,21 +19,17 @@ from ...models.robots import Robot
 from ...progress import progress
 from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
-from ..labs import PACKAGE, Lab
+from ..labs import Lab
 from ..program import Job
 from ..report.outputs import file_name, is_half_written, write_whole
 from ..report.text import printable
 from ..results import Report
 from ..variants import robot_for
-from .worker_loop import request_line
+from .graders import Elsewhere, GraderError, Workers
 
 STATE = "grading.json"
 TRIES = 3  # that one submission may cost a process that grades
 SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
-
-
-class GraderError(RuntimeError):
-    """The grader's own process failed, not the student's."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +112,10 @@ def begin(
     return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
 
 
-def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
+def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int, executor: Executor | None = None) -> list[Report]:
     """Reports in the order of the entries; those of an earlier run are kept.
+
+    executor: whose processes grade, on machines that see the same files; None: processes of our own.
 
     Where a machine is short of memory it may kill what grades: who was not graded in turn is tried once more alone. Who
     still is not has a Report that says so, without checks, and without a file: the next run tries again.
@@ -130,10 +126,10 @@ def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
     with progress(total=len(left), unit="student") as bar:
         shown = _Shown(bar)
-        _grade_all(cohort, left, jobs, reports, shown)
+        _grade_all(cohort, left, jobs, reports, shown, executor)
         again = [entry for entry in left if reports[entry].ungraded]
         if again and jobs > 1:
-            _grade_all(cohort, again, 1, reports, shown)
+            _grade_all(cohort, again, 1, reports, shown, executor)
     return [reports[entry] for entry in entries]
 
 
@@ -157,9 +153,9 @@ class _Shown:
         self.bar.update()
 
 
-def _grade_all(cohort, entries, jobs, reports, shown):
+def _grade_all(cohort, entries, jobs, reports, shown, executor):
     """Grade the entries with so many processes at a time; each of the `reports` is added as it comes."""
-    pool, workers = ThreadPoolExecutor(jobs), _Workers()
+    pool, workers = ThreadPoolExecutor(jobs), Elsewhere(executor) if executor else Workers()
     futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
     try:
         for future in as_completed(futures):
@@ -201,57 +197,3 @@ def _one(cohort, entry, workers):
         write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
         return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
     return Report(cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}")
-
-
-class _Workers:
-    """One persistent process per thread that asks."""
-
-    def __init__(self):
-        self._own, self._all, self._stopped = threading.local(), [], False
-        self._lock = threading.Lock()
-
-    def ask(self, job, lab):
-        """Its answer: a report, why there is none, or why there can be none. Raises EOFError where it ended instead."""
-        process = getattr(self._own, "process", None)
-        if process is None or process.poll() is not None:
-            process = self._own.process = self._start()
-        try:
-            process.stdin.write(request_line(job, lab))
-            process.stdin.flush()
-            line = process.stdout.readline()
-        except BrokenPipeError:
-            line = ""
-        if not line.endswith("\n"):
-            process.kill()
-            process.wait()
-            if self._stopped:
-                raise GraderError("stopped")
-            raise EOFError
-        return json.loads(line)
-
-    def _start(self):
-        path = os.pathsep.join(filter(None, (str(PACKAGE.parent), os.environ.get("PYTHONPATH"))))
-        command = [sys.executable, "-P", "-m", "fivebar.grading.course.worker_loop"]
-        with self._lock:
-            if self._stopped:
-                raise GraderError("stopped")
-            process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True,
-                env=os.environ | {"PYTHONPATH": path},
-            )  # fmt: skip
-            self._all.append(process)
-        return process
-
-    def stop(self):
-        """End all; one that is at work is killed, and its student's program with it."""
-        with self._lock:
-            self._stopped = True
-        for process in self._all:
-            process.kill()
-            process.wait()
-        for process in self._all:
-            process.stdout.close()
-            try:
-                process.stdin.close()
-            except BrokenPipeError:
-                pass  # what it was being told is of no use now

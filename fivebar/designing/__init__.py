@@ -1,0 +1,11 @@
+"""Figures of merit, sweeps over designs, and the best of them."""
+
+from .designs import Designs, grid, sample, triangle
+from .figures import FIGURES, Figure
+from .results import Design, Front
+from .sweeps import Sweep
+from .task import MOTORS, Motor, Task
+
+__all__ = [
+    "FIGURES", "MOTORS", "Design", "Designs", "Figure", "Front", "Motor", "Sweep", "Task", "grid", "sample", "triangle",
+]  # fmt: skip

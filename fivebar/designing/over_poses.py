@@ -1,0 +1,206 @@
+"""Figures of merit over a table or a disc, in closed form in each pose, for many robots at once.
+
+What is worst over the nodes; where a robot does not reach all of them, or meets a singularity between two, the figure
+is what no robot can be worse than (0, or inf). All follow from the legs' sines s_i and the distal bars' sine det A and
+cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths |b_i / det A| and an angle whose cosine is -+ g.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from ..models.dyads import dot
+from ..models.geometry import task_pose
+from .batch import Robots
+from .task import Task
+
+BLOCK = 16384  # poses at once: what they take stays in the processor's cache
+
+
+class Poses:
+    """Robots in columns (n, 1) at the nodes of a task, (n, p) poses; place: (n, 2) m, the origin of each one's task."""
+
+    def __init__(self, robots: Robots, task: Task, place: np.ndarray):
+        self.robots, self.task = robots, task
+        nodes, self.area, self.polar = task.nodes
+        x, y = (nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k] for k in (0, 1))
+        self.point = x, y
+        self.pose = task_pose(robots, (x, y), task.working)
+
+    @cached_property
+    def sines(self):
+        return self.pose.sines
+
+    @cached_property
+    def b(self):
+        """|l_i1 sin q_i2|."""
+        return tuple(np.abs(length * s) for length, s in zip((self.robots.l11, self.robots.l21), self.sines))
+
+    @cached_property
+    def det_A(self):
+        return self.pose.det_A
+
+    @cached_property
+    def g(self):
+        return dot(*self.pose.u2)
+
+    @cached_property
+    def reaches(self):
+        """(n,): all nodes, without a change of sign of det A between them."""
+        with np.errstate(invalid="ignore"):
+            low, high = self.det_A.min(axis=1), self.det_A.max(axis=1)  # nan where one is not reached
+            return low * high > 0
+
+    def least(self, values):
+        """(n,) the least over the nodes, 0 where not all are reached."""
+        with np.errstate(invalid="ignore"):
+            return np.where(self.reaches, values.min(axis=1), 0.0)
+
+    def most(self, values):
+        """(n,) the largest over the nodes, inf where not all are reached."""
+        with np.errstate(invalid="ignore"):
+            return np.where(self.reaches, values.max(axis=1), np.inf)
+
+    @cached_property
+    def stretch(self):
+        """(2 sigma_max(J)^2 det A^2, the difference of both squares): b1^2 + b2^2 + and - a root."""
+        b1, b2 = self.b
+        root = np.hypot((b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2)
+        return b1 * b1 + b2 * b2 + root
+
+    @cached_property
+    def conditioning(self):
+        """1 / kappa(J): sigma_min / sigma_max = |b1 b2 det A| / (sigma_max det A)^2."""
+        b1, b2 = self.b
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return 2 * b1 * b2 * np.abs(self.det_A) / self.stretch
+
+    def mean(self, values, weights):
+        with np.errstate(invalid="ignore"):
+            return np.where(self.reaches, (values * weights).sum(axis=1), 0.0)
+
+
+def _reach(poses):
+    return np.broadcast_to(poses.pose.reach_margin, poses.det_A.shape).min(axis=1)
+
+
+def _det_a(poses):
+    return poses.least(np.abs(poses.det_A))
+
+
+def _sine(poses):
+    return poses.least(np.minimum(*map(np.abs, poses.sines)))
+
+
+def _transmission(poses):
+    return np.arcsin(np.clip(_det_a(poses), 0, 1))
+
+
+def _conditioning(poses):
+    return poses.least(poses.conditioning)
+
+
+def _global(poses):
+    return poses.mean(poses.conditioning, poses.area)
+
+
+def _global_polar(poses):
+    return poses.mean(poses.conditioning, poses.polar)
+
+
+def _stiffness(poses):
+    """Compliance J J^T / k is largest along sigma_max."""
+    with np.errstate(divide="ignore"):
+        return poses.least(2 * poses.task.stiffness * poses.det_A**2 / poses.stretch)
+
+
+def _tip_speed(poses):
+    """q_i' = u_i2 . xi' / b_i: the fastest turn for a speed is along the distal bar."""
+    return poses.task.motor.speed * poses.least(np.minimum(*poses.b))
+
+
+def _tip_force(poses):
+    """tau_i = f . (column i of J), whose length is |b_i / det A|."""
+    with np.errstate(divide="ignore"):
+        return poses.task.motor.torque * poses.least(np.abs(poses.det_A) / np.maximum(*poses.b))
+
+
+def _tip_error(poses):
+    """A dxi = b_i dq_i + cos q_i2 dl_i1 + dl_i2 -+ x_i2 dd / 2 to first order; the worst is at a corner of the box."""
+    t = {"q": 0.0, "l": 0.0, "d": 0.0} | poses.task.tolerances
+    own = [
+        b * t["q"] + (np.abs(leg.cosine) + 1) * t["l"] for b, leg in zip(poses.b, poses.pose.legs)
+    ]  # fmt: skip
+    base = [side * u[0] * t["d"] / 2 for side, u in zip((-1, 1), poses.pose.u2)]
+    worst = 0.0
+    for other in (1, -1):
+        for turn in (1, -1) if t["d"] else (1,):
+            r1, r2 = own[0] + turn * base[0], other * own[1] + turn * base[1]
+            worst = np.maximum(worst, r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return poses.most(np.sqrt(worst) / np.abs(poses.det_A))
+
+
+def _box(poses):
+    """Width and height of the box around base joints, elbows and end-effector."""
+    half = poses.robots.d / 2
+    elbows = [drive.pivot(leg.direction) for drive, leg in zip(poses.robots.drives, poses.pose.legs)]
+    xs, ys = ([points[k] for points in (*elbows, poses.point)] for k in (0, 1))
+    xs, ys = [*xs, half, -half], [*ys, 0.0 * half]
+    return [_widest(parts, len(poses.det_A)) for parts in (xs, ys)]
+
+
+def _widest(parts, count):
+    high = np.max([np.broadcast_to(part.max(axis=1), count) for part in parts], axis=0)
+    low = np.min([np.broadcast_to(part.min(axis=1), count) for part in parts], axis=0)
+    return high - low
+
+
+def _footprint(poses):
+    width, height = _box(poses)
+    return np.where(poses.reaches, width * height, np.inf)
+
+
+def _one(robots, task):
+    return np.ones(len(robots.d))
+
+
+def _right_angle(robots, task):
+    return np.full(len(robots.d), np.pi / 2)
+
+
+def _speed_bound(robots, task):
+    return task.motor.speed * np.minimum(robots.l11, robots.l21)[:, 0]
+
+
+def _footprint_bound(robots, task):
+    nodes = task.nodes[0]
+    return np.full(len(robots.d), np.prod(np.ptp(nodes, axis=0)))
+
+
+# Name, unit, better, words, of, needs, bound.
+OVER_POSES = (
+    ("reach", "m", "large", "how far the bars' span is inside its limits, the least over the table; < 0: out of reach",
+     _reach, ("table",)),
+    ("det_A", "", "large", "the least |det A| = |sin(phi2 - phi1)|: 0 at Type 2", _det_a, ("table",), _one),
+    ("sine", "", "large", "the least |sin q_i2| of both legs: 0 at Type 1", _sine, ("table",), _one),
+    ("transmission_angle", "rad", "large", "the least acute angle between the distal bars", _transmission, ("table",),
+     _right_angle),
+    ("conditioning", "", "large", "the least 1 / kappa(J)", _conditioning, ("table",), _one),
+    ("global_conditioning", "", "large", "mean of 1 / kappa(J) over the area", _global, ("table",), _one),
+    ("global_conditioning_polar", "", "large",
+     "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's published indices",
+     _global_polar, ("disc",), _one),
+    ("stiffness", "N/m", "large", "the least, over directions too, of the motors' stiffness at the end-effector",
+     _stiffness, ("table", "stiffness")),
+    ("tip_speed", "m/s", "large", "speed that the motors have in every direction everywhere", _tip_speed,
+     ("table", "motor"), _speed_bound),
+    ("tip_force", "N", "large", "force that the motors hold in every direction everywhere", _tip_force,
+     ("table", "motor")),
+    ("worst_tip_error", "m", "small", "the largest error of the end-effector under the tolerances, to first order",
+     _tip_error, ("table", "tolerances")),
+    ("footprint", "m^2", "small", "box around base joints, elbows and end-effector while it works", _footprint,
+     ("table",), _footprint_bound),
+)  # fmt: skip

@@ -1,0 +1,136 @@
+"""A folder of results as they come: a manifest, and a file for each chunk, written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..tables import STRANGE, written
+from .designs import digest
+
+MANIFEST, PART = "manifest.json", ".part"
+WHAT = "fivebar sweep"
+
+
+class Chunk(NamedTuple):
+    """rows (n, variables), values (n, figures), and what went wrong: [(row, message), ...]."""
+
+    rows: np.ndarray
+    values: np.ndarray
+    errors: list[tuple[int, str]]
+
+
+def shard(folder: Path, number: int) -> Path:
+    return folder / f"chunk-{number:06d}.npz"
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Make the folder and keep other sweeps out of it for this process's life; clear away what a killed one began."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except NotADirectoryError:
+        raise ValueError(f"out: {folder} is not a folder") from None
+    except FileExistsError:
+        raise ValueError(f"out: {folder} is a file, not a folder") from None
+    try:
+        try:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
+        except ImportError:
+            pass  # Windows: two sweeps into one folder are not told apart there
+        except BlockingIOError:
+            raise ValueError(f"out: another sweep writes to {folder}: wait for its end, or give another") from None
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(errno.EACCES, "the folder is read-only", str(folder))
+        for path in folder.glob(f"*{PART}"):
+            path.unlink()
+        yield
+    finally:
+        os.close(handle)
+
+
+def begin(folder: Path, manifest: dict) -> dict:
+    """The manifest in the folder, written if there is none; ValueError where it is of another sweep."""
+    file = folder / MANIFEST
+    if not file.exists():
+        if strangers := sorted(path.name for path in folder.iterdir()):
+            more = f" and {len(strangers) - 3} more" if len(strangers) > 3 else ""
+            raise ValueError(f"out: {folder} holds {', '.join(strangers[:3])}{more} and no {MANIFEST}: give another")
+        write_manifest(folder, manifest)
+        return manifest
+    known = read_manifest(folder)
+    own = {key: value for key, value in known.items() if key != "done"}
+    for key in {**manifest, **own}:
+        if own.get(key) != manifest.get(key):
+            raise ValueError(
+                f"out: {folder} holds another sweep, whose {key} is {_short(own.get(key))} and not "
+                f"{_short(manifest.get(key))}: give another folder; nothing was written"
+            )
+    return known
+
+
+def write_manifest(folder: Path, manifest: dict) -> None:
+    with written(folder / MANIFEST) as out:
+        out.write(json.dumps(manifest, indent=1, sort_keys=True) + "\n")
+
+
+def read_manifest(folder: Path) -> dict:
+    try:
+        known = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        if known["what"] != WHAT or not isinstance(known["figures"], list):
+            raise ValueError(f"it is of {known['what']!r}")
+        return known
+    except FileNotFoundError:
+        raise ValueError(f"{folder} holds no sweep: there is no {MANIFEST}") from None
+    except STRANGE as error:
+        raise ValueError(f"{folder / MANIFEST} is not what a sweep left there ({error})") from None
+
+
+def _short(value):
+    words = json.dumps(value)
+    return words if len(words) < 90 else words[:90] + "..."
+
+
+def write_chunk(folder: Path, number: int, chunk: Chunk) -> None:
+    """One chunk; the same bytes whenever it is written."""
+    places = np.array([k for k, _ in chunk.errors], dtype=np.int64)
+    texts = np.frombuffer(json.dumps([text for _, text in chunk.errors]).encode(), dtype=np.uint8)
+    with written(shard(folder, number), binary=True) as out:
+        np.savez(out, designs=chunk.rows, values=chunk.values, error_at=places, error_text=texts)
+
+
+def read_chunk(path: Path) -> Chunk:
+    """ValueError for a file that is none."""
+    try:
+        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
+            texts = json.loads(file["error_text"].tobytes())
+            return Chunk(file["designs"], file["values"], list(zip(file["error_at"].tolist(), texts)))
+    except (*STRANGE, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise ValueError(
+            f"{path} is no chunk of a sweep, or not whole ({type(error).__name__}: {error}): delete it to have it "
+            "computed again"
+        ) from None
+
+
+def is_done(folder: Path, number: int, rows: np.ndarray) -> bool:
+    """Whether this chunk is on disk; ValueError where what is there is of other designs."""
+    path = shard(folder, number)
+    if not path.exists():
+        return False
+    if digest(read_chunk(path).rows) != digest(rows):
+        raise ValueError(
+            f"out: {path} holds other designs than chunk {number} of these: they have changed since; give another "
+            "folder; nothing was written"
+        )
+    return True

@@ -1,0 +1,130 @@
+"""kill -9 of a worker or of the driver in the middle of a sweep: nothing lost but the chunks in hand, nothing twice.
+
+With FIVEBAR_NIGHTLY=1 fifty times.
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.designing.shards import read_chunk
+from tests.helpers import ROOT
+
+KILLS = 50 if os.environ.get("FIVEBAR_NIGHTLY") else 2
+DESIGNS, CHUNK, WORKERS = 60, 2, 2
+PROGRAM = f"""
+import os, sys, time
+import fivebar as fb
+
+def slow(robot):
+    with open(sys.argv[2], "a") as log:
+        log.write(f"{{robot.l11!r}} {{os.getpid()}}\\n")
+    time.sleep(0.01)
+    return robot.l11 + robot.l12
+
+fb.sweep(slow, fb.designing.grid(l1=[0.1 + k / 1000 for k in range({DESIGNS})]), out=sys.argv[1], workers={WORKERS},
+         chunk={CHUNK})
+"""
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    file = tmp_path_factory.mktemp("killed") / "slow.py"
+    file.write_text(PROGRAM)
+    return file
+
+
+def begun(program, out, log):
+    return subprocess.Popen([sys.executable, program, out, log], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+
+
+def finish(run):
+    said = run.communicate(timeout=60)[1]
+    assert (run.returncode, said) == (0, "")
+
+
+def lines(log):
+    return [line.split() for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def done(out):
+    """Designs in the chunks on disk."""
+    chunks = [read_chunk(path) for path in sorted(out.glob("chunk-*.npz"))]
+    return {repr(float(x)) for chunk in chunks for x in chunk.rows.ravel()}
+
+
+def bytes_of(out):
+    return {path.name: path.read_bytes() for path in sorted(out.iterdir())}
+
+
+@pytest.fixture(scope="module")
+def whole(program, tmp_path_factory):
+    out = tmp_path_factory.mktemp("whole") / "out"
+    run = begun(program, out, out.parent / "log")
+    finish(run)
+    return bytes_of(out)
+
+
+@pytest.mark.parametrize("kill", range(KILLS))
+def test_a_killed_driver(kill, program, whole, tmp_path):
+    out, log = tmp_path / "out", tmp_path / "log"
+    wanted = int(np.random.default_rng(kill).integers(1, DESIGNS - 2 * CHUNK))
+    run = begun(program, out, log)
+    while len(lines(log)) < wanted:
+        time.sleep(0.002)
+    run.kill()
+    run.communicate()
+    workers = {int(pid) for _, pid in lines(log)}
+    until = time.monotonic() + 10
+    while any(os.path.exists(f"/proc/{pid}") and not zombie(pid) for pid in workers):
+        assert time.monotonic() < until, "a worker outlives its driver"
+        time.sleep(0.01)
+    kept, before = done(out), len(lines(log))
+    assert before - len(kept) <= (WORKERS + 2) * CHUNK
+    again = begun(program, out, log)
+    finish(again)
+    counts = Counter(name for name, _ in lines(log))
+    assert {counts[name] for name in kept} <= {1}
+    assert len(lines(log)) - before == DESIGNS - len(kept)
+    assert bytes_of(out) == whole
+
+
+@pytest.mark.parametrize("kill", range(KILLS))
+def test_a_killed_worker(kill, program, whole, tmp_path):
+    out, log = tmp_path / "out", tmp_path / "log"
+    wanted = int(np.random.default_rng(kill).integers(1, DESIGNS - 2 * CHUNK))
+    run = begun(program, out, log)
+    while len(lines(log)) < wanted:
+        time.sleep(0.002)
+    kept = done(out)
+    os.kill(int(lines(log)[-1][1]), signal.SIGKILL)
+    finish(run)
+    counts = Counter(name for name, _ in lines(log))
+    assert {counts[name] for name in kept} <= {1}
+    assert sum(counts.values()) - DESIGNS <= (WORKERS + 2) * CHUNK
+    assert bytes_of(out) == whole
+
+
+def zombie(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return re.search(r"\) (\w)", file.read())[1] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def test_a_design_that_kills_its_worker_every_time_is_named(tmp_path):
+    with pytest.raises(RuntimeError, match=r"killed.*3 times without a chunk.*the chunks in hand were .*goes on"):
+        fb.sweep(fatal, {"l1": [0.1, 0.11]}, out=tmp_path / "out", workers=2, chunk=1)
+
+
+def fatal(robot):
+    os.kill(os.getpid(), signal.SIGKILL)
