@@ -47,6 +47,7 @@ _LATER = {
     "page": "pictures.pages",
     "path": "paths.read",
     "plan": "planning.plan",
+    "play": "pictures.play",
     "polynomial": "planning.trajectory",
     "routes": "singularities.passages",
     "simulate": "simulation.simulate",
@@ -71,6 +72,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .paths.read import path
     from .pictures import pages, plot, view
     from .pictures.pages import page
+    from .pictures.play import play
     from .planning.crossing import crossing_polynomial
     from .planning.plan import plan
     from .planning.plans import Plan

@@ -1,0 +1,2 @@
+def mechanism_functions():
+    return []
