@@ -119,7 +119,7 @@ const area = x => `≈ ${number(1e4 * x, 3)} cm²`;
 function words(now) {
   const line = byId("said"), state = motion && flying
     ? `Moving by itself, ${number(motion.t, 3)} s. ${motion.crossings ? `Crossed Type 2 ${motion.crossings} times.` : ""}`
-    : said || checked?.words || `End-effector at (${number(1e3 * pose.xi[0])}, ${number(1e3 * pose.xi[1])}) mm, working mode ` +
+    : said || (noted.until > now && noted.words) || checked?.words || `End-effector at (${number(1e3 * pose.xi[0])}, ${number(1e3 * pose.xi[1])}) mm, working mode ` +
       `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
   if (line.textContent !== state) line.textContent = state;
   line.classList.toggle("warned", Boolean(said));

@@ -6,7 +6,7 @@ const LIMITS = {length: [0.005, 10], d: [0, 20]};  // m
 const robot = {...content.robot};  // all parameters by name; gravity: [x, y]
 let p = lengths();
 let modes = [...content.working], pose = igm(content.xi, modes, p);
-let said = "", touching = -1;
+let said = "", touching = -1, noted = {words: "", until: 0};  // said now; said for some seconds
 const choices = {type1: false, type2: false};  // whether Type 1 changes the mode, whether Type 2 is passed
 
 function lengths(of = robot) { return LENGTHS.map(name => of[name]); }
@@ -25,6 +25,10 @@ function openWords(l) {
 
 function legWords(k, clear) {
   return `the ${k ? "right" : "left"} leg is ${clear[2 * k] <= clear[2 * k + 1] ? "stretched" : "folded"}`;
+}
+
+function note(passed) {
+  if (passed.length) noted = {words: passed.join(" "), until: performance.now() + 5000};
 }
 
 // What keeps the end-effector from a point in these modes: {kind: "reach", leg} or {kind: "type 2"}, null where nothing.
@@ -61,7 +65,7 @@ function moveTo(target, step) {
     const share = 1 / (count - k), delta = [0, 1].map(i => (target[i] - pose.xi[i]) * share);
     if (!advance(delta, passed)) break;
   }
-  if (passed.length) said = passed.join(" ");
+  note(passed);
 }
 
 // One small step of the end-effector; whether anything moved.
@@ -142,7 +146,7 @@ function turnTowards(target) {
     if (!turned(delta, assembly, passed) && !turned([delta[0], 0], assembly, passed) &&
       !turned([0, delta[1]], assembly, passed)) break;
   }
-  if (passed.length) said = passed.join(" ");
+  note(passed);
 }
 
 function turned(delta, assembly, passed) {
