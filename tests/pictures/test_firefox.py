@@ -94,6 +94,5 @@ def test_the_live_page_computes_here_too(firefox, tmp_path):
     )
     np.testing.assert_allclose(found[1:], (0.0087618923917, 0.1480740333255), atol=2e-9)
     picture = firefox.picture()
-    plt.imsave("/tmp/mv/ff.png", picture)
     assert (np.ptp(picture, axis=2) > 0.1).mean() > 0.05
     assert firefox.errors == []

@@ -83,7 +83,7 @@ function lower(field, start, stride) {
   }
 }
 
-// The largest disc in the part, {x, y, radius} in m: its middle a pixel's, its radius from the exact loci's points.
+// The largest disc in the part, {x, y, radius} in m: found by pixels, then by the distance to the curves.
 function largestDisc(field, loci, modes) {
   const {size, part, square, step, x0, y0} = field;
   if (!field.count) return null;
@@ -99,10 +99,34 @@ function largestDisc(field, loci, modes) {
   for (let j = 0; j < size; j++) lower(field, j * size, 1);
   let best = 0;
   for (let k = 1; k < square.length; k++) if (square[k] > square[best]) best = k;
-  const x = x0 + (best % size + 0.5) * step, y = y0 + (Math.floor(best / size) + 0.5) * step;
-  let nearest = (Math.sqrt(square[best]) + 1) ** 2 * step * step;
-  const seen = (px, py) => { nearest = Math.min(nearest, (px - x) ** 2 + (py - y) ** 2); };
-  for (const {points} of loci.arcs) for (const [px, py] of points) seen(px, py);
-  for (const piece of loci.task) if (inMode(piece, modes)) for (const row of piece.rows) seen(row[0], row[1]);
-  return {x, y, radius: Math.sqrt(nearest)};
+  const active = loci.task.filter(piece => inMode(piece, modes)), room = (x, y) => roomAt(x, y, loci.arcs, active);
+  // From the pixel's middle uphill on the distance to the curves themselves, no farther than the disc holds.
+  let x = x0 + (best % size + 0.5) * step, y = y0 + (Math.floor(best / size) + 0.5) * step, radius = room(x, y);
+  for (let h = Math.min(step, radius / 2), left = 40; h > step / 50 && left > 0; left--) {
+    let better = false;
+    for (const [dx, dy] of [[h, 0], [-h, 0], [0, h], [0, -h]]) {
+      const next = room(x + dx, y + dy);
+      if (next > radius) [x, y, radius, better] = [x + dx, y + dy, next, true];
+    }
+    if (!better) h /= 2;
+  }
+  return {x, y, radius};
+}
+
+// Distance to the arcs, exact, and to the chords of the pieces, m.
+function roomAt(x, y, arcs, pieces) {
+  let nearest = Infinity;
+  for (const {x: cx, radius, from, to, points} of arcs) {
+    const turn = Math.atan2(y, x - cx) - from, within = turn - TURN * Math.floor(turn / TURN) <= to - from;
+    if (within) nearest = Math.min(nearest, (Math.hypot(x - cx, y) - radius) ** 2);
+    else for (const [px, py] of [points[0], points[points.length - 1]])
+      nearest = Math.min(nearest, (px - x) ** 2 + (py - y) ** 2);
+  }
+  for (const {rows} of pieces)
+    for (let k = 1; k < rows.length; k++) {
+      const ax = rows[k - 1][0], ay = rows[k - 1][1], dx = rows[k][0] - ax, dy = rows[k][1] - ay;
+      const along = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), share = along < 0 ? 0 : along > 1 ? 1 : along;
+      nearest = Math.min(nearest, (ax + share * dx - x) ** 2 + (ay + share * dy - y) ** 2);
+    }
+  return Math.sqrt(nearest);
 }
