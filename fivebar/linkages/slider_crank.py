@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .._backend import EPS
+from .._backend import EPS, is_symbolic
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import bodies, finite, sizes
 from .limits import ends_of, guide_limits
@@ -49,7 +49,8 @@ class SliderCrank:
         bodies(self, Body, "crank_body", "rod_body", "slider_body", "guide_body")
         if not isinstance(self.held, str) or self.held not in HELD:
             raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
-        if abs(self.offset) > self.crank + self.rod:
+        symbols = any(map(is_symbolic, (self.crank, self.rod, self.offset)))
+        if not symbols and abs(self.offset) > self.crank + self.rod:
             raise ValueError(
                 f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than crank + rod = "
                 f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"
@@ -138,7 +139,7 @@ class SliderCrank:
     @property
     def _arm(self):
         """What holds a moving rail beside O."""
-        return (("O", RAIL[0]),) if self.offset else ()
+        return (("O", RAIL[0]),) if is_symbolic(self.offset) or self.offset else ()
 
     def _rail(self, origin, heading):
         """The ends of a moving guide."""

@@ -1,8 +1,8 @@
 """Frame times of the live page in a headless Chromium without a graphics processor, and their chart:
 
-`python -m tests.benchmarks.live_page [--quick] [--out frames.png]`. A length slides with the loci of all four modes in the
-picture, then the end-effector is dragged for a minute; of each frame the time of its own work and the interval between
-frames are kept.
+`python -m tests.benchmarks.live_page [--quick] [--out frames.png]`. A length slides with the loci of all four modes in
+the picture, then the end-effector is dragged for a minute; of each frame the time of its own work and the interval
+between frames are kept.
 """
 
 import argparse

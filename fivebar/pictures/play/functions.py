@@ -19,7 +19,7 @@ from ...models.robots import FiveBar
 from ...singularities.four_bar_motion import four_bar_directions
 from ...singularities.leg_circles import turn_to
 from ..functions import named, posed, script
-from .mechanisms import mechanism_functions
+from .mechanisms import mechanisms
 
 LENGTHS = "l11", "l12", "l21", "l22", "d"
 INERTIAS = "zz1", "zz2", "m"
@@ -33,7 +33,7 @@ FLAT = "sense", "senseJoints", "fourBarMotion", "inLine", "slope", "slopeHeavy"
 @lru_cache(maxsize=1)
 def models() -> str:
     """All of the page's functions in JavaScript."""
-    return script([*_poses(), *_loci(), *_motion(), *mechanism_functions()], FLAT)
+    return script([*_poses(), *_loci(), *_motion(), *mechanisms()[0]], FLAT)
 
 
 def _symbols(**sizes):

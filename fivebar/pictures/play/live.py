@@ -22,13 +22,15 @@ from ...tables import written
 from ..document import as_json, document
 from ..pages.document import script
 from .functions import BEYOND, INERTIAS, LENGTHS, models
+from .mechanisms import mechanisms, straight_lines
 
 if TYPE_CHECKING:
     from ...tables import TextFile
 
 HERE = Path(__file__).parent
 PARTS = (
-    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "five_controls", "start",
+    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "five_controls", "linkage",
+    "bench", "start",
 )  # fmt: skip
 
 
@@ -92,7 +94,14 @@ def _content(robot, pose):
         "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])], "B": DOP853.B.tolist(),
         "C": DOP853.C[:12].tolist(), "E3": DOP853.E3.tolist(), "E5": DOP853.E5.tolist(),
     }  # fmt: skip
-    return {"title": "Five-bar, live", "tableau": tableau, "presets": presets, **_parameters(robot, pose)}
+    return {
+        "title": "Five-bar, live",
+        "tableau": tableau,
+        "presets": presets,
+        "kinds": mechanisms()[1],
+        "straight": straight_lines(),
+        **_parameters(robot, pose),
+    }
 
 
 def _parameters(robot, pose):

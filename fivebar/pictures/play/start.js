@@ -1,10 +1,9 @@
 // The page begins: tabs, the state in the address, themes and sizes.
 
-const tabs = [["five", "Five-bar"], ["four", "Four-bar"], ["slider", "Slider-crank"], ["press", "Press"]].filter(([id]) =>
-  id === "five" || typeof showLinkage === "function");
+const tabs = [["five", "Five-bar"], ["four", "Four-bar"], ["slider", "Slider-crank"], ["press", "Press"]];
 const tabButtons = tabs.map(([id, text]) => element("button", {type: "button", role: "tab", id: `tab-${id}`,
   "aria-selected": "false", "aria-controls": id === "five" ? "five" : "linkage", onclick: () => showTab(id)}, text));
-if (tabs.length > 1) byId("tabs").append(...tabButtons); else byId("tabs").remove();
+byId("tabs").append(...tabButtons);
 
 function showTab(id) {
   halt();
@@ -16,6 +15,9 @@ function showTab(id) {
 
 function takeFragment() {
   if (location.hash.length < 2) return;
+  const linkage = readLinkage(location.hash);
+  if (linkage) return takeLinkage(linkage);
+  if (!byId("linkage").hidden) showTab("five");
   const {state, words: wrong} = readFragment(location.hash);
   if (wrong) said = `The link's address is not taken: ${wrong}. The robot is as it was.`;
   else {
@@ -25,7 +27,20 @@ function takeFragment() {
   }
 }
 
+function takeLinkage({state, words: wrong}) {
+  if (state) {
+    const before = {...lab};
+    showTab(state.kind.startsWith("slider") ? "slider" : state.kind);
+    if (chooseKind(state.kind, state.values, state.branch, wrapped(state.q))) return;
+    Object.assign(lab, before);
+    if (lab.values) resweep();
+    showTab("five");
+  }
+  said = `The link's address is not taken: ${wrong ?? "those bars never close"}. The robot is as it was.`;
+}
+
 function resized() {
+  if (!byId("linkage").hidden) { fitBench(); benchFrame(); }
   if (byId("five").hidden) return;
   fit();
   ask({back: true});
@@ -38,18 +53,21 @@ function painted() {
   if (!byId("five").hidden) ask({back: true}); else showLinkage();
 }
 
-takeFragment();
 byId("five").hidden = false;
+tabButtons[0].setAttribute("aria-selected", "true");
 readInks();
 fit();
+survey(true);
+takeFragment();
 survey(true);
 showSliders();
 modesDrawn = modes.join();
 ask({back: true});
 dark.addEventListener("change", painted);
-new ResizeObserver(oncePerFrame(resized)).observe(task.box);
+const sizes = new ResizeObserver(oncePerFrame(resized));
+for (const {box} of [task, bench]) sizes.observe(box);
 addEventListener("hashchange", () => {
-  if (location.hash === writeFragment()) return;
+  if (location.hash === writeFragment() || (lab.values && location.hash === linkageFragment())) return;
   takeFragment();
   showSliders();
   survey(true);
