@@ -2,7 +2,7 @@
 
 const bench = new View(byId("bench")), plots = new View(byId("curves"));
 const arrows = {velocity: true, acceleration: true};
-let benchPointer = null, benchBefore = 0;
+let benchBefore = 0;
 
 function benchBounds() {
   const points = [];
@@ -62,7 +62,7 @@ function drawCurves() {
   plots.begin(pen);
   const panels = [
     {title: `${output} (${turns ? "deg" : "mm"})`, curves: [[row => row.output[0] * (turns ? 180 / Math.PI : 1e3), "c2", []]]},
-    {title: "speed, a_t, a_n of the point, scaled", curves: [
+    {title: "speed, a_t, a_n (scaled)", range: [-1.2, 1.2], curves: [
       [row => Math.hypot(...row.velocity) / lab.most[0], "c0", []], [row => row.tangential / lab.most[1], "c1", [6, 3]],
       [row => row.normal / lab.most[1], "c1", [2, 3]]]},
     {title: "transmission angle (deg)", curves: [[row => row.transmission * 180 / Math.PI, "c3", []]], range: [0, 180]},
@@ -75,7 +75,7 @@ function drawCurves() {
     pen.lines([[[left, top], [left + wide, top], [left + wide, top + tall], [left, top + tall]]], {ink: "line", width: 1, closed: true});
     pen.words(title, [left, top - 6], {size: 12});
     for (const [value, y] of [[high, top + 10], [low, top + tall]])
-      pen.words(number(value, 3), [left - 4, y], {ink: "quiet", size: 11, align: "right"});
+      pen.words(number(Math.abs(value) < 1e-3 * span ? 0 : value, 3), [left - 4, y], {ink: "quiet", size: 11, align: "right"});
     for (const [of, ink, dash_] of curves)
       for (const line of runsOf(rows, row => [x(row), top + tall - tall * Math.min(Math.max((of(row) - low) / span, -0.02), 1.02)]))
         pen.lines([line.filter(([, y]) => Number.isFinite(y))], {ink, width: 1.8, dash: dash_});
@@ -141,6 +141,51 @@ function relabbed(refitView = true) {  // after lengths, branch or kind changed
   }, 300);
 }
 
+// Undo: the states before each change, as their addresses.
+const labPast = [];
+const rememberLab = () => { if (lab.values && labPast[labPast.length - 1] !== linkageFragment()) labPast.push(linkageFragment()); };
+
+function undoLab() {
+  const now = linkageFragment();
+  while (labPast.length && labPast[labPast.length - 1] === now) labPast.pop();
+  if (!labPast.length) {
+    lab.said = "Nothing to undo.";
+    return benchFrame();
+  }
+  const {kind, values, branch, q} = readLinkage(labPast.pop()).state;
+  chooseKind(kind, values, branch, q);
+}
+
+function linkagePython() {
+  const v = lab.values, sign_ = lab.branch.length > 1 ? `(${lab.branch.join(", ")})` : lab.branch[0];
+  const made = lab.kind === "four" ? `linkages.FourBar(${v.slice(0, 4).join(", ")}, point=(${v[4]}, ${v[5]}))`
+    : lab.kind === "press" ? "replace(linkages.PRESSES[\"repaired\"][0], " +
+      `${["l2", "l3", "l4", "l5", "l11"].map((name, k) => `${name}=${v[k]}`).join(", ")})`
+      : `linkages.SliderCrank(${v.join(", ")}, held="${lab.kind.slice(7)}")`;
+  return `${lab.kind === "press" ? "from dataclasses import replace\n" : ""}from fivebar import linkages
+
+linkage = ${made}
+print(*linkages.verdict(linkage, ${sign_}), sep="\n")
+motion = linkages.move(linkage, ${lab.q}, branch=${sign_})
+study = linkages.study(linkage, branch=${sign_})  # the curves as numbers; study.page("study.html")
+`;
+}
+
+function benchPicture(png) {
+  if (!png) {
+    const pen = new SvgPen();
+    bench.begin(pen);
+    drawBench(pen, false);
+    return save(new Blob([pen.text()], {type: "image/svg+xml"}), ".svg");
+  }
+  const canvas = document.createElement("canvas"), pen = new CanvasPen(canvas);
+  pen.begin(bench.width, bench.height, 2);
+  pen.pen.fillStyle = inks.paper;
+  pen.pen.fillRect(0, 0, bench.width, bench.height);
+  drawBench(pen, false);
+  canvas.toBlob(blob => save(blob, ".png"), "image/png");
+}
+
 function chooseKind(kind, values = kinds[kind].parameters.map(({value}) => value), branch = kinds[kind].branch, q = lab.q) {
   Object.assign(lab, {kind, branch: [...branch], q, trail: [], ghost: null, preset: ""});
   if (!refit(values)) return false;
@@ -162,13 +207,14 @@ function buildBench() {
       else refit(lab.values.map((x, i) => i === k ? value : x));
     };
     range.oninput = () => {
+      if (!lab.ghost) rememberLab();
       lab.ghost ??= lab.sweep.rows;
       change(Math.round(+range.value * 1e6) / 1e6);
       input.value = +(1e3 * lab.values[k]).toPrecision(6);
       relabbed(false);
     };
     range.onchange = () => { lab.ghost = null; show(); relabbed(); };
-    input.onchange = () => { change(input.value === "" ? NaN : +input.value / 1e3); show(); relabbed(); };
+    input.onchange = () => { rememberLab(); change(input.value === "" ? NaN : +input.value / 1e3); show(); relabbed(); };
     show();
     return element("div", {class: "slide"}, element("span", {"aria-hidden": "true"}, name), range, input);
   });
@@ -179,6 +225,7 @@ function buildBench() {
     ...[...Object.keys(straight), "MechAnalyzer"].map(name => element("option", {value: name}, name)));
   preset.onchange = () => {
     const own = straight[preset.value];
+    rememberLab();
     if (!own) return chooseKind("four");
     lab.q = (own.stroke[0] + own.stroke[1]) / 2;
     Object.assign(lab, {kind: "four", branch: [...own.branch], trail: [], ghost: null});
@@ -188,7 +235,7 @@ function buildBench() {
     relabbed();
   };
   const held = ["guide", "crank", "rod", "slider"].map(name => {
-    const made = button(name, `hold the ${name}`, () => chooseKind(`slider_${name}`, [...lab.values]));
+    const made = button(name, `hold the ${name}`, () => { rememberLab(); chooseKind(`slider_${name}`, [...lab.values]); });
     made.setAttribute("aria-pressed", lab.kind === `slider_${name}`);
     return made;
   });
@@ -202,17 +249,29 @@ function buildBench() {
     }
     relabbed();
   });
-  const printed = button("as printed", "the paper's crank of 202 mm, which cannot turn", () => chooseKind("press", [0.202, ...lab.values.slice(1)]));
+  const printed = button("as printed", "the paper's crank of 202 mm, which cannot turn", () => {
+    rememberLab();
+    chooseKind("press", [0.202, ...lab.values.slice(1)]);
+  });
+  const python_ = element("pre", {tabindex: 0, "aria-label": "as Python"});
+  const pythonBox_ = element("details", {}, element("summary", {}, "as Python"), python_);
+  pythonBox_.ontoggle = () => { python_.textContent = linkagePython(); };
   byId("linkage-panel").replaceChildren(
     field_(`${title[0].toUpperCase()}${title.slice(1)}, lengths in mm`, ...(four ? [element("div", {class: "row"}, preset)] : []),
       ...(slider_ ? [element("div", {class: "row"}, element("span", {}, "held:"), ...held)] : []), ...rows),
     field_("Motion", element("div", {class: "row"}, run, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
       ...(four ? [button("hold the next link", "another link is fixed, the next one driven", () => {
+        rememberLab();
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
       button("Clear trace", "clear the trace", () => { lab.trail = []; benchFrame(); }))),
     field_("Arrows", check("velocity of the point", arrows.velocity, on => { arrows.velocity = on; benchFrame(); }).label,
       check("its acceleration", arrows.acceleration, on => { arrows.acceleration = on; benchFrame(); }).label),
+    element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
+      button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
+      button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
+      button("Copy link", "copy the link to this linkage", () => copy(location.href.split("#")[0] + linkageFragment(), "link"))),
+    pythonBox_,
     element("details", {id: "linkage-help"}, element("summary", {}, "Pointer and keys"),
       "Drag to turn the crank" + (four ? "; drag the coupler point M to place it" : "") + ". ← → turn the crank, with Shift " +
       "finely; space runs and holds. Solid: the path of the traced point; dashed: on the other branch; dotted: before the " +
@@ -235,44 +294,3 @@ function showLinkage(id) {
   if (wantedKind && !lab.kind.startsWith(wantedKind.split("_")[0])) chooseKind(wantedKind);
   else if (lab.values) { buildBench(); relabbed(); }
 }
-
-function benchDrag(event) {
-  if (!benchPointer) return;
-  const at = bench.from(event), {actuated, traced} = wordsOf(), points = at_(lab.q).points;
-  if (benchPointer === "point") {
-    const [b, c] = [points[1], points[2]], ux = (c[0] - b[0]) / lab.values[2], uy = (c[1] - b[1]) / lab.values[2];
-    const along = (at[0] - b[0]) * ux + (at[1] - b[1]) * uy, across = (at[1] - b[1]) * ux - (at[0] - b[0]) * uy;
-    lab.ghost ??= lab.sweep.rows;
-    if (Math.abs(along) <= 10 && Math.abs(across) <= 10) refit([...lab.values.slice(0, 4), along, across]);
-    return relabbed(false);
-  }
-  const pivot = points[actuated[0]];
-  turnCrank(Math.atan2(at[1] - pivot[1], at[0] - pivot[0]));
-  benchFrame();
-}
-
-bench.box.addEventListener("pointerdown", event => {
-  if (event.button > 0) return;
-  const [x, y] = bench.from(event), point = at_(lab.q).points[wordsOf().traced];
-  const near = Math.hypot(point[0] - x, point[1] - y) * bench.scale < (event.pointerType === "touch" ? 32 : 16);
-  benchPointer = lab.kind === "four" && near ? "point" : "crank";
-  if (lab.running) toggleRun();
-  bench.box.setPointerCapture(event.pointerId);
-  benchDrag(event);
-});
-bench.box.addEventListener("pointermove", benchDrag);
-for (const end of ["pointerup", "pointercancel"]) bench.box.addEventListener(end, () => {
-  if (benchPointer === "point") { lab.ghost = null; buildBench(); relabbed(); }
-  benchPointer = null;
-});
-addEventListener("keydown", event => {
-  const {key, target} = event;
-  if (byId("linkage").hidden || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (["INPUT", "SELECT", "BUTTON", "SUMMARY"].includes(target.tagName)) return;
-  const step = (event.shiftKey ? 0.2 : 1) * Math.PI / 180;
-  const actions = {ArrowLeft: () => turnCrank(lab.q + step), ArrowRight: () => turnCrank(lab.q - step), " ": toggleRun};
-  if (!actions[key]) return;
-  event.preventDefault();
-  actions[key]();
-  benchFrame();
-});

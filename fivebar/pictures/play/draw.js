@@ -40,9 +40,10 @@ function resurvey(fine) {
   repart();
 }
 
-function repart() {
-  field.wanted = -pose.assembly;
-  fillPart(field, pose.xi);
+// Which aspect is shaded: that of the robot, or of a point that the pointer rests on.
+function repart(point = pose.xi, wanted = -pose.assembly) {
+  field.wanted = wanted;
+  fillPart(field, point);
   disc = largestDisc(field, loci, modes);
   paintField();
 }

@@ -167,13 +167,13 @@ function picturePng() {
 }
 
 async function copy(text, what) {
+  let words = `${what} copied.`;
   try {
     await navigator.clipboard.writeText(text);
-    said = `${what} copied.`;
   } catch {
-    said = `The browser allows no copying here: ${what.toLowerCase()} is in the box "as Python" or in the address.`;
+    words = `The browser allows no copying here: the ${what} is ${what === "link" ? "the address" : "in its box below"}.`;
   }
-  ask();
+  if (byId("five").hidden) { lab.said = words; benchFrame(); } else { said = words; ask(); }
 }
 
 const legendEntry = (ink, width, dashes, text) => element("li", {}, element("span", {class: "entry"}, swatch(ink, width, dashes), text));
@@ -185,7 +185,7 @@ byId("more").append(
     button("Clear path", "clear the drawn path", () => { sketch = []; checked = null; ask(); }),
     button("PNG", "save the picture as PNG", picturePng),
     button("SVG", "save the picture as SVG", () => save(new Blob([pictureSvg()], {type: "image/svg+xml"}), ".svg")),
-    button("Copy link", "copy the link to this state", () => copy(location.href.split("#")[0] + writeFragment(), "Link")),
+    button("Copy link", "copy the link to this state", () => copy(location.href.split("#")[0] + writeFragment(), "link")),
     button("Copy Python", "copy the lines that make this robot", () => copy(asPython(), "Python"))),
   sketchBox.label, ellipses.label, element("div", {class: "slide"}, element("span", {"aria-hidden": "true"}, "force towards"), angle),
   field_("Let go", element("div", {class: "row"}, goButton, paceInput, torqueKind),

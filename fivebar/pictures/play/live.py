@@ -15,6 +15,7 @@ from scipy.integrate import DOP853
 
 from ...checks import instance, optional, takes
 from ...described import one_line
+from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
@@ -22,40 +23,40 @@ from ...tables import written
 from ..document import as_json, document
 from ..pages.document import script
 from .functions import BEYOND, INERTIAS, LENGTHS, models
-from .mechanisms import mechanisms, straight_lines
+from .mechanisms import address_of, digits, mechanisms, straight_lines
 
 if TYPE_CHECKING:
+    from ...linkages.motion import Linkage
     from ...tables import TextFile
 
 HERE = Path(__file__).parent
 PARTS = (
-    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "five_controls", "linkage",
-    "bench", "start",
+    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "hands", "five_controls",
+    "linkage", "bench", "bench_hands", "start",
 )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Live:
-    """The live page of a robot in a pose; in a notebook it shows itself, `save` writes its file."""
+    """The live page of a robot in a pose, or of a linkage; in a notebook it shows itself, `save` writes its file.
 
-    robot: FiveBar
-    pose: Pose
+    fragment: what follows the page's address, "#...": any live page shows the same with it.
+    """
+
+    subject: FiveBar | Linkage
+    pose: Pose | None
+    fragment: str
 
     def __repr__(self) -> str:
-        return one_line("Live page", self.robot.words.title, self.fragment)
+        title = self.subject.words.title if isinstance(self.subject, FiveBar) else self.subject.title
+        return one_line("Live page", title, self.fragment)
 
     @property
     def html(self) -> str:
         """The page, complete."""
-        return _page(as_json(_content(self.robot, self.pose)))
-
-    @property
-    def fragment(self) -> str:
-        """What follows the page's address, "#...": any live page shows this robot and pose with it."""
-        numbers = {name: getattr(self.robot, name) for name in (*LENGTHS, *INERTIAS)}
-        numbers |= dict(zip(("gx", "gy", "x", "y"), (*self.robot.gravity, *self.pose.xi.tolist())))
-        signs = "".join("+" if mode > 0 else "-" for mode in self.pose.working)
-        return "#" + "&".join(f"{name}={_digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
+        if self.pose is not None:
+            return _page(as_json(_content(self.subject, self.pose, "")))
+        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
 
     def save(self, path: TextFile) -> None:
         """Write the page (HTML in UTF-8), whole or not at all. path: a path or an open text file."""
@@ -67,27 +68,42 @@ class Live:
         return f'<iframe srcdoc="{shown}" style="width: 100%; height: 760px; border: 0" title="live page"></iframe>'
 
 
-@takes(robot=optional(instance(FiveBar)), pose=optional(instance(Pose)))
-def play(robot: FiveBar | None = None, pose: Pose | None = None) -> Live:
+@takes(robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)), pose=optional(instance(Pose)))
+def play(
+    robot: FiveBar | Linkage | None = None, pose: Pose | None = None, branch: int | tuple[int, int] | None = None
+) -> Live:
     """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci follow: Live.
 
     One file for any browser, without a network; it computes with these models, written out in JavaScript.
-    robot: None is the AMORO robot; dry friction is left out there. pose: in which it begins, of this robot (None: one
-    far from singularities). ValueError for a pose that is another robot's, no single one, or at a singularity.
+    robot: None is the AMORO robot; dry friction is left out there; or a linkage, whose ground is laid on the x axis.
+    pose: in which it begins, of this robot (None: one far from singularities). branch: of a linkage.
+    ValueError for a pose that is another robot's, no single one, or at a singularity, and for a linkage that the page
+    does not have.
     """
+    if robot is not None and not isinstance(robot, FiveBar):
+        if pose is not None:
+            raise ValueError(f"pose is a robot's: with a {robot.title} leave it out")
+        return Live(robot, None, address_of(robot, branch))
+    if branch is not None:
+        raise ValueError("branch is a linkage's: a robot's pose says its modes")
     robot = robot or (pose.robot if pose is not None else FiveBar())
     if pose is None:
         pose = _start(robot)
     elif pose.robot != robot:
         raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
-        raise ValueError(
-            "pose must be a single one that closes, and away from Type 1: the page's working modes are signs"
-        )
-    return Live(robot, pose)
+        raise ValueError("pose must be a single one that closes, away from Type 1: the page's working modes are signs")
+    return Live(robot, pose, _fragment(robot, pose))
 
 
-def _content(robot, pose):
+def _fragment(robot, pose):
+    numbers = {name: getattr(robot, name) for name in (*LENGTHS, *INERTIAS)}
+    numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
+    signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
+    return "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
+
+
+def _content(robot, pose, opening):
     named = {name: each.robot for name, each in ROBOTS.items() if each.robot.turns}
     presets = {name: _parameters(own, _start(own)) | {"source": ROBOTS[name].source} for name, own in named.items()}
     tableau = {
@@ -96,6 +112,7 @@ def _content(robot, pose):
     }  # fmt: skip
     return {
         "title": "Five-bar, live",
+        "opening": opening,
         "tableau": tableau,
         "presets": presets,
         "kinds": mechanisms()[1],
@@ -129,11 +146,6 @@ def _start(robot):
         if score[k] > best:
             best, found = score[k], igm(robot, pose.xi[k], pose.working[k])
     return found
-
-
-def _digits(x):
-    text = repr(float(x)).replace("e+", "e").removesuffix(".0")
-    return text
 
 
 @lru_cache(maxsize=4)

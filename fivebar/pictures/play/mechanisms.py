@@ -11,7 +11,8 @@ import casadi as ca
 import numpy as np
 
 from ..._backend import as_numbers
-from ...linkages import PRESSES, FourBar, SixBarPress, SliderCrank, straight_line
+from ...linkages import PRESSES, FourBar, SixBarPress, SliderCrank, crank_range, straight_line
+from ...linkages.checks import check_branch
 from ...linkages.slider_crank import HELD
 from ...linkages.straight_line import BUILDERS
 from ..functions import named
@@ -125,3 +126,35 @@ def straight_lines() -> dict:
             "stroke": sorted(angle - linkage.tilt for angle in mechanism.stroke), "source": mechanism.source,
         }  # fmt: skip
     return found
+
+
+def address_of(linkage: FourBar | SliderCrank | SixBarPress, branch: object = None, crank: float | None = None) -> str:
+    """What follows the live page's address, for this linkage with its ground laid on the x axis.
+
+    branch: None is its usual one; crank: rad, None an angle at which it closes. ValueError for a press whose guide is
+    not the paper's.
+    """
+    branch = check_branch(linkage, branch)
+    if isinstance(linkage, FourBar):
+        name, values = "four", (*linkage.sides, *(linkage.point or (linkage.coupler / 2, 0.0)))
+    elif isinstance(linkage, SliderCrank):
+        name, values = f"slider_{linkage.held}", (linkage.crank, linkage.rod, linkage.offset)
+    else:
+        if (linkage.l12, linkage.theta11) != (_PRESS.l12, _PRESS.theta11):
+            raise ValueError("the live page has the paper's l12 and theta11 only, and this press has others")
+        name, values = "press", [getattr(linkage, each) for each in _BARS]
+    if crank is None:
+        allowed = crank_range(linkage, branch)
+        if not allowed.intervals:
+            raise ValueError("on this branch the linkage closes at no crank angle: there is nothing to show")
+        low, high = max(allowed.intervals, key=lambda interval: interval[1] - interval[0])
+        crank = 0.6 if allowed.full else (low + high) / 2
+        crank -= getattr(linkage, "tilt", 0.0)
+    signs = "".join("+" if each > 0 else "-" for each in (branch if isinstance(branch, tuple) else (branch,)))
+    crank = math.remainder(crank, 2 * math.pi)
+    return f"#linkage={name}&values={','.join(map(digits, values))}&branch={signs}&crank={digits(crank)}"
+
+
+def digits(x: float) -> str:
+    """A number for an address: all its digits, without the + that would be read as a space."""
+    return repr(float(x)).replace("e+", "e").removesuffix(".0")

@@ -13,12 +13,15 @@ function showTab(id) {
   if (id === "five") resized(); else showLinkage(id);
 }
 
+let begun = false;
 function takeFragment() {
-  if (location.hash.length < 2) return;
-  const linkage = readLinkage(location.hash);
+  const address = location.hash.length < 2 && !begun ? content.opening : location.hash;
+  begun = true;
+  if (address.length < 2) return;
+  const linkage = readLinkage(address);
   if (linkage) return takeLinkage(linkage);
   if (!byId("linkage").hidden) showTab("five");
-  const {state, words: wrong} = readFragment(location.hash);
+  const {state, words: wrong} = readFragment(address);
   if (wrong) said = `The link's address is not taken: ${wrong}. The robot is as it was.`;
   else {
     halt();
