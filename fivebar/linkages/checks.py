@@ -40,24 +40,15 @@ def numbers(x: ArrayLike, name: str) -> Number:
 
 def sizes(owner: object, *names: str) -> None:
     """Refuse parameters of a frozen dataclass that are no lengths of bars, or too different ones; ValueError."""
-    given = {name: getattr(owner, name) for name in names}
-    lengths = {name: size(value, name) for name, value in given.items() if not _told_later(value)}
-    if lengths:
-        not_too_different(lengths)
+    lengths = {name: size(getattr(owner, name), name) for name in names}
+    not_too_different(lengths)
     for name, value in lengths.items():
         object.__setattr__(owner, name, value)
-
-
-def _told_later(value):
-    """Whether it is a symbol, of which functions for any linkage are made."""
-    return is_symbolic(value) and value.numel() == 1 and not value.is_constant()
 
 
 def finite(owner: object, *names: str) -> None:
     """Refuse parameters of a frozen dataclass that are not numbers of at most LONGEST; ValueError."""
     for name in names:
-        if _told_later(getattr(owner, name)):
-            continue
         object.__setattr__(owner, name, number(getattr(owner, name), name, -LONGEST, LONGEST))
 
 
@@ -65,7 +56,7 @@ def pair(owner: object, *names: str) -> None:
     """Refuse parameters of a frozen dataclass that are not two such numbers; None is left as it is. ValueError."""
     for name in names:
         value = getattr(owner, name)
-        if value is None or (isinstance(value, tuple) and len(value) == 2 and all(map(_told_later, value))):
+        if value is None:
             continue
         try:
             first, second = finite_numbers(value, name).tolist()

@@ -49,8 +49,7 @@ class SliderCrank:
         bodies(self, Body, "crank_body", "rod_body", "slider_body", "guide_body")
         if not isinstance(self.held, str) or self.held not in HELD:
             raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
-        symbols = any(map(is_symbolic, (self.crank, self.rod, self.offset)))
-        if not symbols and abs(self.offset) > self.crank + self.rod:
+        if abs(self.offset) > self.crank + self.rod:
             raise ValueError(
                 f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than crank + rod = "
                 f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import casadi as ca
@@ -39,17 +39,24 @@ class Kind:
     branches: int = 1
 
 
+def _of_symbols(kind, **parameters):
+    """A linkage of symbols: what its class checks of numbers is not asked."""
+    made = object.__new__(kind)
+    for field in fields(kind):
+        object.__setattr__(made, field.name, parameters.get(field.name, field.default))
+    return made
+
+
 def _four_bar(values):
-    return FourBar(*values[:4], point=tuple(values[4:]))
+    return _of_symbols(FourBar, **dict(zip(_SIDES, values)), point=tuple(values[4:]))
 
 
 def _press(values):
-    own = dict(zip(("l2", "l3", "l4", "l5", "l11"), values))
-    return SixBarPress(**own, l12=_PRESS.l12, theta11=_PRESS.theta11)
+    return _of_symbols(SixBarPress, **dict(zip(_BARS, values)), l12=_PRESS.l12, theta11=_PRESS.theta11)
 
 
 def _slider(held):
-    return lambda values: SliderCrank(*values, held=held)
+    return lambda values: _of_symbols(SliderCrank, **dict(zip(_SLIDER, values)), held=held)
 
 
 # MechAnalyzer's crank-rocker
