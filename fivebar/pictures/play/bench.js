@@ -2,6 +2,7 @@
 
 const bench = new View(byId("bench")), plots = new View(byId("curves"));
 const arrows = {velocity: true, acceleration: true};
+const INKS_OF_LINKS = ["c0", "c1", "c3", "c2"];  // the coupler's triangle is one link
 let benchBefore = 0;
 
 function benchBounds() {
@@ -42,14 +43,14 @@ function drawBench(pen = bench.front, alone = true) {
   for (const k of grounded) if (pins.includes(k))
     pen.lines([[on[k], [on[k][0] - 9, on[k][1] + 15], [on[k][0] + 9, on[k][1] + 15]]], {ink: "quiet", fill: "line", closed: true});
   for (const [i, j] of blocks) pen.lines([[on[i], on[j]]], {ink: "quiet", width: 18});
-  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: `c${lab.kind === "four" && k > 2 ? 0 : [1, 0, 2, 3][k % 4]}`, width: 6}));
+  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: INKS_OF_LINKS[lab.kind === "four" && k > 2 ? 1 : k % 4], width: 6}));
   for (const k of pins) {
     pen.circle(on[k], actuated.includes(k) ? 8 : 6, k === traced ? {fill: "c4", ink: "ink", width: 2}
       : actuated.includes(k) ? {fill: "ink"} : {fill: "paper", ink: "ink", width: 2});
     pen.words(letters[k], [on[k][0] + 10, on[k][1] - 8], {size: 13});
   }
   const room = 0.22 * Math.min(bench.width, bench.height);
-  for (const [name, ink, most] of [["velocity", "c0", lab.most[0]], ["acceleration", "c1", lab.most[1]]]) {
+  for (const [name, ink, most] of [["velocity", "ink", lab.most[0]], ["acceleration", "c4", lab.most[1]]]) {
     const [x, y] = now[name], scale = room / most;
     if (arrows[name] && Number.isFinite(x + y))
       drawArrow(pen, on[traced], [on[traced][0] + scale * x, on[traced][1] - scale * y], ink, 2.6);
@@ -63,8 +64,8 @@ function drawCurves() {
   const panels = [
     {title: `${output} (${turns ? "deg" : "mm"})`, curves: [[row => row.output[0] * (turns ? 180 / Math.PI : 1e3), "c2", []]]},
     {title: "speed, a_t, a_n (scaled)", range: [-1.2, 1.2], curves: [
-      [row => Math.hypot(...row.velocity) / lab.most[0], "c0", []], [row => row.tangential / lab.most[1], "c1", [6, 3]],
-      [row => row.normal / lab.most[1], "c1", [2, 3]]]},
+      [row => Math.hypot(...row.velocity) / lab.most[0], "c2", []], [row => row.tangential / lab.most[1], "c4", [6, 3]],
+      [row => row.normal / lab.most[1], "c4", [2, 3]]]},
     {title: "transmission angle (deg)", curves: [[row => row.transmission * 180 / Math.PI, "c3", []]], range: [0, 180]},
   ];
   const height = plots.height / panels.length, left = 44, wide = plots.width - left - 8;

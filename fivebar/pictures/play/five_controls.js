@@ -67,7 +67,7 @@ const mirror = check("both legs alike", LENGTHS.slice(0, 2).every((name, k) => r
 const wantedSlider = lengthSlider("disc", "radius", "wanted disc, radius", () => wanted, value => { wanted = value; });
 const preset = element("select", {"aria-label": "robot by name"}, element("option", {value: ""}, "named robots …"),
   ...Object.keys(content.presets).map(name => element("option", {value: name}, name)));
-const source = element("p", {class: "state"});
+const source = element("p", {class: "source"});
 preset.onchange = () => {
   const chosen = content.presets[preset.value];
   if (!chosen) return;
