@@ -7,6 +7,8 @@ import pytest
 
 import fivebar as fb
 from fivebar import linkages
+from fivebar.cli import main
+from fivebar.linkages.quantities import usual_panels
 
 from ..helpers.browsing import settle, until
 from ..helpers.pages import browser, opened  # noqa: F401  fixtures
@@ -124,3 +126,21 @@ def test_a_linkage_by_hand_and_by_its_address(page):
         page.evaluate("hash => { location.hash = hash; }", "#linkage=four&" * (bad == "values=1") + bad)
         settle(page)
         assert "not taken" in page.locator("#said").text_content(), bad
+
+
+def test_a_named_coupler_point_is_what_a_study_plots():
+    with_point, without = linkages.study(LINKAGES[0][2]), linkages.study(linkages.FourBar(*CRANK_ROCKER[:4]))
+    assert usual_panels(with_point)[1:] == [["M.speed"], ["M.tangential", "M.normal"]]
+    assert usual_panels(without)[1] == ["crank.rate", "coupler.rate", "rocker.rate"]
+    assert len(with_point.plot().axes) >= 3
+
+
+def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
+    out = tmp_path / "live.html"
+    assert main(["linkage", "slider-crank", "0.05", "0.15", "--held", "rod", "--live", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(out)
+    page = opened(out)
+    assert page.evaluate("[lab.kind, lab.values]") == ["slider_rod", [0.05, 0.15, 0]]
+    assert fb.play(linkages.PRINTED).fragment.startswith("#linkage=press&values=0.202,0.54,0.25,0.4,0.434&branch=--")
+    with pytest.raises(ValueError, match="leave it out"):
+        fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))

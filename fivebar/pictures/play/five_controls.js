@@ -138,7 +138,7 @@ const inertias = ["zz1", "zz2", "m"].map(name => {
     input.value = robot[name];
     ask();
   };
-  return element("label", {class: "slide"}, element("span", {}, `${name} (${name === "m" ? "kg" : "kg m²"})`), input);
+  return element("label", {class: "slide few"}, element("span", {}, `${name} (${name === "m" ? "kg" : "kg m²"})`), input);
 });
 const sketchBox = check("draw a path with the pointer: it is checked at once", false), sketching = sketchBox.input;
 const python = element("pre", {tabindex: 0, "aria-label": "as Python"});
@@ -189,7 +189,7 @@ byId("more").append(
     button("Copy Python", "copy the lines that make this robot", () => copy(asPython(), "Python"))),
   sketchBox.label, ellipses.label, element("div", {class: "slide"}, element("span", {"aria-hidden": "true"}, "force towards"), angle),
   field_("Let go", element("div", {class: "row"}, goButton, paceInput, torqueKind),
-    element("div", {class: "slide"}, element("span", {"aria-hidden": "true"}, "torques (N m)"), ...torqueInputs),
+    element("div", {class: "slide few"}, element("span", {"aria-hidden": "true"}, "torques (N m)"), ...torqueInputs),
     throws.label, gravity.label, ...inertias),
   pythonBox,
   element("details", {id: "help"}, element("summary", {}, "Pointer and keys"),
