@@ -191,7 +191,7 @@ function reshape(next) {
   return true;
 }
 
-// The nearest point that both legs reach: onto each ring in turn, then a search on rings around.
+// The nearest point that both legs reach: onto each ring in turn, or else the border.
 function nearestReached(from) {
   let [x, y] = from;
   const rings = [[-p[4] / 2, p[0], p[1]], [p[4] / 2, p[2], p[3]]], inset = 1e-6 * sizeOf();
@@ -203,10 +203,15 @@ function nearestReached(from) {
     }
     if (igm([x, y], modes, p).closes) return [x, y];
   }
-  for (let ring = 1; ring < 60; ring++)
-    for (let k = 0; k < 48; k++) {
-      const angle = TURN * k / 48, radius = ring / 60 * sizeOf();
-      const to = [from[0] + radius * Math.cos(angle), from[1] + radius * Math.sin(angle)];
+  // Thin rings: the border itself, a hair's breadth inside or outside of it.
+  const border = arcsOf(p).flatMap(({x: cx, radius, from: first, to: last}) => Array.from({length: 65}, (_, k) => {
+    const angle = first + (last - first) * k / 64;
+    return [cx, radius, Math.cos(angle), Math.sin(angle)];
+  }));
+  const far = ([cx, r, c, s]) => (cx + r * c - from[0]) ** 2 + (r * s - from[1]) ** 2;
+  for (const [cx, radius, c, s] of border.sort((a, b) => far(a) - far(b)))
+    for (const r of [radius - inset, radius + inset, radius]) {
+      const to = [cx + r * c, r * s];
       if (igm(to, modes, p).closes) return to;
     }
   return null;
