@@ -50,14 +50,15 @@ _LATER = {
     "page": "pictures.pages",
     "path": "paths.read",
     "plan": "planning.plan",
+    "play": "pictures.play",
     "polynomial": "planning.trajectory",
     "routes": "singularities.passages",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
-    "time_path": "paths.timing",
     "sweep": "designing.sweeping",
+    "time_path": "paths.timing",
 }
 
 
@@ -80,6 +81,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .paths.timing import TimingError, time_path
     from .pictures import pages, plot, view
     from .pictures.pages import page
+    from .pictures.play import play
     from .planning.crossing import crossing_polynomial
     from .planning.plan import plan
     from .planning.plans import Plan

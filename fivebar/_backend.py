@@ -4,12 +4,35 @@ Equations are written on components. A component is a float (one pose), an array
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 
 EPS = np.finfo(float).eps
 HUGE = 1e60  # of coordinates, rates, torques: of what is larger, products might overflow
 _FLOAT = np.dtype(float)
+_EXACT = ContextVar("exact", default=False)
+
+
+@contextmanager
+def as_numbers() -> Iterator[None]:
+    """Within, expressions of CasADi symbols do at their limits what numbers do: rounding forgiven, nan beyond.
+
+    For models in another language; it costs comparisons, and derivatives there are no use.
+    """
+    token = _EXACT.set(True)
+    try:
+        yield
+    finally:
+        _EXACT.reset(token)
+
+
+def _chosen(condition, value, otherwise):
+    import casadi
+
+    return casadi.if_else(condition, value, otherwise)
 
 
 def is_symbolic(x):
@@ -49,7 +72,7 @@ def atan2(y, x):
     if isinstance(angle, float):
         return math.pi if angle == -math.pi else angle
     if is_symbolic(angle):
-        return angle
+        return _chosen(angle == -math.pi, math.pi, angle) if _EXACT.get() else angle
     return np.where(angle == -np.pi, np.pi, angle)
 
 
@@ -64,7 +87,10 @@ def sqrt_or_nan(square, floor):
     floor: a number, or a function that gives it where it is needed.
     """
     if is_symbolic(square):
-        return sqrt(square)
+        if not _EXACT.get():
+            return sqrt(square)
+        floor = floor() if callable(floor) else floor
+        return _chosen(square >= floor, sqrt(_chosen(square >= 0, square, 0.0)), math.nan)
     if isinstance(square, float) and square >= 0:
         return math.sqrt(square)
     if not isinstance(square, float) and (square.size == 0 or square.min() >= 0):
@@ -79,6 +105,8 @@ def where_zero(x, value, otherwise):
     """value() where x is 0, else otherwise; CasADi symbols get otherwise."""
     if isinstance(x, float):
         return value() if x == 0 else otherwise
+    if is_symbolic(x) and _EXACT.get():
+        return _chosen(x == 0, value(), otherwise)
     return otherwise if is_symbolic(x) or x.all() else np.where(x == 0, value(), otherwise)
 
 
@@ -86,6 +114,8 @@ def reciprocal_or_nan(x, floor):
     """1 / x, nan where x <= floor; CasADi symbols get a bare division."""
     if isinstance(x, float):
         return 1.0 / x if x > floor else math.nan
+    if is_symbolic(x) and _EXACT.get():
+        return _chosen(x > floor, 1.0 / x, math.nan)
     if is_symbolic(x) or x.size == 0 or np.all(x.min() > floor):
         return 1.0 / x
     return 1.0 / np.where(x > floor, x, np.nan)
@@ -94,7 +124,7 @@ def reciprocal_or_nan(x, floor):
 def sign(x, tolerance):
     """+1, -1, or 0 where |x| <= tolerance or x is nan, as int8; CasADi's own sign for symbols."""
     if is_symbolic(x):
-        return _module(x).sign(x)
+        return (x > tolerance) - (x < -tolerance) if _EXACT.get() else _module(x).sign(x)
     return np.subtract(x > tolerance, x < -tolerance, dtype=np.int8)
 
 

@@ -21,6 +21,7 @@ COMMANDS = {
     "draw": ("draw", "draw an SVG, G-code or CSV with the simulated robot: place, time, track, tables"),
     "map": ("map", "singularity map: exact loci, a margin's field, aspects"),
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
+    "play": ("play", "a live page: drag the robot, slide its bars, watch the singularities move"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
     "study": ("study", "which physics is worth its cost, measured here"),
     "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),

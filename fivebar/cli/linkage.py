@@ -87,6 +87,7 @@ def _kind(kinds, name, words, build, branches=1):
     study.add_argument("--plot", type=Path, metavar="OUT.png")
     study.add_argument("--csv", type=Path, metavar="OUT.csv")
     study.add_argument("--html", type=Path, metavar="OUT.html", help="animation")
+    study.add_argument("--live", type=Path, metavar="OUT.html", help="a page on which it is dragged and its bars slide")
     study.add_argument("--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle")
     parser.add_argument("--json", action="store_true", help="the verdict and the least and largest values as JSON")
     parser.set_defaults(run=lambda arguments: _run(arguments, build))
@@ -123,8 +124,23 @@ def _run(arguments, build):
         if not arguments.json:
             _print_ranges(result, ranges)
             print(*files, sep="\n")
+    if arguments.live:
+        _live(linkage, branch, arguments.live)
+        files.append(str(arguments.live))
+        if not arguments.json:
+            print(arguments.live)
     if arguments.json:
         print(json.dumps({"verdict": lines, "ranges": ranges, "files": files}, indent=2))
+
+
+def _live(linkage, branch, path):
+    from ..pictures.play import play
+
+    if isinstance(linkage, FiveBarLinkage):
+        if linkage.motors != (1, 5):
+            raise UsageError("--live moves a five-bar by the motors at its base, 1 and 5")
+        linkage, branch = linkage.robot, None
+    play(linkage, branch=branch).save(path)
 
 
 def _four_bar(arguments):

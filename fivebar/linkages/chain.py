@@ -164,7 +164,7 @@ class Closure:
         along = []
         for u, pivot, bend in zip((self.dyad.first, self.dyad.second), self.pivots, self.bends):
             swing = 0.0
-            if bend:
+            if is_symbolic(bend) or bend:
                 relative = minus(self.v, pivot.v)
                 swing = (relative[0] * relative[0] + relative[1] * relative[1]) * bend
             along.append(dot(u, pivot.a) - swing)

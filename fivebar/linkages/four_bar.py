@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from .._backend import EPS
+from .._backend import EPS, is_symbolic
 from ..checks import instance, modes, takes
 from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
@@ -66,8 +66,10 @@ class FourBar:
             "rocker": Link(d, dc, self.rocker, self.rocker_body),
         }
         bars = [("A", "B"), ("B", "C"), ("D", "C")]
-        bars += [("B", "M"), ("C", "M")] if self.point and self.point[1] else []
-        bars += [("B", "M")] if self.point and not self.point[1] and not 0 <= self.point[0] <= self.coupler else []
+        if self.point and (is_symbolic(self.point[1]) or self.point[1]):
+            bars += [("B", "M"), ("C", "M")]
+        elif self.point and not 0 <= self.point[0] <= self.coupler:
+            bars += [("B", "M")]
         points = {"A": a, "B": b, "C": c, "D": d, "M": m}
         return Chain(points, links, {}, (c.dyad,), tuple(bars), ("A", "D"), ("A",), "M")
 

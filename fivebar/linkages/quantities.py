@@ -75,10 +75,17 @@ def usual(motion: Motion, loaded: bool) -> list[str]:
 
 
 def usual_panels(study: Study) -> list[list[str]]:
-    """Quantities plotted together: ways, or else the links' angles; their rates; their accelerations; the torque."""
+    """Quantities plotted together: ways, or else the links' angles; their rates; their accelerations; the torque.
+
+    Of a four-bar whose coupler point is named, that point's speed and accelerations in place of the links' rates.
+    """
     motion = study.motion
     if motion.coordinates:
         panels = [[f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")]
+    elif getattr(study.linkage, "point", None) is not None:
+        point = motion.chain.traced
+        panels = [[f"{link}.angle" for link in motion.links], [f"{point}.speed"]]
+        panels.append([f"{point}.tangential", f"{point}.normal"])
     else:
         panels = [[f"{link}.{own}" for link in motion.links] for own in ("angle", "rate", "angular_acceleration")]
     return panels + ([["torque"]] if "torque" in study.columns else [])

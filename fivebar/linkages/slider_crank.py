@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .._backend import EPS
+from .._backend import EPS, is_symbolic
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import bodies, finite, sizes
 from .limits import ends_of, guide_limits
@@ -138,7 +138,7 @@ class SliderCrank:
     @property
     def _arm(self):
         """What holds a moving rail beside O."""
-        return (("O", RAIL[0]),) if self.offset else ()
+        return (("O", RAIL[0]),) if is_symbolic(self.offset) or self.offset else ()
 
     def _rail(self, origin, heading):
         """The ends of a moving guide."""

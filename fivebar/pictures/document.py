@@ -11,12 +11,17 @@ from string import Template
 HERE = Path(__file__).parent
 
 
-def document(folder: Path, title: str, **parts: str) -> str:
-    """The page whose body, with `parts` to fill in, and own style are page.html and page.css of this folder."""
+def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts: str) -> str:
+    """The page whose body, with `parts` to fill in, and own style are page.html and page.css of this folder.
+
+    scripts: which the page's policy lets run.
+    """
     title = html.escape(title)
     body = Template((folder / "page.html").read_text("utf-8")).substitute(title=title, **parts)
     style = "".join((place / "page.css").read_text("utf-8") for place in (HERE, folder))
-    return Template((HERE / "page.html").read_text("utf-8")).substitute(title=title, style=style, body=body)
+    return Template((HERE / "page.html").read_text("utf-8")).substitute(
+        title=title, scripts=scripts, style=style, body=body
+    )
 
 
 def as_json(content: dict) -> str:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from .._backend import EPS
+from .._backend import EPS, cos, is_symbolic, sin, sqrt, where_zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,35 +73,15 @@ class FourBarMotion:
     period: float
     mirrored: bool  # the sides are those of the mirror image, with the cranks exchanged
 
-    def _half(self, s, c, triangle):
-        """cos and sin of half of a triangle's angle, times the root of 4 x the product of its sides, and its rate."""
-        below, above = self.slack[triangle]
-        x = s if below == 0 else np.sqrt(s * s + below)
-        y = c if above == 0 else np.sqrt(c * c + above)
-        rate = -2.0 * self.signs[triangle] * (1 if below == 0 else s / x) * (1 if above == 0 else c / y)
-        return x + 1j * self.signs[triangle] * y, rate
-
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
-        root = math.sqrt(self.span)
-        s, c = root * np.sin(t), root * np.cos(t)
-        half2, rate2 = self._half(s, c, 0)
-        half, passive_rate = self._half(s, c, 1)
-        e2, passive = half2 / half2.conj(), half / half.conj()
-        # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a short diagonal.
-        diagonal = self.base - self.r2 + self.r2 * (2 * half2.real / np.abs(half2) ** 2) * half2
-        arms = self.r1 - self.c + self.c * (2 * half.real / np.abs(half) ** 2) * half
-        e1 = diagonal * arms.conj()
-        e1 /= np.abs(e1)
-        u = e1 * passive
-        w = 2 * np.abs(diagonal) ** 2
-        rate1 = (0.5 + (self.r2 - self.base) * (self.r2 + self.base) / w) * rate2 - (
-            0.5 + (self.c - self.r1) * (self.c + self.r1) / w
-        ) * passive_rate
-        directions, rates = (e1, e2, u), (rate1 + 0.0 * t, rate2 + 0.0 * t, rate1 + passive_rate)
+        sides = self.base, self.r1, self.c, self.r2
+        directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
+        e1, e2, u = (x + 1j * y for x, y in directions)
+        rates = rates[0] + 0.0 * t, rates[1] + 0.0 * t, rates[2]
         if self.mirrored:
             return (-e2.conj(), -e1.conj(), u.conj()), (-rates[1], -rates[0], -rates[2])
-        return directions, rates
+        return (e1, e2, u), rates
 
     @property
     def aligned(self) -> list[float]:
@@ -173,6 +154,53 @@ class FourBarMotion:
         k = 0 if self.mirrored else 1
         relative = u / (e1, e2)[k]
         return relative.imag, relative.real * (rates[2] - rates[k])
+
+
+def four_bar_directions(sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any) -> tuple[tuple, tuple]:
+    """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that `FourBarMotion` says.
+
+    sides: base, r1, c, r2; the others as there, CasADi symbols too.
+    """
+    base, r1, c, r2 = sides
+    root = sqrt(span)
+    s, co = root * sin(t), root * cos(t)
+    half2, rate2 = _half(s, co, slack[0], signs[0])
+    half, passive_rate = _half(s, co, slack[1], signs[1])
+    (e2, along2), (passive, along) = _doubled(half2), _doubled(half)
+    # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a short diagonal.
+    dx, dy = base - r2 + r2 * along2 * half2[0], r2 * along2 * half2[1]
+    ax, ay = r1 - c + c * along * half[0], c * along * half[1]
+    x, y = dx * ax + dy * ay, dy * ax - dx * ay
+    scale = 1.0 / sqrt(x * x + y * y)
+    e1 = x * scale, y * scale
+    u = e1[0] * passive[0] - e1[1] * passive[1], e1[0] * passive[1] + e1[1] * passive[0]
+    w = 2.0 * (dx * dx + dy * dy)
+    rate1 = (0.5 + (r2 - base) * (r2 + base) / w) * rate2 - (0.5 + (c - r1) * (c + r1) / w) * passive_rate
+    return (e1, e2, u), (rate1, rate2, rate1 + passive_rate)
+
+
+def _half(s, c, slack, sign):
+    """cos and sin of half of a triangle's angle, times the root of 4 x the product of its sides, and its rate."""
+    (x, slope), (y, fall) = _passed(s, slack[0]), _passed(c, slack[1])
+    return (x, sign * y), -2.0 * sign * slope * fall
+
+
+def _passed(s, slack):
+    """The root of s^2 + slack, with the sign of s where there is no slack, and s over it."""
+    if is_symbolic(slack):
+        x = where_zero(slack, lambda: s, sqrt(s * s + slack))
+        return x, where_zero(slack, lambda: 1.0, s / x)
+    if slack == 0:
+        return s, 1.0
+    x = sqrt(s * s + slack)
+    return x, s / x
+
+
+def _doubled(half):
+    """The unit vector at twice the angle of a vector (x, y), and 2 x / |(x, y)|^2."""
+    x, y = half
+    share = 2.0 * x / (x * x + y * y)
+    return (x * share - 1.0, y * share), share
 
 
 def _triangle(a, b, c, tolerance):

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import Any
 
 import numpy as np
 
+from .._backend import atan2, is_symbolic, sqrt
 from ..models.robots import FiveBar
 from .locus import MODES, Locus, Vertex, pieces_of
 from .margins import Singularity
@@ -114,15 +116,7 @@ class LegCircles:
         if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases
             angle = math.pi if low > abs(d - radius) + tolerance else 0.0
             return arc((angle, angle))
-        # The angle from the direction of the other base by its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius).
-        first, last = (
-            2
-            * math.atan2(
-                math.sqrt(max((r - d + radius) * (r + d - radius), 0.0)),
-                math.sqrt(max((d + radius - r) * (d + radius + r), 0.0)),
-            )
-            for r in (low, min(high, d + radius))
-        )
+        first, last = (turn_to(r, d, radius) for r in (low, min(high, d + radius)))
         whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
         if whole_in and whole_out:
             return arc((0, 2 * np.pi))
@@ -131,3 +125,16 @@ class LegCircles:
         if whole_out:
             return arc((first, 2 * np.pi - first), (-1, -1))
         return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]
+
+
+def turn_to(r: Any, d: Any, radius: Any) -> Any:
+    """Angle, from the direction of the other base joint d away, at which a circle's point is r from that joint.
+
+    By its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius). Floats or CasADi symbols.
+    """
+    near, far = (r - d + radius) * (r + d - radius), (d + radius - r) * (d + radius + r)
+    return 2.0 * atan2(_root(near), _root(far))
+
+
+def _root(square):
+    return sqrt(square.fmax(0.0) if is_symbolic(square) else max(square, 0.0))

@@ -138,6 +138,11 @@ CASES = {
         words=(*WORDS_OF_FILES, "to write, a path", "is no option of", "no function"),
         options={"format": ["c", "sdf", "urdf"], "closure": ["joint"], "functions": [("igm",), ["dance"], []]},
     ),
+    "play": Case(
+        fb.play, dict(robot=ROBOT, pose=POSE, branch=None), 5.0,
+        words=("leave it out", "another robot", "a linkage's", "single one", "nothing to show", "paper's"),
+        options={"robot": [FOUR_BAR, linkages.SliderCrank(0.1, 0.3)], "pose": [None], "branch": [1, -1]},
+    ),
     # what the models give, made by hand
     "Pose": Case(fb.Pose, dict(robot=ROBOT, point=HOME, _build=lambda: None), nan=True),
     "Rates": Case(fb.Rates, dict(pose=POSE, _q_dot=(0.0, 0.0), _xi_dot=(0.0, 0.0)), nan=True),

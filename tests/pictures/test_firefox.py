@@ -80,3 +80,19 @@ def test_the_first_value_is_no_rounding_error(firefox, pages):
     firefox.open(pages["run"], **SIZE)
     outputs = firefox.evaluate("[...document.querySelectorAll('figure output')].map(output => output.textContent)")
     assert outputs[:3] == ["0", "0", "0"]
+
+
+def test_the_live_page_computes_here_too(firefox, tmp_path):
+    fb.play(ROBOT).save(tmp_path / "play.html")
+    firefox.open(tmp_path / "play.html", **SIZE)
+    now = firefox.evaluate("({xi: pose.xi, q: pose.q})")
+    np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"]).q, atol=1e-14)
+    assert "does not fit here" in firefox.evaluate("document.getElementById('verdict').textContent")
+    found = firefox.evaluate(
+        """(() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
+            return [flow(2), ...motion.seen.xi]; })()"""
+    )
+    np.testing.assert_allclose(found[1:], (0.0087618923917, 0.1480740333255), atol=2e-9)
+    picture = firefox.picture()
+    assert (np.ptp(picture, axis=2) > 0.1).mean() > 0.05
+    assert firefox.errors == []

@@ -10,7 +10,7 @@ from ...checks import shown, text
 from ...linkages import Study
 from ...singularities.maps import Map
 from .document import write
-from .maps import map_content
+from .maps import map_content, map_models
 from .runs import is_run, runs_content
 from .studies import study_content
 
@@ -33,6 +33,7 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
         text(title, "title")
     if not (show is None or isinstance(show, (str, list, tuple, dict, set, Iterator)) or hasattr(show, "keys")):
         raise TypeError(f"show must be a name or several, not {shown(show)}")
+    models = ""
     if is_run(subject):
         code, content = "motion", runs_content({"": subject}, show)
     elif isinstance(subject, Mapping):
@@ -42,7 +43,7 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
     elif isinstance(subject, Map):
         if show is not None:
             raise ValueError("the page of a map shows the map's own margin: leave out show")
-        code, content = "map", map_content(subject)
+        code, content, models = "map", map_content(subject), map_models(subject)
     else:
         raise TypeError(f"subject: a page shows a Run, a dict of Runs, a Study or a Map, not {type(subject).__name__}")
-    write(path, code, content if title is None else content | {"title": str(title)})
+    write(path, code, content if title is None else content | {"title": str(title)}, models)

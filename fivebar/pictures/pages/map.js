@@ -1,6 +1,6 @@
 // The page of a singularity map: the point pointed at, held in `at`, and the robot there in every mode of the map.
 
-const {layers, field, axes, loci} = content, task = content.space === "task";
+const {layers, field, axes, loci, robot} = content, task = content.space === "task";
 let chosen = layers.length - 1, held = false;
 let at = start();
 

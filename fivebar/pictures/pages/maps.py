@@ -8,6 +8,7 @@ import numpy as np
 
 from ...singularities.loci import singularity_loci
 from ...singularities.maps import turned_into
+from ..functions import pose_functions, script
 from ..skeleton import robot_body
 from ..style import TYPE_3, field_scale, locus_words
 from .document import packed
@@ -54,6 +55,11 @@ def map_content(data: Map) -> dict:
         "columns": data.columns,
         "source": "Map.to_csv",
     }  # fmt: skip
+
+
+def map_models(data: Map) -> str:
+    """The robot's igm and dgm in JavaScript, for the point pointed at."""
+    return script(pose_functions(data.robot))
 
 
 def _stride(data):

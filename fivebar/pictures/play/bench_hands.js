@@ -1,0 +1,50 @@
+// The pointer and the keys on the page of a linkage.
+
+let benchPointer = null;
+
+function benchDrag(event) {
+  if (!benchPointer) return;
+  const at = bench.from(event), {actuated, traced} = wordsOf(), points = at_(lab.q).points;
+  if (benchPointer === "point") {
+    const [b, c] = [points[1], points[2]], ux = (c[0] - b[0]) / lab.values[2], uy = (c[1] - b[1]) / lab.values[2];
+    const along = (at[0] - b[0]) * ux + (at[1] - b[1]) * uy, across = (at[1] - b[1]) * ux - (at[0] - b[0]) * uy;
+    lab.ghost ??= lab.sweep.rows;
+    if (Math.abs(along) <= 10 && Math.abs(across) <= 10) refit([...lab.values.slice(0, 4), along, across]);
+    return relabbed(false);
+  }
+  const pivot = points[actuated[0]];
+  turnCrank(Math.atan2(at[1] - pivot[1], at[0] - pivot[0]));
+  benchFrame();
+}
+
+bench.box.addEventListener("pointerdown", event => {
+  if (event.button > 0) return;
+  const [x, y] = bench.from(event), point = at_(lab.q).points[wordsOf().traced];
+  const near = Math.hypot(point[0] - x, point[1] - y) * bench.scale < (event.pointerType === "touch" ? 32 : 16);
+  benchPointer = lab.kind === "four" && near ? "point" : "crank";
+  if (lab.running) toggleRun();
+  rememberLab();
+  bench.box.setPointerCapture(event.pointerId);
+  benchDrag(event);
+});
+bench.box.addEventListener("pointermove", benchDrag);
+for (const end of ["pointerup", "pointercancel"]) bench.box.addEventListener(end, () => {
+  if (benchPointer === "point") { lab.ghost = null; buildBench(); relabbed(); }
+  benchPointer = null;
+});
+addEventListener("keydown", event => {
+  const {key, target} = event;
+  if (byId("linkage").hidden) return;
+  if ((event.ctrlKey || event.metaKey) && key.toLowerCase() === "z") {
+    event.preventDefault();
+    return undoLab();
+  }
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (["INPUT", "SELECT", "BUTTON", "SUMMARY"].includes(target.tagName)) return;
+  const step = (event.shiftKey ? 0.2 : 1) * Math.PI / 180;
+  const actions = {ArrowLeft: () => turnCrank(lab.q + step), ArrowRight: () => turnCrank(lab.q - step), " ": toggleRun};
+  if (!actions[key]) return;
+  event.preventDefault();
+  actions[key]();
+  benchFrame();
+});

@@ -1,0 +1,106 @@
+// "Let go": the robot moves by its inertias, gravity, friction and torques, from the pose at hand, by steps of order 8
+// that choose their length (Dormand and Prince, as in SciPy) on the state of all four bars: singularities are no matter.
+
+const {A: TABLEAU, B: WEIGHTS, C: PLACES, E3, E5} = content.tableau;
+const STAGES = WEIGHTS.length, TOLERANCE = 1e-10, stages = Array.from({length: STAGES + 1}, () => new Float64Array(8));
+const stage = new Float64Array(8), after = new Float64Array(8);
+let motion = null;  // {state, t, length, whole, slope, energy, crossings}
+
+const BEYOND = ["mx11", "my11", "mx21", "my21", "zz12", "zz22", "my12", "my22"];
+const allParameters = () => [...p, robot.zz1, robot.zz2, robot.m, ...BEYOND.map(name => robot[name]), ...robot.gravity,
+  robot.fv1, robot.fv2, robot.fv12, robot.fv22];
+const lightParameters = () => [...p, robot.zz1, robot.zz2, robot.m, ...robot.gravity, robot.fv1, robot.fv2];
+const isHeavy = () => [...BEYOND, "fv12", "fv22"].some(name => robot[name] !== 0);
+
+// Why this robot cannot move by itself, "" where it can.
+function stillWords() {
+  if (!isHeavy() && !(robot.zz1 > 0 && robot.zz2 > 0))
+    return "This robot names no inertias of its motors: set zz1 and zz2 above 0 to let it go.";
+  return "";
+}
+
+function letGo(velocity, torque) {
+  let state = begin(pose.xi, modes, velocity, p).state;
+  if (!state.every(Number.isFinite)) state = begin(pose.xi, modes, [0, 0], p).state;
+  if (!state.every(Number.isFinite)) {  // a leg in line: the angles are known all the same, the rates are none
+    const {q, elbows, xi} = pose;
+    const far = elbows.map(([x, y]) => Math.atan2(xi[1] - y, xi[0] - x));
+    state = [q[0], far[0], q[1], far[1], 0, 0, 0, 0];
+  }
+  const heavy = isHeavy(), whole = heavy ? allParameters() : lightParameters();
+  motion = {state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole, all: allParameters(), torque,
+    slope: heavy ? slopeHeavy : slope, crossings: 0, last: ""};
+  motion.seen = closeLoop(motion.state, p);
+  motion.first = totalEnergy();
+}
+
+function totalEnergy() {
+  const {kinetic, potential} = energies(motion.state, motion.all);
+  return {kinetic, potential, total: kinetic + potential};
+}
+
+const torqueAt = t => motion.torque.wave ? motion.torque.tau.map(x => x * Math.cos(TURN * t)) : motion.torque.tau;
+
+// Move on by `duration` s; false where the motion is too fast to be followed.
+function flow(duration) {
+  const end = motion.t + duration;
+  for (let k = 0; motion.t < end - 1e-13; k++) {
+    if (k > 3000) return false;
+    const length = Math.min(motion.length, end - motion.t, motion.torque.wave ? 0.01 : Infinity);
+    const error = tried(length);
+    if (error <= 1) {
+      const next = closeLoop(after, p), before = motion.seen;
+      if (!next.closed.every(Number.isFinite)) return false;
+      for (let i = 0; i < 8; i++) motion.state[i] = next.closed[i];
+      motion.t += length;
+      motion.seen = next;
+      if (before.parallel * next.parallel < 0) {
+        motion.crossings++;
+        motion.last = "Type 2";
+      }
+      if (before.serial.some((s, i) => s * next.serial[i] < 0)) motion.last = "Type 1";
+    } else if (length < 1e-11) return false;
+    const factor = error > 0 ? Math.min(Math.max(0.9 * error ** -0.125, 0.2), 8) : 8;
+    if (error > 1 || length === motion.length) motion.length = length * (Number.isFinite(factor) ? factor : 0.2);
+  }
+  return true;
+}
+
+function tried(length) {
+  const {state, whole, slope: rightSide, t} = motion;
+  for (let s = 0; s < STAGES; s++) {
+    stage.set(state);
+    TABLEAU[s].forEach((weight, r) => {
+      if (weight) for (let i = 0; i < 8; i++) stage[i] += length * weight * stages[r][i];
+    });
+    rightSide(stage, torqueAt(t + PLACES[s] * length), whole, stages[s]);
+  }
+  after.set(state);
+  for (let s = 0; s < STAGES; s++)
+    if (WEIGHTS[s]) for (let i = 0; i < 8; i++) after[i] += length * WEIGHTS[s] * stages[s][i];
+  rightSide(after, torqueAt(t + length), whole, stages[STAGES]);
+  let fifth = 0, third = 0;
+  for (let i = 0; i < 8; i++) {
+    const scale = i < 4 ? 1 : 1 + Math.abs(state[i]);
+    let five = 0, three = 0;
+    for (let s = 0; s <= STAGES; s++) {
+      five += (E5[s] ?? 0) * stages[s][i];
+      three += (E3[s] ?? 0) * stages[s][i];
+    }
+    fifth += (five / scale) ** 2;
+    third += (three / scale) ** 2;
+  }
+  const error = length * fifth / Math.sqrt(Math.max(8 * (fifth + 0.01 * third), 1e-300)) / TOLERANCE;
+  return Number.isFinite(error) ? error : Infinity;
+}
+
+// The pose of the motion now, as the page shows poses.
+function poseOfMotion() {
+  const {closed: state, xi, serial, parallel} = motion.seen;
+  const found = dgm([wrapped(state[0]), wrapped(state[2])], parallel > 0 ? -1 : 1, p);
+  const minus = x => x > 0 ? -1 : x < 0 ? 1 : 0, working = serial.map(minus);
+  modes = working.map((mode, k) => mode || modes[k]);
+  const reached = igm(xi, modes, p);
+  return {...found, ...(reached.closes ? reached : {}), xi, serial, parallel, elbows: found.elbows, working, closes: 1,
+    assembly: minus(parallel), q: [wrapped(state[0]), wrapped(state[2])], clear: reached.clear};
+}

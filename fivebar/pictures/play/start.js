@@ -1,0 +1,80 @@
+// The page begins: tabs, the state in the address, themes and sizes.
+
+const tabs = [["five", "Five-bar"], ["four", "Four-bar"], ["slider", "Slider-crank"], ["press", "Press"]];
+const tabButtons = tabs.map(([id, text]) => element("button", {type: "button", role: "tab", id: `tab-${id}`,
+  "aria-selected": "false", "aria-controls": id === "five" ? "five" : "linkage", onclick: () => showTab(id)}, text));
+byId("tabs").append(...tabButtons);
+
+function showTab(id) {
+  halt();
+  byId("five").hidden = id !== "five";
+  byId("linkage").hidden = id === "five";
+  tabs.forEach(([own], k) => tabButtons[k].setAttribute("aria-selected", own === id));
+  if (id === "five") resized(); else showLinkage(id);
+}
+
+let begun = false;
+function takeFragment() {
+  const address = location.hash.length < 2 && !begun ? content.opening : location.hash;
+  begun = true;
+  if (address.length < 2) return;
+  const linkage = readLinkage(address);
+  if (linkage) return takeLinkage(linkage);
+  if (!byId("linkage").hidden) showTab("five");
+  const {state, words: wrong} = readFragment(address);
+  if (wrong) said = `The link's address is not taken: ${wrong}. The robot is as it was.`;
+  else {
+    halt();
+    applyState(state);
+    said = "";
+  }
+}
+
+function takeLinkage({state, words: wrong}) {
+  if (state) {
+    const before = {...lab};
+    showTab(state.kind.startsWith("slider") ? "slider" : state.kind);
+    if (chooseKind(state.kind, state.values, state.branch, wrapped(state.q))) return;
+    Object.assign(lab, before);
+    if (lab.values) resweep();
+    showTab("five");
+  }
+  said = `The link's address is not taken: ${wrong ?? "those bars never close"}. The robot is as it was.`;
+}
+
+function resized() {
+  if (!byId("linkage").hidden) { fitBench(); benchFrame(); }
+  if (byId("five").hidden) return;
+  fit();
+  ask({back: true});
+}
+
+function painted() {
+  readInks();
+  image = null;
+  if (field) paintField();
+  if (!byId("five").hidden) ask({back: true}); else showLinkage();
+}
+
+byId("five").hidden = false;
+tabButtons[0].setAttribute("aria-selected", "true");
+readInks();
+fit();
+survey(true);
+takeFragment();
+survey(true);
+showSliders();
+modesDrawn = modes.join();
+ask({back: true});
+dark.addEventListener("change", painted);
+const sizes = new ResizeObserver(oncePerFrame(resized));
+for (const {box} of [task, bench]) sizes.observe(box);
+addEventListener("hashchange", () => {
+  if (location.hash === writeFragment() || (lab.values && location.hash === linkageFragment())) return;
+  takeFragment();
+  showSliders();
+  survey(true);
+  resized();
+  moved();
+});
+requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.ready = "yes"; }));

@@ -1,0 +1,420 @@
+"""The live page: what it computes against the exact models, what a hand does to it, and what it refuses."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from axe_playwright_python.base import AXE_FILE_PATH
+
+import fivebar as fb
+from fivebar.cli import main
+from fivebar.pictures.play import Live
+
+from ..conftest import UNEQUAL
+from ..helpers.browsing import settle, until
+from ..helpers.pages import browser, contrast, download, opened  # noqa: F401  fixtures
+
+ROBOT = fb.FiveBar()
+MODES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+LENGTHS = ("l11", "l12", "l21", "l22", "d")
+GRAVE = "serious", "critical"  # of axe's findings
+PHONE = dict(width=390, height=844, has_touch=True, is_mobile=True)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("play") / "play.html"
+    fb.play().save(path)
+    return path
+
+
+@pytest.fixture
+def page(opened, path):  # noqa: F811
+    return opened(path)
+
+
+def pose_of(page):
+    return page.evaluate("({xi: pose.xi, q: pose.q, modes, assembly: pose.assembly, p})")
+
+
+def on_screen(page, point):
+    """Where a point of the plane is on the screen."""
+    box = page.locator("#plane").bounding_box()
+    x, y = page.evaluate("point => task.at(point)", list(point))
+    return box["x"] + x, box["y"] + y
+
+
+def drag(page, start, *points):
+    page.mouse.move(*on_screen(page, start))
+    page.mouse.down()
+    for point in points:
+        page.mouse.move(*on_screen(page, point), steps=4)
+    page.mouse.up()
+    settle(page)
+
+
+def length(points):
+    points = np.asarray(points)
+    return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
+
+
+def test_one_small_file_that_lets_only_its_own_script_run(path):
+    text = path.read_text("utf-8")
+    assert len(text.encode()) <= 400_000
+    policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
+    assert re.search(r"default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='", policy)
+    assert "//" not in re.sub(r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text)  # but comments
+
+
+ODD = [(0.2, 0.1, 0.2, 0.1, 0.0), (0.1, 0.1, 0.1, 0.1, 0.2), (0.1, 0.2, 0.1, 0.2, 0.1), (0.3, 0.05, 0.1, 0.07, 0.3)]
+
+
+def test_loci_are_on_the_exact_curves_with_their_modes(page):
+    rng = np.random.default_rng(3)
+    robots = [UNEQUAL, *(each.robot for each in fb.ROBOTS.values() if each.robot.turns)]
+    robots += [fb.FiveBar(*lengths) for lengths in ODD]
+    while len(robots) < 20:
+        lengths = rng.uniform(0.03, 0.3, 5).round(3)
+        if 2 * lengths.max() < lengths.sum():
+            robots.append(fb.FiveBar(*lengths))
+    found = page.evaluate(
+        """robots => robots.map(p => { const {task, joint, arcs} = lociOf(p); return {
+            task: task.map(({kind, signs, rows}) => [kind, signs, rows.map(row => [row[0], row[1]])]),
+            joint: joint.map(({type, kind, signs, rows}) => [type, kind, signs, rows.map(row => [row[2], row[3]])]),
+            arcs: arcs.map(({points}) => points)}; })""",
+        [[getattr(robot, name) for name in LENGTHS] for robot in robots],
+    )
+    for robot, own in zip(robots, found):
+        loci, size = fb.singularity_loci(robot), sum(getattr(robot, name) for name in LENGTHS)
+        points = [point for *_, rows in own["task"] for point in rows[::29]] + [
+            arc[k] for arc in own["arcs"] for k in (0, 3)
+        ]
+        assert np.max(fb.locus_distance(robot, points)[0], initial=0) <= 1e-12 * max(size, 1)
+        for mode in MODES:
+            for kind in ("stretched", "folded", "self-motion"):
+                exact = sum(length(each.points) for each in loci.task if each.kind == kind and mode in each.working)
+                here = sum(
+                    length(rows) for own_kind, signs, rows in own["task"]
+                    if own_kind == kind and all(s in (0, -m) for s, m in zip(signs, mode))
+                )  # fmt: skip
+                assert here == pytest.approx(exact, rel=2e-3, abs=2e-3 * size), (robot, mode, kind)
+        exact = sum(length(each.points) for each in loci.task if each.circle)
+        assert sum(map(length, own["arcs"])) == pytest.approx(exact, rel=2e-3), robot
+        for assembly in (1, -1):
+            for kind in {each.kind for each in loci.joint}:
+                exact = sum(
+                    length(each.points) for each in loci.joint if each.kind == kind and assembly in each.assembly
+                )
+                here = sum(
+                    length(np.unwrap(rows, axis=0)) for type_, own_kind, signs, rows in own["joint"]
+                    if own_kind == kind and (type_ == 2 or signs[2] in (0, -assembly))
+                )  # fmt: skip
+                assert here == pytest.approx(exact, rel=5e-3, abs=0.05), (robot, assembly, kind)
+
+
+def test_pixels_are_near_the_exact_aspects_and_discs(page):
+    for robot in (ROBOT, UNEQUAL, fb.ROBOTS["hoang-2015"].robot):
+        page.evaluate(
+            "p => { LENGTHS.forEach((name, k) => { robot[name] = p[k]; }); p_ = p; reshape(p); }".replace(
+                "p_ = p; ", ""
+            ),
+            [getattr(robot, name) for name in LENGTHS],
+        )
+        for aspect in fb.aspects(robot):
+            if aspect.area < 0.005 * sum(getattr(robot, name) for name in LENGTHS) ** 2:
+                continue
+            here = page.evaluate(
+                """([point, working]) => { modes = working; take(igm(point, modes, p)); survey(true);
+                    return [field.count * field.step ** 2, disc.radius, disc.x, disc.y]; }""",
+                [aspect.point.tolist(), list(aspect.working)],
+            )
+            exact = fb.largest_disc(aspect)
+            assert here[0] == pytest.approx(aspect.area, rel=0.04)
+            assert here[1] == pytest.approx(exact.radius, rel=0.02)
+            free = fb.locus_distance(robot, here[2:], aspect.working)[0]  # its own radius is the exact one there
+            assert here[1] == pytest.approx(free, rel=1e-3)
+
+
+def test_the_end_effector_slides_along_the_border_and_says_why(page):
+    drag(page, pose_of(page)["xi"], (0.05, 0.15), (0.19, 0.16))
+    now = pose_of(page)
+    pose = fb.igm(ROBOT, now["xi"], now["modes"])
+    assert 0 <= pose.reach_margin < 1e-6 and np.hypot(*np.subtract(now["xi"], (0.19, 0.16))) < 0.15
+    assert page.locator("#said").text_content() == "Stopped at the border (Type 1): the left leg is stretched."
+    np.testing.assert_allclose(now["q"], pose.q, atol=1e-9)
+    # towards Type 2 it is stopped too, and passes only when told to
+    drag(page, now["xi"], (0.0, 0.12), (0.0, -0.1))
+    now = pose_of(page)
+    pose = fb.igm(ROBOT, now["xi"], now["modes"])
+    assert "Stopped at Type 2" in page.locator("#said").text_content() and 0 < pose.det_A * -now["assembly"] < 1e-4
+    page.get_by_label("Type 2: let it pass").check()
+    drag(page, now["xi"], (0.0, -0.1))
+    assert "Passed Type 2" in page.locator("#said").text_content()
+    np.testing.assert_allclose(pose_of(page)["xi"], (0, -0.1), atol=2e-3)
+    assert pose_of(page)["assembly"] == -now["assembly"]
+
+
+def test_the_aspect_under_the_pointer_is_shaded(page):
+    own = page.evaluate("field.wanted")
+    page.mouse.move(*on_screen(page, (0.0, -0.1)))
+    settle(page)
+    assert page.evaluate("[field.wanted, inPart([0, -0.1]), disc.y < 0]") == [-own, True, True]
+    page.mouse.move(5, 5)
+    settle(page)
+    assert page.evaluate("[field.wanted, inPart(pose.xi)]") == [own, True]
+
+
+def test_in_a_notebooks_frame(browser):  # noqa: F811
+    page = browser.new_page()
+    page.set_content(fb.play(UNEQUAL)._repr_html_())
+    frame = page.frames[1]
+    until(frame, "document.body.dataset.ready")
+    assert frame.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]
+    page.close()
+
+
+def test_type_1_changes_the_mode_where_that_is_wanted(page):
+    start = pose_of(page)["xi"]
+    page.get_by_label("Type 1: passing").check()
+    drag(page, start, (0.19, 0.16), (0.04, 0.12))
+    now = pose_of(page)
+    assert now["modes"] == [1, -1]
+    np.testing.assert_allclose(now["xi"], (0.04, 0.12), atol=2e-3)
+    page.get_by_role("button", name="undo (Ctrl Z)").click()
+    settle(page)
+    assert pose_of(page)["modes"] == [-1, -1] and pose_of(page)["xi"] == pytest.approx(start, abs=1e-12)
+
+
+def test_elbows_and_joint_space_turn_the_motors(page):
+    elbow = page.evaluate("pose.elbows[1]")
+    before = pose_of(page)
+    drag(page, elbow, (0.059 + 0.09 * np.cos(0.5), 0.09 * np.sin(0.5)))
+    now = pose_of(page)
+    assert now["q"][0] == pytest.approx(before["q"][0], abs=1e-9) and now["q"][1] == pytest.approx(0.5, abs=0.02)
+    np.testing.assert_allclose(now["xi"], fb.dgm(ROBOT, now["q"], now["assembly"]).xi, atol=1e-9)
+    box = page.locator("#joints").bounding_box()
+    x, y = page.evaluate("joints.at([0.3, 0.8])")
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    settle(page)
+    np.testing.assert_allclose(pose_of(page)["q"], (0.3, 0.8), atol=0.03)
+
+
+def test_touch_on_a_phone(opened, path):  # noqa: F811
+    page = opened(path, **PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    # in a minute: a wanted disc that does not fit, then bars for which it does
+    assert page.locator("#verdict").text_content().startswith("✗")
+    for name, place in (("l11, left proximal bar, mm", "600"), ("l12, left distal bar, mm", "750")):  # of 200 mm
+        page.get_by_role("slider", name=name).fill(place)
+    settle(page)
+    assert pose_of(page)["p"] == [0.12, 0.15, 0.12, 0.15, 0.118]
+    assert page.locator("#verdict").text_content().startswith("✓ A disc of 100 mm fits here, free of singularities")
+    before = pose_of(page)["xi"]
+    x, y = on_screen(page, (0.0, 0.16))
+    page.touchscreen.tap(x, y)
+    settle(page)
+    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16))) < 5e-3 < np.hypot(*np.subtract(before, (0.0, 0.16)))
+
+
+def test_lengths_that_cannot_close_are_said_and_not_taken(page):
+    number = page.get_by_role("spinbutton", name="d, base, mm")
+    number.fill("361")
+    number.press("Tab")
+    settle(page)
+    assert "can never close" in page.locator("#said").text_content()
+    assert number.input_value() == "118" and pose_of(page)["p"][4] == 0.118
+    for wrong in ("", "-3", "1e9"):
+        number.fill(wrong)
+        number.press("Tab")
+        settle(page)
+        assert "must be between" in page.locator("#said").text_content() and pose_of(page)["p"][4] == 0.118
+
+
+def test_let_go_is_the_exact_motion(page):
+    """The lab's free motion, through Type 2 twice and a folded leg (reference/five_bar.json)."""
+    found = page.evaluate(
+        """() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
+            const first = totalEnergy().total, good = flow(2);
+            return {good, xi: motion.seen.xi, lost: totalEnergy().total / first - 1, crossings: motion.crossings}; }"""
+    )
+    np.testing.assert_allclose(found["xi"], (0.0087618923917, 0.1480740333255), atol=2e-9)
+    assert found["good"] and abs(found["lost"]) < 1e-10 and found["crossings"] >= 2
+    upright = fb.ROBOTS["iri-vertical"].robot
+    start = fb.igm(upright, (0.05, 0.2), (-1, -1))
+    run = fb.simulate(upright, lambda *_: (0.1, -0.2), start=fb.dkm(start, (0.0, 0.0)), duration=0.5)
+    found = page.evaluate(
+        """() => { restore({robot: content.presets["iri-vertical"].robot, modes: [-1, -1], xi: [0.05, 0.2]});
+            letGo([0, 0], {tau: [0.1, -0.2]}); return [flow(0.5), ...motion.seen.xi]; }"""
+    )
+    np.testing.assert_allclose(found[1:], run.xi[-1], atol=1e-8)
+
+
+def test_let_go_and_hold_by_the_button(page):
+    page.get_by_role("button", name="let the robot move").click()
+    until(page, "motion.t > 0.1")
+    page.keyboard.press("g")
+    settle(page)
+    time = page.evaluate("motion.t")
+    settle(page)
+    assert page.evaluate("[flying, motion.t]") == [None, time]
+    now = pose_of(page)
+    np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"], now["modes"]).q, atol=1e-8)
+    page.evaluate(
+        "restore({robot: content.presets.motkin.robot, modes: [-1, -1], xi: content.presets.motkin.xi}); release()"
+    )
+    settle(page)
+    assert "names no inertias" in page.locator("#said").text_content()
+
+
+def test_a_drawn_path_is_checked_at_once(page):
+    page.get_by_label("draw a path").check()
+    drag(page, (0.03, 0.1), (-0.02, 0.02), (-0.02, -0.06), (-0.02, -0.25))
+    words, checked = page.locator("#said").text_content(), page.evaluate("checked")
+    assert "crosses Type 2 once" in words and "leaves the workspace after" in words
+    (mark,) = checked["marks"]
+    distance, kind = fb.locus_distance(ROBOT, mark["point"], (-1, -1))
+    assert distance < 1e-9 and kind & fb.Singularity.PARALLEL
+
+
+CLOSED = "l11=0.1&l12=0.1&l21=0.1&l22=0.1&d=0.1"
+BAD = [
+    "#", "#l11", "#x=1", "#l11=0.09&l11=0.09", "#<script>alert(1)</script>", "#__proto__=1",
+    "#constructor=1&toString=2",
+    "#working=%3Cimg%20src=x%20onerror=alert(1)%3E", "#" + "l11=0.1&" * 400, "#l11=1e999", "#l11=0x10", "#l11=NaN",
+    f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=9") + "&working=--", f"#{CLOSED}&x=3&y=3&working=--",
+    f"#{CLOSED}&x=0&y=0.1&working=-", f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=0") + "&working=--",
+]  # fmt: skip
+
+
+def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, path):  # noqa: F811
+    live = fb.play(UNEQUAL)
+    page = opened(path)
+    before = pose_of(page)
+    for bad in BAD:
+        page.evaluate("hash => { location.hash = hash; }", bad)
+        settle(page)
+        assert pose_of(page) == before, bad
+        if len(bad) > 1:
+            assert "The link's address is not taken" in page.locator("#said").text_content(), bad
+            assert page.evaluate("document.querySelectorAll('img, script').length") == 2
+    page.evaluate("hash => { location.hash = hash; }", live.fragment)
+    settle(page)
+    now = pose_of(page)
+    assert now["p"] == [getattr(UNEQUAL, name) for name in LENGTHS]
+    np.testing.assert_allclose(now["xi"], live.pose.xi, atol=1e-15)
+    until(page, f"location.hash === {json.dumps(live.fragment)}")
+    # fuzzed: never an exception, and what is taken is a robot that closes
+    rng = np.random.default_rng(1)
+    alphabet = [*"0123456789.-+e=&#%<>\"'l", "working=", "l11=", "&d=", "x=0&", "\0", "é"]
+    good, texts = live.fragment, []
+    for _ in range(4000):
+        text = list(good)
+        for _ in range(rng.integers(1, 6)):
+            text[rng.integers(len(text))] = str(rng.choice(alphabet))
+        texts.append("".join(text))
+    taken = page.evaluate(
+        """texts => texts.map(text => readFragment(text)).filter(({state}) => state)
+            .map(({state}) => [...LENGTHS.map(name => state[name]), state.x, state.y, ...state.working])""",
+        texts,
+    )
+    assert 10 < len(taken) < 3000
+    for *lengths, x, y, left, right in taken:
+        assert np.isfinite(fb.igm(fb.FiveBar(*lengths), (x, y), (left, right), unreachable="nan").det_A)
+
+
+def test_by_the_keyboard_alone(page):
+    for _ in range(8):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.id") == "plane":
+            break
+    assert page.evaluate("document.activeElement.id") == "plane"
+    before = pose_of(page)["xi"]
+    for key in ("ArrowRight", "ArrowUp", "Shift+ArrowUp"):
+        page.keyboard.press(key)
+    step = 4 / page.evaluate("task.scale")
+    np.testing.assert_allclose(np.subtract(pose_of(page)["xi"], before), [step, 1.2 * step], atol=1e-9)
+    page.keyboard.press("3")
+    assert pose_of(page)["modes"] == [-1, 1]
+    page.keyboard.press("4")
+    q = pose_of(page)["q"]
+    page.keyboard.press("q")
+    assert pose_of(page)["q"] == pytest.approx([q[0] + 0.02, q[1]], abs=1e-9)
+    page.keyboard.press("0")
+    assert pose_of(page)["assembly"] == 1
+    for _ in range(4):
+        page.keyboard.press("Control+z")
+    settle(page)
+    until(page, "document.getElementById('status').textContent.includes('disc')")
+    assert pose_of(page)["modes"] == [-1, -1]
+
+
+def test_what_it_gives_away(page, tmp_path):
+    page.get_by_text("as Python").first.click()
+    settle(page)
+    lines = page.locator("pre").text_content()
+    names = {}
+    exec(compile(lines, "as Python", "exec"), names)
+    now = pose_of(page)
+    assert names["robot"] == ROBOT and names["pose"].xi.tolist() == now["xi"]
+    name, svg = download(page, "save the picture as SVG")
+    assert name == "Five-bar-live.svg" and svg.startswith(b"<svg xmlns") and svg.count(b"<path") > 8
+    name, png = download(page, "save the picture as PNG")
+    assert name.endswith(".png") and png[:8] == b"\x89PNG\r\n\x1a\n" and len(png) > 10_000
+
+
+def test_every_named_robot(page):
+    for name in fb.ROBOTS:
+        if fb.ROBOTS[name].robot.turns:
+            page.get_by_label("robot by name").select_option(name)
+            settle(page)
+            robot = fb.ROBOTS[name].robot
+            assert pose_of(page)["p"] == [getattr(robot, each) for each in LENGTHS]
+            assert page.locator("#verdict").text_content()[0] in "✓✗"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
+    page = opened(path, **(PHONE if scheme == "dark" else {}), color_scheme=scheme, reduced_motion="reduce")
+    page.get_by_text("as Python").first.click()
+    # its script is no page's own: past the policy, by the browser's back door
+    session = page.context.new_cdp_session(page)
+    session.send("Runtime.evaluate", {"expression": AXE_FILE_PATH.read_text("utf-8")})
+    for tab in ("five", "four"):
+        page.evaluate("showTab", tab)
+        found = page.evaluate("() => axe.run()")["violations"]
+        assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in GRAVE] == [], tab
+    ink = page.evaluate("['ink', 'quiet', 'c0', 'c1', 'c3', 'c4'].map(name => inks[name])")
+    paper = page.evaluate("inks.paper")
+    assert all(contrast(each, paper) > 3 for each in ink)
+
+
+def test_without_scripts_it_says_so(browser, path):  # noqa: F811
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    assert "computes the robot with JavaScript" in page.locator("body").inner_text()
+    context.close()
+
+
+def test_python_says_the_same(tmp_path, capsys):
+    live = fb.play(UNEQUAL)
+    assert isinstance(live, Live) and repr(live).startswith("<Live page: five-bar robot, #l11=")
+    assert live._repr_html_().count("<iframe") == 1
+    with pytest.raises(ValueError, match="another robot"):
+        fb.play(ROBOT, live.pose)
+    with pytest.raises(ValueError, match="single one"):
+        fb.play(ROBOT, fb.igm(ROBOT, [(0.09, 0.068)] * 2))
+    with pytest.raises(TypeError, match="robot must be a FiveBar"):
+        fb.play(fb.Biglide())
+    out = tmp_path / "live.html"
+    assert main(["play", "--robot", "motkin", "--out", str(out), "--xi", "0.01", "0.12", "--link"]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(out), fb.play(*_motkin()).fragment]
+    assert main(["play", "--robot", "biglide"]) == 2
+    assert main(["play", "--out", "live.pdf"]) == 2
+    assert "must end in .html" in capsys.readouterr().err
+
+
+def _motkin():
+    robot = fb.ROBOTS["motkin"].robot
+    return robot, fb.igm(robot, (0.01, 0.12))

@@ -1,0 +1,146 @@
+"""The live page's linkages: their motion, verdicts and dead centres against Python's, and what a hand does to them."""
+
+import re
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar import linkages
+from fivebar.cli import main
+from fivebar.linkages.quantities import usual_panels
+
+from ..helpers.browsing import settle, until
+from ..helpers.pages import browser, opened  # noqa: F401  fixtures
+
+
+@pytest.fixture
+def page(opened, tmp_path_factory):  # noqa: F811
+    path = tmp_path_factory.mktemp("play") / "play.html"
+    fb.play().save(path)
+    return opened(path)
+
+
+MOVES = """([kind, branch, values, qs]) => { chooseKind(kind, values, branch); return qs.map(q => {
+    const {points, velocity, acceleration, tangential, normal, output, transmission, closes} = at_(q);
+    return [closes, ...points[wordsOf().traced], ...velocity, ...acceleration, tangential, normal, ...output,
+        transmission];
+}); }"""
+CRANK_ROCKER, TURNED = (0.2, 0.06, 0.16, 0.14, 0.08, 0.06), (0.1, 0.2, 0.15, 0.13, 0.03, -0.1)
+LINKAGES = [
+    ("four", 1, linkages.FourBar(*CRANK_ROCKER[:4], point=CRANK_ROCKER[4:]), CRANK_ROCKER, "rocker"),
+    ("four", -1, linkages.FourBar(*TURNED[:4], point=TURNED[4:]), TURNED, "rocker"),
+    ("slider_guide", 1, linkages.SliderCrank(0.05, 0.15, 0.02), (0.05, 0.15, 0.02), "slide"),
+    ("slider_crank", 1, linkages.SliderCrank(0.15, 0.05, 0.01, "crank"), (0.15, 0.05, 0.01), "guide"),
+    ("slider_rod", 1, linkages.SliderCrank(0.05, 0.15, 0.01, "rod"), (0.05, 0.15, 0.01), "guide"),
+    ("slider_slider", 1, linkages.SliderCrank(0.2, 0.15, 0.02, "slider"), (0.2, 0.15, 0.02), "slide"),
+    ("press", (-1, -1), linkages.PRESSES["printed"][0], (0.202, 0.54, 0.25, 0.4, 0.434), "S6_down"),
+]  # fmt: skip
+
+
+def test_linkages_move_and_lock_as_in_python(page):
+    page.evaluate("showTab('four')")
+    q = np.linspace(-3, 3, 41)
+    for kind, branch, linkage, values, out in LINKAGES:
+        signs = [branch] if isinstance(branch, int) else list(branch)
+        found = np.array(page.evaluate(MOVES, [kind, signs, values, q.tolist()]), dtype=float)
+        motion = linkages.move(linkage, q, 2 * np.pi, branch=branch, unreachable="nan")
+        traced = motion.chain.traced
+        output = (
+            (motion.angle(out), motion.rate(out), motion.angular_acceleration(out))
+            if out in ("rocker", "guide") else motion.coordinate(out)
+        )  # fmt: skip
+        expected = np.column_stack([
+            motion.position(traced), motion.velocity(traced), motion.acceleration(traced), motion.tangential(traced),
+            motion.normal(traced), *output, motion.transmission_angle(),
+        ])  # fmt: skip
+        closes = np.isfinite(motion.position(traced)).all(axis=1)
+        np.testing.assert_array_equal(found[:, 0], closes)
+        np.testing.assert_allclose(found[closes, 1:], expected[closes], rtol=1e-9, atol=1e-9, err_msg=kind)
+        allowed = linkages.crank_range(linkage, branch)
+        edges = page.evaluate("[lab.sweep.full, lab.sweep.edges]")
+        ends = (
+            sorted(np.remainder(np.array(allowed.intervals).ravel() + np.pi, 2 * np.pi) - np.pi)
+            if not allowed.full
+            else []
+        )
+        assert edges[0] == allowed.full
+        np.testing.assert_allclose(sorted(edges[1]), ends, atol=1e-7, err_msg=kind)
+        assert page.evaluate("benchWords(), document.getElementById('linkage-said').textContent.length") > 20
+
+
+def test_what_a_four_bar_can_do_is_said(page):
+    page.get_by_role("tab", name="Four-bar").click()
+    settle(page)
+    four_bar = LINKAGES[0][2]
+    dead = sorted((end.crank, end.rocker) for end in linkages.dead_centres(four_bar))
+    found = page.evaluate("lab.sweep.ends.map(({q, output}) => [q, output])")
+    np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)
+    words = page.locator("#linkage-said").text_content()
+    assert (
+        words.startswith(f"{four_bar.kind}: shortest + longest is 40 mm less") and "turns through full turns" in words
+    )
+    assert f"time ratio {linkages.time_ratio(four_bar):.5g}" in words
+    for name in ("evans", "chebyshev", "watt", "hoeken", "roberts"):
+        page.get_by_label("linkage by name").select_option(name)
+        settle(page)
+        ratio = 100 * linkages.straightness(linkages.straight_line(name)).ratio
+        percent = re.search(r"a band of .* mm, (\S+) % of the stroke", page.locator("#linkage-said").text_content())[1]
+        assert float(percent.replace("−", "-")) == pytest.approx(ratio, rel=0.02)
+    page.get_by_role("spinbutton", name="ground, mm").fill("3000")
+    page.keyboard.press("Tab")
+    settle(page)
+    assert "closes at no crank angle" in page.locator("#linkage-said").text_content()
+    assert page.evaluate("lab.values[0]") == 0.2
+
+
+def test_a_linkage_by_hand_and_by_its_address(page):
+    page.get_by_role("tab", name="Four-bar").click()
+    settle(page)
+    before = page.evaluate("lab.values")
+    box = page.locator("#bench").bounding_box()
+    x, y = page.evaluate("bench.at(at_(lab.q).points[4])")
+    page.mouse.move(box["x"] + x, box["y"] + y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + x + 40, box["y"] + y - 30, steps=3)
+    page.mouse.up()
+    settle(page)
+    after = page.evaluate("lab.values")
+    assert after[:4] == before[:4] and np.hypot(*np.subtract(after[4:], before[4:])) > 0.01
+    page.locator("#bench").focus()
+    q = page.evaluate("lab.q")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("lab.q") == pytest.approx(q + np.pi / 180)
+    page.keyboard.press("Space")
+    until(page, "lab.trail.length > 20")
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="another link is fixed").click()
+    settle(page)
+    assert page.evaluate("lab.values.slice(0, 4)") == [*after[1:4], after[0]]
+    address = "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5"
+    page.evaluate("hash => { location.hash = hash; }", address)
+    settle(page)
+    assert page.evaluate("[lab.kind, lab.values, lab.q]") == ["slider_rod", [0.05, 0.15, -0.01], 0.5]
+    for bad in ("values=1", address + "&x=1", address.replace("rod", "bar"), address.replace("0.15", "1e99"),
+                address.replace("0.15", "5")):  # fmt: skip
+        page.evaluate("hash => { location.hash = hash; }", "#linkage=four&" * (bad == "values=1") + bad)
+        settle(page)
+        assert "not taken" in page.locator("#said").text_content(), bad
+
+
+def test_a_named_coupler_point_is_what_a_study_plots():
+    with_point, without = linkages.study(LINKAGES[0][2]), linkages.study(linkages.FourBar(*CRANK_ROCKER[:4]))
+    assert usual_panels(with_point)[1:] == [["M.speed"], ["M.tangential", "M.normal"]]
+    assert usual_panels(without)[1] == ["crank.rate", "coupler.rate", "rocker.rate"]
+    assert len(with_point.plot().axes) >= 3
+
+
+def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
+    out = tmp_path / "live.html"
+    assert main(["linkage", "slider-crank", "0.05", "0.15", "--held", "rod", "--live", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(out)
+    page = opened(out)
+    assert page.evaluate("[lab.kind, lab.values]") == ["slider_rod", [0.05, 0.15, 0]]
+    assert fb.play(linkages.PRINTED).fragment.startswith("#linkage=press&values=0.202,0.54,0.25,0.4,0.434&branch=--")
+    with pytest.raises(ValueError, match="leave it out"):
+        fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
