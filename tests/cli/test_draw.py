@@ -27,12 +27,12 @@ def table(file, skip=1):
 
 def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500"]) == 0
+    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500", "--period", "0.01"]) == 0
     printed = capsys.readouterr()
     figures = json.loads(printed.out)
     assert "<text> is passed over (line 1)" in printed.err
     assert figures["strokes"] == 2 and figures["certified"] and figures["working"] == [-1, -1]
-    assert figures["max_error_m"] < 5e-5 and figures["largest_scale"] > 2
+    assert figures["max_error_m"] < 1e-4 and figures["largest_scale"] > 2
     assert figures["duration_s"] <= 1.001 * figures["lower_bound_s"]
     assert [file.split("/")[-1] for file in figures["files"]] == [
         "drawing.png",
@@ -40,7 +40,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
         "run.csv",
         "proof.json",
     ]
-    assert check(json.loads((out / "proof.json").read_text())) is None
+    assert check(out / "proof.json") is None
     # The setpoints are those of the ends, evenly apart, and lead along the drawing.
     names, rows = table(out / "setpoints.csv")
     assert names == ["t", "q1", "q2", "q1_dot", "q2_dot", "pen"]
@@ -57,7 +57,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
 
 
 def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
-    options = ["--at", "0.02", "0.1", "--turn-deg", "90", "--scale", "0.5", "--angles", "deg", "--torque-limit", "0.05"]
+    options = ["--at", "0.02", "0.1", "--turn-deg", "90", "--scale", "0.5", "--angles", "deg", "--period", "0.01"]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
     assert "certified            yes" in capsys.readouterr().out
     names, rows = table(tmp_path / "setpoints.csv")
@@ -130,7 +130,7 @@ def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
     assert main(["track", str(tmp_path / "corner.csv"), "--polyline", "1e-4"]) == 0
     err = capsys.readouterr().err
     assert "it leaves the chords between samples by up to" in err and "X (mm): read in mm" in err
-    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.1{k}" for k in range(8)))
+    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8)))
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
     assert "could be seconds" in capsys.readouterr().err
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0
