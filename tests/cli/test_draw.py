@@ -57,12 +57,28 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
 
 
 def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
-    options = ["--at", "0.02", "0.1", "--turn-deg", "90", "--scale", "0.5", "--angles", "deg", "--period", "0.01"]
+    options = [
+        "--at",
+        "0.02",
+        "0.1",
+        "--turn-deg",
+        "90",
+        "--scale",
+        "0.5",
+        "--angles",
+        "deg",
+        "--period",
+        "0.01",
+        "--torque-limit",
+        "0.05",
+    ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
     assert "certified            yes" in capsys.readouterr().out
     names, rows = table(tmp_path / "setpoints.csv")
     assert names[1] == "q1_deg"
-    xi = fb.Run.from_csv(tmp_path / "run.csv").xi
+    run = fb.Run.from_csv(tmp_path / "run.csv")
+    xi = run.xi
+    assert np.abs(run.tau).max() <= 0.05 and run.torque_limit == 0.05
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
 
 
