@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 
@@ -62,6 +63,9 @@ def fitted_in(
     parts.sort(key=lambda p: (crossed[p.number], p.point[1] <= 0, p.working != (-1, -1), -p.area))
     found, refused = [], f"no aspect in working modes {working}"
     for part in parts:
+        # The rectangle's area is none larger than the aspect's.
+        if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
+            continue
         try:
             rectangle = largest_rectangle(part, margin)
         except ValueError as error:
@@ -82,7 +86,7 @@ def fitted_in(
         raise ValueError(
             f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's rectangle"
             f"{'' if working is None else f' in working modes {tuple(working)}'}: it fits with scale "
-            f"{np.floor(1e4 * share) / 1e4:.4g} at most"
+            f"{np.floor(1e4 * share) / 1e4:.6g} at most"
         )
     scale = share * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
