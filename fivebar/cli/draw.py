@@ -54,6 +54,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     proof.add_argument(
         "--tolerance", type=float, default=5e-5, metavar="M", help="of all five lengths (default: %(default)g)"
     )
+    proof.add_argument("--through", action="store_true", help="it may cross Type 2, where there is then no proof")
     proof.add_argument(
         "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
     )
@@ -83,7 +84,7 @@ def _draw(arguments):
         print(f"{arguments.drawing}: {sentence}", file=sys.stderr)
     path, working, share = _placed(arguments, robot, path)
     check = _checked(arguments, robot, path, working)
-    proof = _proved(arguments, robot, path, working)
+    proof = _proved(arguments, robot, path, working) if check.singularity_free else None
     motion = _timed(arguments, robot, path, working)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
     limit, assembly = arguments.torque_limit, int(start.pose.assembly)
@@ -153,10 +154,19 @@ def _modes(arguments, robot, path):
     modes = [tuple(arguments.working)] if arguments.working else MODES
     found = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
     free = {mode: check.min_margin for mode, check in found.items() if check.singularity_free}
+    free = free or {mode: 0.0 for mode, check in found.items() if _passes(arguments, check)}
     if not free:
-        why = "; ".join(f"in working modes {mode} {_met(path, check)}" for mode, check in found.items())
+        reasons = {}
+        for mode, check in found.items():
+            reasons.setdefault(_met(path, check), []).append(str(mode))
+        why = "; ".join(f"in working modes {', '.join(own)} {words}" for words, own in reasons.items())
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {why}")
     return max(free, key=free.get)
+
+
+def _passes(arguments, check):
+    """Whether a path may go on where it meets the first singularity; whether it can, `time_path` finds."""
+    return arguments.through and check.leaves is None and int(check.type) == 2
 
 
 def _met(path, check):
@@ -168,7 +178,8 @@ def _met(path, check):
         if check.leaves == s
         else f"{'touches' if check.touching else 'meets'} Type {int(check.type)}"
     )
-    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it"
+    line = path.line_of(s)
+    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it{f' (line {line})' if line else ''}"
 
 
 def _timed(arguments, robot, path, working):
@@ -192,7 +203,7 @@ def _checked(arguments, robot, path, working):
     from ..singularities.path import check_path
 
     check = check_path(robot, path.at_unit_speed, working)
-    if not check.singularity_free:
+    if not (check.singularity_free or _passes(arguments, check)):
         raise ValueError(f"{arguments.drawing}: in working modes {working} {_met(path, check)}")
     return check
 

@@ -63,7 +63,7 @@ class Draft:
             raise ValueError(f"{self.name}: nothing is drawn{f': {words}' if words else ''}")
         fine = max(FINE, SHARE * deviation)
         parts = _parts([move.shape for move in moves], fine, set(none))
-        pieces, pen, feed, dwells, s, at = [], [], [], {}, 0.0, None
+        pieces, pen, feed, lines, dwells, s, at = [], [], [], [], {}, 0.0, None
         rests = {}
         for k, seconds in self.dwells:
             rests[k] = rests.get(k, 0.0) + seconds
@@ -77,15 +77,17 @@ class Draft:
                     pieces.append(travel)
                     pen.append(False)
                     feed.append(np.inf)
+                    lines.append(move.line)
                     s += travel.length
                 pieces.append(piece)
                 pen.append(move.pen)
                 feed.append(move.feed)
+                lines.append(move.line)
                 s += piece.length
                 at = complex(*piece.end)
         if len(moves) in rests:
             dwells[s] = dwells.get(s, 0.0) + rests[len(moves)]
-        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(said))
+        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(said), tuple(lines))
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 

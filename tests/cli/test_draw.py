@@ -86,7 +86,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     "body, options, code, message",
     [
         (STROKES, ["--scale", "9"], 1, "larger than any aspect's rectangle: it fits with scale 3."),
-        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at"),
+        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at (183.5, 111.5) mm, 0 mm along it (line 1)"),
         (STROKES, ["--at", "0.05", "0.0", "--scale", "4"], 1, "cannot be drawn there: in working modes"),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--example"], 2, "draw needs a file, or --example"),
@@ -99,6 +99,21 @@ def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, ca
     (tmp_path / "drawing.svg").write_text(SVG.format(body))
     assert main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options]) == code
     assert message in capsys.readouterr().err
+
+
+def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
+    """From the lab's home to its task 2: no working mode leads there without Type 2."""
+    (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n")
+    options = ["--at", "0.07", "0.034", "--torque-limit", "0.02", "--out", str(tmp_path), "--json"]
+    assert main(["draw", str(tmp_path / "task_2.csv"), *options]) == 1
+    assert "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)" in (
+        capsys.readouterr().err
+    )
+    assert main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["max_error_m"] < 5e-5 and max(figures["peak_torque_Nm"]) <= 0.02 and not figures["certified"]
+    run = fb.Run.from_csv(tmp_path / "run.csv")
+    assert np.sign(fb.igm(run.robot, run.xi[[0, -1]]).det_A).tolist() == [1.0, -1.0]
 
 
 def test_plan_between_points(tmp_path, capsys):

@@ -39,7 +39,8 @@ def test_a_plot_is_read():
     assert half.centre == pytest.approx((0.025, 0.01)) and half.length == pytest.approx(0.005 * math.pi)
     assert half(half.length / 2)[0] == pytest.approx((0.025, 0.015))  # clockwise from the left: over the top
     assert turn.centre == pytest.approx((0.03, 0.02)) and turn(turn.length / 2)[0] == pytest.approx((0.04, 0.02))
-    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4)
+    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4) and path.lines == (6, 7, 8, 10)
+    assert path.line_of(path.length) == 10 and path.line_of(0.01) == 7
     assert [stop.seconds for stop in path.stops if stop.seconds] == [0.5]
     assert "before the first stroke and after the last are passed over" in " ".join(path.said)
 
