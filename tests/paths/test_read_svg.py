@@ -80,6 +80,7 @@ def test_transforms_are_honoured():
     np.testing.assert_allclose(mirrored(mirrored.length / 3)[0], plain(plain.length / 3)[0], atol=1e-15)
     squashed = read('<circle transform="scale(1 .5)" cx="50" cy="50" r="20"/>', deviation=1e-6)
     np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
+    assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(0.002 * math.pi)
     twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
