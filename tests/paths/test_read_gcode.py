@@ -54,7 +54,7 @@ def test_inches_relative_moves_z_as_pen_and_travel():
 
 
 def test_without_pen_codes_all_but_g0_draws():
-    assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X3").pen == (True, False, True)
+    assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X\t3").pen == (True, False, True)
     laser = read("G21\nM4 S0\nG0 X0 Y0\nG1 X1 S500\nG1 X2 S0\nG1 X3 S500\n")
     assert laser.pen == (True, False, True)
 

@@ -127,6 +127,7 @@ def test_what_is_passed_over_is_listed():
         ('<path d="L 0 0"/>', "line 2: <path>: d must begin with M"),
         ('<path d="M 0 0 L 1 1 ?"/>', "line 2: <path>: d has '.' after L"),
         ('<path d="M0 0 A 1 1 0 2 0 3 3"/>', "line 2: <path>: d has"),
+        ('<path d="M0 0C1e10 2 3 4 5 6"/>', "line 2: a curve 1e.07 m large cannot be kept within 1e-09 m"),
         ('<circle r="-3"/>', "line 2: <circle>: r must not be negative"),
         ('<rect width="10%" height="3"/>', "line 2: <rect>: width must be a number"),
         ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),
