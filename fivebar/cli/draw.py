@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UsageError
+from ..paths import strokes
 from ..simulation.comparison import peak_name
 from .robot_options import add_robot_options, chosen_robot
 
-EXAMPLE = Path(__file__).parent.parent / "paths" / "drawings" / "fivebar.svg"
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 USUAL = {"acceleration_limit": 0.5, "speed_limit": 0.1}  # m/s^2, m/s: where no limit is given
 STEP = 1e-3  # s, of the picture's rows
@@ -43,6 +43,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
     place.add_argument("--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as -1 -1")
     speed = draw.add_argument_group("speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s^2")
     speed.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor")
+    speed.add_argument(
+        "--reserve", type=float, default=0.05, metavar="SHARE", help="of it, for the tracker (default: %(default)g)"
+    )
     speed.add_argument("--speed-limit", type=float, metavar="M/S", help="of the pen")
     speed.add_argument("--acceleration-limit", type=float, metavar="M/S2", help="of the pen")
     speed.add_argument("--joint-speed-limit", type=float, metavar="RAD/S")
@@ -51,6 +54,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     proof.add_argument(
         "--tolerance", type=float, default=5e-5, metavar="M", help="of all five lengths (default: %(default)g)"
     )
+    proof.add_argument("--through", action="store_true", help="it may cross Type 2, where there is then no proof")
     proof.add_argument(
         "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
     )
@@ -72,7 +76,7 @@ def _draw(arguments):
     from ..control.tracker import Tracker
     from ..models.geometry import igm
     from ..models.kinematics import ikm
-    from ..paths.setpoints import pen_down, setpoints
+    from ..paths.setpoints import setpoints
     from ..simulation.simulate import simulate
 
     robot, path = chosen_robot(arguments), _read(arguments)
@@ -80,17 +84,18 @@ def _draw(arguments):
         print(f"{arguments.drawing}: {sentence}", file=sys.stderr)
     path, working, share = _placed(arguments, robot, path)
     check = _checked(arguments, robot, path, working)
-    proof = _proved(arguments, robot, path, working)
+    proof = _proved(arguments, robot, path, working) if check.singularity_free else None
     motion = _timed(arguments, robot, path, working)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
-    tracker = Tracker(robot, period=arguments.period, assembly=int(start.pose.assembly))
+    limit, assembly = arguments.torque_limit, int(start.pose.assembly)
+    tracker = Tracker(robot, period=arguments.period, torque_limit=limit, assembly=assembly)
     step = arguments.period / max(1, round(arguments.period / STEP))
-    run = simulate(robot, tracker, motion, start=start, control_period=arguments.period, step=step)
+    run = simulate(robot, tracker, motion, start=start, control_period=arguments.period, step=step, torque_limit=limit)
     table = setpoints(robot, motion, arguments.rate, working)
-    down = pen_down(motion, run.t)
+    down = strokes.pen_down(motion, run.t)
     error = np.linalg.norm(run.error, axis=1)
     figures = {
-        "file": str(arguments.drawing), "strokes": len(_strokes(down)), "pieces": len(path.pieces),
+        "file": str(arguments.drawing), "strokes": len(strokes.runs(down)), "pieces": len(path.pieces),
         "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working), "largest_scale": share,
         "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
@@ -112,7 +117,7 @@ def _draw(arguments):
 
 def _read(arguments):
     """The Path of the drawing, in its own place."""
-    from ..paths.read import path
+    from ..paths.read import EXAMPLE, path
 
     if arguments.example == (arguments.drawing is not None):
         raise UsageError("draw needs a file, or --example")
@@ -149,10 +154,19 @@ def _modes(arguments, robot, path):
     modes = [tuple(arguments.working)] if arguments.working else MODES
     found = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
     free = {mode: check.min_margin for mode, check in found.items() if check.singularity_free}
+    free = free or {mode: 0.0 for mode, check in found.items() if _passes(arguments, check)}
     if not free:
-        why = "; ".join(f"in working modes {mode} {_met(path, check)}" for mode, check in found.items())
+        reasons = {}
+        for mode, check in found.items():
+            reasons.setdefault(_met(path, check), []).append(str(mode))
+        why = "; ".join(f"in working modes {', '.join(own)} {words}" for words, own in reasons.items())
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {why}")
     return max(free, key=free.get)
+
+
+def _passes(arguments, check):
+    """Whether a path may go on where it meets the first singularity; whether it can, `time_path` finds."""
+    return arguments.through and check.leaves is None and int(check.type) == 2
 
 
 def _met(path, check):
@@ -164,7 +178,8 @@ def _met(path, check):
         if check.leaves == s
         else f"{'touches' if check.touching else 'meets'} Type {int(check.type)}"
     )
-    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it"
+    line = path.line_of(s)
+    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it{f' (line {line})' if line else ''}"
 
 
 def _timed(arguments, robot, path, working):
@@ -176,6 +191,10 @@ def _timed(arguments, robot, path, working):
         for name in ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
         if getattr(arguments, name) is not None
     }
+    if not 0 <= arguments.reserve < 1:
+        raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")
+    if "torque_limit" in limits:
+        limits["torque_limit"] *= 1 - arguments.reserve
     return time_path(robot, path, arguments.duration, working=working, **(limits or USUAL))
 
 
@@ -184,7 +203,7 @@ def _checked(arguments, robot, path, working):
     from ..singularities.path import check_path
 
     check = check_path(robot, path.at_unit_speed, working)
-    if not check.singularity_free:
+    if not (check.singularity_free or _passes(arguments, check)):
         raise ValueError(f"{arguments.drawing}: in working modes {working} {_met(path, check)}")
     return check
 
@@ -203,32 +222,21 @@ def _proved(arguments, robot, path, working):
     return proof
 
 
-def _strokes(down):
-    """(first, last + 1) of the rows of each stroke."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
-
-
 def _written(arguments, robot, path, working, run, table, down, error):
     """The picture, the setpoints and the run, in their folder."""
     from ..pictures.plot.drawing import drawing
 
     arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
-    rows = [slice(*each) for each in _strokes(down)]
+    rows = strokes.runs(down)
     title = f"{Path(arguments.drawing).name}: drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm"
-    asked = [_points(path, first, last) for first, last in _strokes(np.array(path.pen))]
-    picture = drawing(robot, working, asked, [run.xi[each] for each in rows], [error[each] for each in rows], title)
+    picture = drawing(
+        robot, working, strokes.outlines(path), [run.xi[each] for each in rows], [error[each] for each in rows], title
+    )
     picture.savefig(files[0], dpi=150)
     table.to_csv(files[1], arguments.angles)
     run.to_csv(files[2])
     return list(map(str, files))
-
-
-def _points(path, first, last):
-    """Points (n, 2) along the pieces from first up to last."""
-    k, u = np.meshgrid(np.arange(first, last), np.linspace(0, 1, 33), indexing="ij")
-    return path.on(k, u * np.diff(path.knots)[k])[0].reshape(-1, 2)
 
 
 def _print(robot, figures):

@@ -43,15 +43,9 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     corner, reach = corner[reach > 0], reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
     coefficients, own = _blends(path, corner, lengths, reach)
-    pieces, pen, feed, dwells, s = [], [], [], {}, 0.0
+    rows, dwells, s = [], {}, 0.0
     blends = dict(zip(corner.tolist(), range(len(corner))))
     asked = {int(np.abs(path.knots - s).argmin()): seconds for s, seconds in path.dwells.items()}
-
-    def add(piece, down, speed):
-        pieces.append(piece)
-        pen.append(down)
-        feed.append(speed)
-        return s + piece.length
 
     for k, piece in enumerate(path.pieces):
         if k in asked:
@@ -59,13 +53,16 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
         if k in blends:
             table = coefficients[blends[k]]
             blend = Polynomial(np.stack([table.real, table.imag], axis=-1), float(own[blends[k]]))
-            s = add(blend, path.pen[k], min(path.feed[k - 1], path.feed[k]))
+            rows.append((blend, path.pen[k], min(path.feed[k - 1], path.feed[k]), path.lines[k]))
+            s += blend.length
         first, last = cut[0, k], lengths[k] - cut[1, k]
         if last - first > 1e-9 * lengths[k]:
-            s = add(piece if last - first == lengths[k] else piece.part(first, last), path.pen[k], path.feed[k])
+            rest = piece if last - first == lengths[k] else piece.part(first, last)
+            rows.append((rest, path.pen[k], path.feed[k], path.lines[k]))
+            s += rest.length
     if len(path.pieces) in asked:
         dwells[s] = asked[len(path.pieces)]
-    return replace(path, pieces=tuple(pieces), pen=tuple(pen), feed=tuple(feed), dwells=dwells)
+    return replace(path, **dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows))), dwells=dwells)
 
 
 def _corners(path, curvature):

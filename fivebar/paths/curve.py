@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import not_negative, number, positive, shown
+from ..checks import not_negative, number, optional, positive, shown, whole
 from ..described import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
 
@@ -36,6 +36,7 @@ class Path:
     piece that begins (`on` those of either).
     pen: for each piece, True where the pen is down; None: always. dwells: {s: seconds} of rest asked for.
     feed: for each piece the speed asked for, m/s, inf where none is. said: what was passed over, converted or changed.
+    lines: for each piece the line of the file that it comes from, None where there is none.
     ValueError for pieces that do not join, and for a dwell that is not at a knot.
     """
 
@@ -44,6 +45,7 @@ class Path:
     dwells: Mapping[float, float] = field(default_factory=dict)
     feed: tuple[float, ...] = None
     said: tuple[str, ...] = ()
+    lines: tuple[int | None, ...] = None
 
     def __post_init__(self) -> None:
         pieces, said = _listed(self.pieces, "pieces"), _listed(self.said, "said")
@@ -55,7 +57,8 @@ class Path:
         n = len(pieces)
         pen = _each(self.pen, True, _down, n, "pen")
         feed = _each(self.feed, np.inf, _speed, n, "feed")
-        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", said)):
+        lines = _each(self.lines, None, optional(whole(1, 10**12)), n, "lines")
+        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", said), ("lines", lines)):
             object.__setattr__(self, name, value)
         order = np.arange(n)
         starts, ends = self.on(order, 0.0)[0], self.on(order, [piece.length for piece in pieces])[0]
@@ -130,6 +133,10 @@ class Path:
         dwells = {float(edges[np.abs(self._edges - s).argmin()]): seconds for s, seconds in self.dwells.items()}
         return replace(self, pieces=pieces, dwells=dwells)
 
+    def line_of(self, s: float) -> int | None:
+        """The line of the file that the piece at s comes from."""
+        return self.lines[min(int(np.searchsorted(self._edges, s, side="right")), len(self.pieces)) - 1]
+
     @property
     def at_unit_speed(self) -> AtUnitSpeed:
         """The path as a motion with s_dot = 1 m/s, for what asks for a motion and looks at its places: `check_path`."""
@@ -178,18 +185,18 @@ def _listed(given, name):
     raise TypeError(f"Path: {name} must be a list or a tuple, not {shown(given)}")
 
 
-def _speed(value):
-    return math.inf if isinstance(value, float) and value == math.inf else positive(value, "Path: feed")
+def _speed(value, name):
+    return math.inf if isinstance(value, float) and value == math.inf else positive(value, name)
 
 
-def _down(value):
+def _down(value, name):
     if not isinstance(value, bool | int | np.bool_) or value not in (0, 1):
-        raise ValueError(f"Path: pen must be True or False for each piece, not {shown(value)}")
+        raise ValueError(f"{name} must be True or False for each piece, not {shown(value)}")
     return bool(value)
 
 
 def _each(given: Iterable | None, usual, rule, n, name):
-    values = (usual,) * n if given is None else tuple(rule(each) for each in _listed(given, name))
+    values = (usual,) * n if given is None else tuple(rule(each, f"Path: {name}") for each in _listed(given, name))
     if len(values) != n:
         raise ValueError(f"Path: {name} has {len(values)} values for {n} pieces")
     return values

@@ -17,6 +17,7 @@ from .placement import Placement
 FINE = 1e-9  # m: what curves that are no arcs are kept within where no deviation is allowed
 SHARE = 0.1  # of the deviation allowed, for them; blends have the rest
 ROUND = 1e-10  # of a drawing's size: what is shorter is no move
+EXACT = 1e-12  # of its size, to which a curve can be kept
 LISTED = 8  # lines that a sentence names
 
 
@@ -62,8 +63,13 @@ class Draft:
             words = "; ".join(said)
             raise ValueError(f"{self.name}: nothing is drawn{f': {words}' if words else ''}")
         fine = max(FINE, SHARE * deviation)
+        far = max((k for k, m in enumerate(moves) if isinstance(m.shape, Bezier | Ellipse)),
+                  key=lambda k: _extent(moves[k].shape), default=None)  # fmt: skip
+        if far is not None and (wide := _extent(moves[far].shape)) * EXACT > fine:
+            where = f", line {moves[far].line}" if moves[far].line else ""
+            raise ValueError(f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m")
         parts = _parts([move.shape for move in moves], fine, set(none))
-        pieces, pen, feed, dwells, s, at = [], [], [], {}, 0.0, None
+        pieces, pen, feed, lines, dwells, s, at = [], [], [], [], {}, 0.0, None
         rests = {}
         for k, seconds in self.dwells:
             rests[k] = rests.get(k, 0.0) + seconds
@@ -77,15 +83,17 @@ class Draft:
                     pieces.append(travel)
                     pen.append(False)
                     feed.append(np.inf)
+                    lines.append(move.line)
                     s += travel.length
                 pieces.append(piece)
                 pen.append(move.pen)
                 feed.append(move.feed)
+                lines.append(move.line)
                 s += piece.length
                 at = complex(*piece.end)
         if len(moves) in rests:
             dwells[s] = dwells.get(s, 0.0) + rests[len(moves)]
-        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(said))
+        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(said), tuple(lines))
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 

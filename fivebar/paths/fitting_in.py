@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 
@@ -47,42 +48,45 @@ def fitted_in(
     robot: FiveBar, path: Path, turn: float = 0.0, scale: float | None = 1.0, working: tuple[int, int] | None = None,
     margin: float = 0.005,
 ) -> Fit:  # fmt: skip
-    """The drawing in the middle of an aspect's largest upright rectangle: Fit, of the aspect where it may be largest.
+    """The drawing in the middle of an aspect's largest upright rectangle: Fit.
 
     scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from all singularities.
+    Aspects are taken in this order: those where the legs do not cross, above the motors, in the lab's modes, large; the
+    first that holds the drawing, or without a scale the one that holds it largest and where the legs do not cross.
     The rectangle is in the aspect and the drawing in the rectangle: so it keeps off all singularities, but a larger one
     may fit, elsewhere or turned. ValueError with the largest scale where it does not.
     """
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
-    found, refused = [], []
-    for aspect in aspects(robot):
-        if working is not None and aspect.working != tuple(working):
+    parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
+    crossed = {part.number: _legs_cross(robot, part) for part in parts}
+    parts.sort(key=lambda p: (crossed[p.number], p.point[1] <= 0, p.working != (-1, -1), -p.area))
+    found, refused = [], f"no aspect in working modes {working}"
+    for part in parts:
+        # The rectangle's area is none larger than the aspect's.
+        if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
             continue
         try:
-            rectangle = largest_rectangle(aspect, margin)
+            rectangle = largest_rectangle(part, margin)
         except ValueError as error:
-            refused.append(str(error))
+            refused = str(error)
             continue
         room = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
-        found.append((float((room / size).min()), aspect, rectangle))
+        found.append((float((room / size).min()), part, rectangle))
+        if scale is not None and found[-1][0] >= scale:
+            break
     if not found:
-        raise ValueError(refused[-1] if refused else f"no aspect in working modes {working}")
-    # First those that hold it and where the legs do not cross, then the roomiest, of these the side above the motors.
-    wanted = min(scale or 0.0, max(share for share, _, _ in found))
-    share, aspect, rectangle = max(
-        found,
-        key=lambda each: (
-            each[0] >= wanted, not _legs_cross(robot, each[1]), round(each[0], 4), each[1].point[1] > 0,
-            each[1].working == (-1, -1),
-        ),
-    )  # fmt: skip
+        raise ValueError(refused)
+    if scale is None:
+        share, aspect, rectangle = max(found, key=lambda each: (not crossed[each[1].number], round(each[0], 4)))
+    else:
+        share, aspect, rectangle = max(found, key=lambda each: (min(each[0], scale), each is found[-1]))
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale
         raise ValueError(
             f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's rectangle"
             f"{'' if working is None else f' in working modes {tuple(working)}'}: it fits with scale "
-            f"{np.floor(1e4 * share) / 1e4:.4g} at most"
+            f"{np.floor(1e4 * share) / 1e4:.6g} at most"
         )
     scale = share * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2

@@ -6,6 +6,7 @@ import io
 import os
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path as FilePath
 from pathlib import PurePath
 
 from ..checks import flag, instance, not_negative, one_of, optional, shown, takes
@@ -20,6 +21,7 @@ from .read_points import read_csv, read_points
 KINDS = {
     "svg": ("svg",), "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"), "csv": ("csv", "txt", "tsv", "dat"),
 }  # fmt: skip
+EXAMPLE = FilePath(__file__).parent / "drawings" / "fivebar.svg"  # a word, drawn for this package
 LARGEST = 50_000_000  # bytes of a drawing's file
 
 

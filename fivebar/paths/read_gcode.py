@@ -68,7 +68,7 @@ class _Machine:
         rest = WORD.sub(" ", text).strip()
         if rest:
             raise self.error(f"{rest[:40]!r} is no word of G-code, a letter with a number")
-        words = [(letter.upper(), float(value.replace(" ", ""))) for letter, value in WORD.findall(text)]
+        words = [(letter.upper(), float("".join(value.split()))) for letter, value in WORD.findall(text)]
         codes = [(letter, value) for letter, value in words if letter in "GM"]
         values = {}
         for letter, value in words:

@@ -113,6 +113,9 @@ def _check(element, tag, name, passed):
         if element.get(key, "none") != "none" or re.search(rf"(^|[;\s]){key}\s*:(?!\s*none)", style):
             passed.setdefault(key, []).append(line)
             element.attrib.pop(key, None)
+    for key, owners in (("d", "path"), ("points", "polyline polygon")):
+        if tag not in owners.split():
+            element.attrib.pop(key, None)  # svgelements hands them on to what is inside
     if tag not in SHAPES:
         return
     for key in LENGTHS:

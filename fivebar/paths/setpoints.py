@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,7 @@ from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
 from ..tables import TextFile, write
-
-if TYPE_CHECKING:
-    from .timed_path import TimedPath
+from .strokes import pen_down
 
 MOST_ROWS = 10**7
 
@@ -81,8 +78,3 @@ def setpoints(
         q, q_dot = rates.pose.q, rates.q_dot
     pen = pen_down(reference, times) if hasattr(reference, "path") else None
     return Setpoints(robot, t, np.unwrap(q, axis=0) if robot.turns else q, q_dot, pen)
-
-
-def pen_down(motion: TimedPath, t: np.ndarray) -> np.ndarray:
-    """Whether the pen is down at times t (n,) of a motion along a path."""
-    return np.array(motion.path.pen)[motion.piece[motion.along(t)[0]]]

@@ -27,12 +27,12 @@ def table(file, skip=1):
 
 def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500"]) == 0
+    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500", "--period", "0.01"]) == 0
     printed = capsys.readouterr()
     figures = json.loads(printed.out)
     assert "<text> is passed over (line 1)" in printed.err
     assert figures["strokes"] == 2 and figures["certified"] and figures["working"] == [-1, -1]
-    assert figures["max_error_m"] < 5e-5 and figures["largest_scale"] > 2
+    assert figures["max_error_m"] < 1e-4 and figures["largest_scale"] > 2
     assert figures["duration_s"] <= 1.001 * figures["lower_bound_s"]
     assert [file.split("/")[-1] for file in figures["files"]] == [
         "drawing.png",
@@ -40,7 +40,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
         "run.csv",
         "proof.json",
     ]
-    assert check(json.loads((out / "proof.json").read_text())) is None
+    assert check(out / "proof.json") is None
     # The setpoints are those of the ends, evenly apart, and lead along the drawing.
     names, rows = table(out / "setpoints.csv")
     assert names == ["t", "q1", "q2", "q1_dot", "q2_dot", "pen"]
@@ -57,12 +57,28 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
 
 
 def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
-    options = ["--at", "0.02", "0.1", "--turn-deg", "90", "--scale", "0.5", "--angles", "deg", "--torque-limit", "0.05"]
+    options = [
+        "--at",
+        "0.02",
+        "0.1",
+        "--turn-deg",
+        "90",
+        "--scale",
+        "0.5",
+        "--angles",
+        "deg",
+        "--period",
+        "0.01",
+        "--torque-limit",
+        "0.05",
+    ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
     assert "certified            yes" in capsys.readouterr().out
     names, rows = table(tmp_path / "setpoints.csv")
     assert names[1] == "q1_deg"
-    xi = fb.Run.from_csv(tmp_path / "run.csv").xi
+    run = fb.Run.from_csv(tmp_path / "run.csv")
+    xi = run.xi
+    assert np.abs(run.tau).max() <= 0.05 and run.torque_limit == 0.05
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
 
 
@@ -70,7 +86,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     "body, options, code, message",
     [
         (STROKES, ["--scale", "9"], 1, "larger than any aspect's rectangle: it fits with scale 3."),
-        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at"),
+        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at (183.5, 111.5) mm, 0 mm along it (line 1)"),
         (STROKES, ["--at", "0.05", "0.0", "--scale", "4"], 1, "cannot be drawn there: in working modes"),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--example"], 2, "draw needs a file, or --example"),
@@ -83,6 +99,21 @@ def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, ca
     (tmp_path / "drawing.svg").write_text(SVG.format(body))
     assert main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options]) == code
     assert message in capsys.readouterr().err
+
+
+def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
+    """From the lab's home to its task 2: no working mode leads there without Type 2."""
+    (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n")
+    options = ["--at", "0.07", "0.034", "--torque-limit", "0.02", "--out", str(tmp_path), "--json"]
+    assert main(["draw", str(tmp_path / "task_2.csv"), *options]) == 1
+    assert "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)" in (
+        capsys.readouterr().err
+    )
+    assert main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["max_error_m"] < 5e-5 and max(figures["peak_torque_Nm"]) <= 0.02 and not figures["certified"]
+    run = fb.Run.from_csv(tmp_path / "run.csv")
+    assert np.sign(fb.igm(run.robot, run.xi[[0, -1]]).det_A).tolist() == [1.0, -1.0]
 
 
 def test_plan_between_points(tmp_path, capsys):
@@ -130,7 +161,7 @@ def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
     assert main(["track", str(tmp_path / "corner.csv"), "--polyline", "1e-4"]) == 0
     err = capsys.readouterr().err
     assert "it leaves the chords between samples by up to" in err and "X (mm): read in mm" in err
-    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.1{k}" for k in range(8)))
+    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8)))
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
     assert "could be seconds" in capsys.readouterr().err
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0

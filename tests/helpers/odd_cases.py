@@ -213,7 +213,7 @@ CASES = {
     ),
     "Path": Case(
         fb.Path,
-        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, said=()),
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, said=(), lines=None),
         words=("Path:", "pieces"),
     ),
     "Placement": Case(fb.Placement, dict(shift=(0.1, 0.0), turn=0.3, scale=2.0)),

@@ -78,11 +78,11 @@ def test_lines_and_arcs_stay_exact_between_blends():
 def test_pen_dwells_and_speeds_are_kept_over_blends():
     rough = Path(
         (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0.5))),
-        pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf),
+        pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf), lines=(2, 3, 4, 5),
     )  # fmt: skip
     path = fb.paths.blend.blended(rough, 1e-3)
     assert len(path.pieces) == 5 and path.pen == (True, True, True, False, False)
-    assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf)
+    assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf) and path.lines == (2, 3, 3, 4, 5)
     assert [stop.seconds for stop in path.stops] == [0.0, 0.0, 2.0, 0.0]
 
 

@@ -39,7 +39,8 @@ def test_a_plot_is_read():
     assert half.centre == pytest.approx((0.025, 0.01)) and half.length == pytest.approx(0.005 * math.pi)
     assert half(half.length / 2)[0] == pytest.approx((0.025, 0.015))  # clockwise from the left: over the top
     assert turn.centre == pytest.approx((0.03, 0.02)) and turn(turn.length / 2)[0] == pytest.approx((0.04, 0.02))
-    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4)
+    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4) and path.lines == (6, 7, 8, 10)
+    assert path.line_of(path.length) == 10 and path.line_of(0.01) == 7
     assert [stop.seconds for stop in path.stops if stop.seconds] == [0.5]
     assert "before the first stroke and after the last are passed over" in " ".join(path.said)
 
@@ -53,7 +54,7 @@ def test_inches_relative_moves_z_as_pen_and_travel():
 
 
 def test_without_pen_codes_all_but_g0_draws():
-    assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X3").pen == (True, False, True)
+    assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X\t3").pen == (True, False, True)
     laser = read("G21\nM4 S0\nG0 X0 Y0\nG1 X1 S500\nG1 X2 S0\nG1 X3 S500\n")
     assert laser.pen == (True, False, True)
 

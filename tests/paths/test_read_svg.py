@@ -80,6 +80,7 @@ def test_transforms_are_honoured():
     np.testing.assert_allclose(mirrored(mirrored.length / 3)[0], plain(plain.length / 3)[0], atol=1e-15)
     squashed = read('<circle transform="scale(1 .5)" cx="50" cy="50" r="20"/>', deviation=1e-6)
     np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
+    assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(0.002 * math.pi)
     twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
@@ -126,6 +127,7 @@ def test_what_is_passed_over_is_listed():
         ('<path d="L 0 0"/>', "line 2: <path>: d must begin with M"),
         ('<path d="M 0 0 L 1 1 ?"/>', "line 2: <path>: d has '.' after L"),
         ('<path d="M0 0 A 1 1 0 2 0 3 3"/>', "line 2: <path>: d has"),
+        ('<path d="M0 0C1e10 2 3 4 5 6"/>', "line 2: a curve 1e.07 m large cannot be kept within 1e-09 m"),
         ('<circle r="-3"/>', "line 2: <circle>: r must not be negative"),
         ('<rect width="10%" height="3"/>', "line 2: <rect>: width must be a number"),
         ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),

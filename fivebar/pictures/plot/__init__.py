@@ -1,7 +1,8 @@
 """Pictures with Matplotlib, made with its figure objects: no global state, no window."""
 
+from .drawing import drawing
 from .graph import aspect_graph
 from .maps import singularity_map
 from .pose_panels import pose
 
-__all__ = ["aspect_graph", "pose", "singularity_map"]
+__all__ = ["aspect_graph", "drawing", "pose", "singularity_map"]
