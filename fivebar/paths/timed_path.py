@@ -212,7 +212,7 @@ def _known(about):
     made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
     feed = [np.inf if each is None else each for each in about["path"]["feed"]]
     path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
-    limits = Limits(**about["limits"])
+    limits = Limits.checked(**about["limits"])
     arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
     n = len(arrays["piece"])
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):

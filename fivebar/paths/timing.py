@@ -55,9 +55,10 @@ def time_path(
     UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
     it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked.
     """
-    asked = Limits(
-        torque_limit, joint_speed_limit, joint_acceleration_limit, speed_limit, acceleration_limit, jerk_limit
-    )
+    asked = Limits.checked(
+        torque=torque_limit, joint_speed=joint_speed_limit, joint_acceleration=joint_acceleration_limit,
+        speed=speed_limit, acceleration=acceleration_limit, jerk=jerk_limit,
+    )  # fmt: skip
     gap, max_time = number(gap, "gap", 1e-7, 1.0), number(max_time, "max_time", 0.0, math.inf, above=True)
     if duration is None and not asked.forces:
         raise ValueError(

@@ -1,8 +1,8 @@
 """Timed paths beside toppra's: times, limits exceeded between its grid points, seconds: `python -m
 tests.benchmarks.time_paths [--quick]`.
 
-Regular paths of the lab's robot under torque and joint speed limits. toppra is given the exact q(s), its derivatives and
-the inverse dynamics, on an even grid, with constraints as it suggests for accuracy (collocated at both ends of each
+Regular paths of the lab's robot under torque and joint speed limits. toppra is given the exact q(s), its derivatives
+and the inverse dynamics, on an even grid, with constraints as it suggests for accuracy (collocated at both ends of each
 interval, "Interpolation") and its trajectory of constant s'' between the grid points.
 """
 
@@ -81,19 +81,23 @@ def by_fivebar(path):
     return motion.duration, took, *shares, motion.lower_bound, len(motion.bent)
 
 
+def _print(name, by, count, figures, bound):
+    duration, took, torque, speed = figures
+    over = duration / bound - 1
+    print(f"{name:13} {by:8}{count:9d}   {duration:.6f}   {over:+13.3e}   {torque:.9f}      {speed:.9f}     {took:.2f}")
+
+
 def main(quick=False):
-    """{path: (ours, toppra's)}; prints a table."""
+    """{path: (ours, toppra's, lower bound)}, (time, seconds it took, shares of the limits) each; prints a table."""
     print("path          by       intervals  time (s)    over the bound   torque / limit   speed / limit   took (s)")
     found = {}
     for name, path in list(PATHS.items())[: 2 if quick else None]:
-        duration, took, torque, speed, bound, count = ours = by_fivebar(path)
-        print(f"{name:13} fivebar {count:9d}   {duration:.6f}   {duration / bound - 1:+13.3e}   {torque:.9f}      {speed:.9f}"
-              f"     {took:.2f}")  # fmt: skip
+        *ours, bound, count = by_fivebar(path)
+        _print(name, "fivebar", count, ours, bound)
         for intervals in (200,) if quick else (200, 1000, 4000):
-            duration, took, torque, speed = theirs = by_toppra(path, intervals)
-            print(f"{'':13} toppra  {intervals:9d}   {duration:.6f}   {duration / bound - 1:+13.3e}   {torque:.9f}      "
-                  f"{speed:.9f}     {took:.2f}")  # fmt: skip
-        found[name] = ours, theirs
+            theirs = by_toppra(path, intervals)
+            _print("", "toppra", intervals, theirs, bound)
+        found[name] = ours, theirs, bound
     return found
 
 
