@@ -17,6 +17,7 @@ from ..models.geometry import igm
 from ..models.physics import physics_of
 from .curve import Path
 from .timed_path import TimedPath
+from .timing_jerk import refuse_kinks, smoothed
 from .timing_mesh import mesh_of
 from .timing_places import where
 from .timing_rows import Limits
@@ -65,9 +66,15 @@ def time_path(
             "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
             "it is that of infinite forces"
         )
+    if asked.jerk is not None:
+        refuse_kinks(path)
     until = time.perf_counter() + max_time
     mesh = mesh_of(robot, path, working)
     _refuse_falling(mesh, asked)
+    if asked.jerk is not None:
+        if not asked.forces:
+            raise ValueError("time_path: jerk_limit needs a torque_limit or acceleration_limit beside it")
+        return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
     if duration is None:
         return _timed(asked, *refined(mesh, asked, gap, until))
     rest = math.fsum(stop.seconds for stop in path.stops)
