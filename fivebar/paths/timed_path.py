@@ -103,7 +103,7 @@ class TimedPath:
 
     @property
     def times(self) -> np.ndarray:
-        """At which it passes its nodes (n + 1,), s."""
+        """At which it passes its nodes (n + 1,), or leaves them after a rest, s."""
         return self.clock.times * self.pace
 
     def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:

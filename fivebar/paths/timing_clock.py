@@ -50,7 +50,7 @@ class Clock:
 
     @cached_property
     def times(self) -> np.ndarray:
-        """At which it passes its nodes (n + 1,), s."""
+        """At which it passes its nodes (n + 1,), or leaves them after a rest, s."""
         plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])
         if not self.smooth:
             return plain

@@ -222,7 +222,7 @@ def test_a_jerk_limit_with_a_stop_on_the_way():
     motion = fb.time_path(ROBOT, Path(pieces, dwells={pieces[0].length: 0.1}), jerk_limit=50.0, **limits)
     assert jerks(motion).max() <= 50 and used(motion, limits, 30) <= 1
     at = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
-    rest = motion(at + np.linspace(1e-6, 0.1 - 1e-6, 11))
+    rest = motion(at - np.linspace(1e-6, 0.1 - 1e-6, 11))
     assert np.abs(rest[0] - corner).max() < 1e-12 and np.abs(rest[1]).max() < 1e-9
     t = np.linspace(0.0, motion.duration, 20001)
     xi, xi_dot, _ = motion(t)
