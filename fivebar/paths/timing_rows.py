@@ -105,7 +105,9 @@ def rows_of(
             row = {part: [(share, found[f"{part}{k + 1}"])] for part in PARTS if f"{part}{k + 1}" in found}
             row["c"] = [*row.get("c", ()), (-side, found["D"])]
             if f"f{k + 1}" in found:
-                row["c"].append((share * turns[k], found[f"f{k + 1}"]))
+                # Where a joint may turn round, friction either helps nor hinders: as it is worse here, or better.
+                either = (1.0 if inside else -1.0) * np.abs(share) * side
+                row["c"].append((np.where(turns[k], share * turns[k], either), found[f"f{k + 1}"]))
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])

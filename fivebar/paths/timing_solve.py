@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 MOST = 20000  # stretches
 ROUNDS = 40
+PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
@@ -113,7 +114,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
 
     if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
         return found
-    for share in SHARES:
+    pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
+    for share in PINNED_SHARES if pinned else SHARES:
         found = tried(share, np.zeros(len(mesh)))
         if isinstance(found, Solved):
             again = tried(share, _bent(found.x, length))
