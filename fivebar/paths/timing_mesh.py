@@ -27,7 +27,8 @@ SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to to
 class Mesh:
     """A path in stretches, and all that is asked for on them.
 
-    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of both joints' slopes, 0: not known;
+    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of
+    both joints' slopes, 0 where not known;
     crossing (n + 1,): nodes on Type 2; rest (n + 1,): nodes at which the motion stops; speed (n,): the path's feed.
     """
 
