@@ -36,6 +36,7 @@ def symbols():
         (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),
         (lambda: fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0), "five-bar robot, 1 s, working (-1, -1), effort "),
         (lambda: fb.plan(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1)), 1.0), "free of modes"),
+        (lambda: fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0, 0.1)]), torque_limit=0.1), "s, proved: no less than"),
         (lambda: fb.singularity_map(ROBOT, shape=(20, 30)), "task space, 20 x 30 nodes, 4 modes"),
         (lambda: fb.aspects(ROBOT)[0], "Aspect(number=1, working=(1, 1), assembly=-1"),
         (lambda: linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14)), "<Study: FourBar, 1 s in "),

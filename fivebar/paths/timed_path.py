@@ -20,7 +20,7 @@ from ..planning.trajectory import refuse_nan
 from ..tables import BinaryFile, TextFile, opened, saved, write
 from .curve import Path
 from .pieces import Arc, Line, Polynomial
-from .timing_lower import duration
+from .timing_clock import Clock
 from .timing_rows import Limits
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ COLUMNS = (
 MOST_ROWS = 10**7
 ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
 BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
-NEVER = 1e-12  # s
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +45,8 @@ class TimedPath:
     path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
     lower_bound: s, less than which no motion along the path under these limits takes, 0 where none is known. crossing
     (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that
-    no motion passes.
+    no motion passes. smooth: s over which s(t) is averaged, where a jerk is limited, and pace: by how much all of it is
+    slower then; x and bent are of the motion that is averaged.
     """
 
     robot: Robot
@@ -61,6 +61,8 @@ class TimedPath:
     crossing: np.ndarray
     cap: np.ndarray
     ceiling: np.ndarray
+    smooth: float = 0.0
+    pace: float = 1.0
     start = 0.0
 
     def __repr__(self) -> str:
@@ -83,18 +85,16 @@ class TimedPath:
         return np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
 
     @cached_property
-    def _clock(self):
-        """When each stretch begins, and how long it takes, s; the rests before them."""
-        taken = np.array([duration(*each) for each in zip(self._lengths, self.x[:-1], self.x[1:], self.bent)])
-        waits = np.zeros(len(taken) + 1)
+    def clock(self) -> Clock:
+        """s by time, at the pace of 1."""
+        waits = np.zeros(len(self.x))
         for stop in self.path.stops:
-            waits[np.abs(self.s - stop.s).argmin()] += stop.seconds
-        begins = np.cumsum(np.insert(taken, 0, 0.0)) + np.cumsum(waits)
-        return begins[:-1], taken, begins[-1]
+            waits[np.abs(self.s - stop.s).argmin()] += stop.seconds / self.pace
+        return Clock(self._lengths, self.x, self.bent, waits, self.smooth)
 
     @property
     def duration(self) -> float:
-        return float(self._clock[2])
+        return self.clock.end * self.pace
 
     @property
     def gap(self) -> float:
@@ -103,25 +103,15 @@ class TimedPath:
 
     @property
     def times(self) -> np.ndarray:
-        """At which it passes its nodes (n + 1,), s."""
-        begins, taken, _ = self._clock
-        return np.append(begins, begins[-1] + taken[-1])
+        """At which it passes its nodes (n + 1,), or leaves them after a rest, s."""
+        return self.clock.times * self.pace
 
     def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:
         """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         t = np.asarray(t, dtype=float)
         refuse_nan(t)
-        begins, taken, _ = self._clock
-        k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)
-        dt = np.clip(t - begins[k], 0.0, taken[k])
-        h, bent, v0 = self._lengths[k], self.bent[k], np.sqrt(self.x[k])
-        u0 = (self.x[k + 1] - self.x[k]) / (2 * h) - bent * h / 2
-        c0, c1, c2 = _stumpff(bent * dt * dt)
-        gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, h)
-        speed, push = v0 * c0 + u0 * dt * c1, u0 + bent * gone
-        speed = np.where(dt < taken[k], speed, np.sqrt(self.x[k + 1]))
-        still = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
-        return k, gone, np.where(still, 0.0, np.maximum(speed, 0.0)), np.where(still, 0.0, push)
+        k, gone, speed, push = self.clock.along(t / self.pace)
+        return k, gone, speed / self.pace, push / self.pace**2
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self._motion(*self.along(t))
@@ -174,6 +164,7 @@ class TimedPath:
         about = {
             "robot": self.robot.parameters, "path": _described(self.path), "working": self.working,
             "limits": asdict(self.limits), "lower_bound": self.lower_bound,
+            "smooth": self.smooth, "pace": self.pace,
             **{name: _plain(getattr(self, name)) for name in ARRAYS},
         }  # fmt: skip
         rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
@@ -212,26 +203,11 @@ def _known(about):
     made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
     feed = [np.inf if each is None else each for each in about["path"]["feed"]]
     path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
-    limits = Limits(**about["limits"])
+    limits = Limits.checked(**about["limits"])
     arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
     n = len(arrays["piece"])
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
         raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
     arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
-    lower = float(about["lower_bound"])
-    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, lower_bound=lower, **arrays)
-
-
-def _stumpff(z):
-    """c0, c1, c2 of Stumpff at -z: cosh(r), sinh(r) / r, (cosh(r) - 1) / r^2 with r = sqrt(z), cosines for z < 0."""
-    root = np.sqrt(np.abs(z))
-    small, root = root < 1e-2, np.where(root < 1e-2, 1.0, root)
-    c0 = np.where(z > 0, np.cosh(np.where(z > 0, root, 0.0)), np.cos(root))
-    c1 = np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0)), np.sin(root)) / root
-    c2 = 2 * (np.where(z > 0, np.sinh(np.where(z > 0, root, 0.0) / 2), np.sin(root / 2)) / root) ** 2
-    series = (
-        1 + z / 2 * (1 + z / 12 * (1 + z / 30)),
-        1 + z / 6 * (1 + z / 20 * (1 + z / 42)),
-        0.5 * (1 + z / 12 * (1 + z / 30 * (1 + z / 56))),
-    )
-    return tuple(np.where(small, near, far) for near, far in zip(series, (c0, c1, c2)))
+    numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
+    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays)

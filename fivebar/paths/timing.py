@@ -17,6 +17,7 @@ from ..models.geometry import igm
 from ..models.physics import physics_of
 from .curve import Path
 from .timed_path import TimedPath
+from .timing_jerk import refuse_kinks, smoothed
 from .timing_mesh import mesh_of
 from .timing_places import where
 from .timing_rows import Limits
@@ -55,18 +56,25 @@ def time_path(
     UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
     it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked.
     """
-    asked = Limits(
-        torque_limit, joint_speed_limit, joint_acceleration_limit, speed_limit, acceleration_limit, jerk_limit
-    )
+    asked = Limits.checked(
+        torque=torque_limit, joint_speed=joint_speed_limit, joint_acceleration=joint_acceleration_limit,
+        speed=speed_limit, acceleration=acceleration_limit, jerk=jerk_limit,
+    )  # fmt: skip
     gap, max_time = number(gap, "gap", 1e-7, 1.0), number(max_time, "max_time", 0.0, math.inf, above=True)
     if duration is None and not asked.forces:
         raise ValueError(
             "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
             "it is that of infinite forces"
         )
+    if asked.jerk is not None:
+        refuse_kinks(path)
     until = time.perf_counter() + max_time
     mesh = mesh_of(robot, path, working)
     _refuse_falling(mesh, asked)
+    if asked.jerk is not None:
+        if not asked.forces:
+            raise ValueError("time_path: jerk_limit needs a torque_limit or acceleration_limit beside it")
+        return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
     if duration is None:
         return _timed(asked, *refined(mesh, asked, gap, until))
     rest = math.fsum(stop.seconds for stop in path.stops)

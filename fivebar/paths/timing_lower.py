@@ -39,13 +39,16 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
     with np.errstate(all="ignore"):
         for at in (0, 2):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
-            c = c - MARGIN * 4
+            da, db, dv, dc = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
+            dc = dc + MARGIN * 4
             best = np.full(a.shape[1], np.inf)
             for k in range(len(a)):
                 # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
                 up, down = a[k], -a
-                P, V, Q = (up * other + down * other[k] for other in (b, v, c))
-                P = P - 1e-13 * (np.abs(up * b) + np.abs(down * b[k]))
+                P, V, Q = (
+                    up * (f - df) + down * (f[k] - df[k]) - da[k] * np.abs(f) - da * np.abs(f[k])
+                    for f, df in ((b, db), (v, dv), (c, dc))
+                )
                 Q = -Q
                 root = (-V + np.sqrt(np.maximum(V * V + 4 * P * Q, 0.0))) / (2 * P)
                 none = (P > 0) & (Q < 0) & ((V >= 0) | (V * V + 4 * P * Q < 0)) | (P == 0) & (V >= 0) & (Q < 0)

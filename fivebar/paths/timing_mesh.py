@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.physics import physics_of
 from .bounds import Bernstein, Stretches, enclosed
 from .timing_places import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
 from .timing_signs import cut_at_signs, cut_where_missed
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from .curve import Path
 
 FIRST = 96  # stretches of a whole path at first
+LONG = 1e-4  # of it: shorter ones are left where it is not known which way a joint turns
+ZERO = 1e-11  # of a joint's largest derivative: rounding of where it turns round
 SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
 
 
@@ -24,7 +27,8 @@ SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to to
 class Mesh:
     """A path in stretches, and all that is asked for on them.
 
-    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of both joints;
+    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of
+    both joints' slopes, 0 where not known;
     crossing (n + 1,): nodes on Type 2; rest (n + 1,): nodes at which the motion stops; speed (n,): the path's feed.
     """
 
@@ -50,7 +54,7 @@ class Mesh:
 
     @property
     def turns(self) -> np.ndarray:
-        return np.stack([np.sign(self.found[name].first + self.found[name].last) for name in ("q1", "q2")])
+        return np.stack([_sign(self.found[name]) for name in ("q1", "q2")])
 
     @property
     def rest(self) -> np.ndarray:
@@ -92,6 +96,12 @@ class Mesh:
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
         return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts), self)
+
+
+def _sign(value):
+    """Of a function on stretches at whose ends it may be 0; 0 where it may change within."""
+    none = ZERO * value.size().max()
+    return np.where(value.least() >= -none, 1.0, np.where(value.largest() <= none, -1.0, 0.0))
 
 
 def _over_distance(value, after, before):
@@ -139,6 +149,9 @@ def _enclosed(robot, path, working, stretches, known):
             near, far = 2 * (D.middle - here), there - here
             decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
         bad = open_ | ~decided
+        if (physics := physics_of(robot)) is not None and physics.sticks:
+            unknown = (_sign(found["q1"]) == 0) | (_sign(found["q2"]) == 0)
+            bad |= unknown & (stretches.length > LONG * path.length)
         mesh = Mesh(robot, path, working, stretches, found, low)
         if not bad.any():
             refuse_touching(mesh)

@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..checks import positive, shown
+from .._backend import finite_numbers
+from ..checks import number, shown
 from .bounds import Bernstein
 
 DIRECTIONS = 16  # in which an acceleration is limited first
 NEAR = 0.0, 0.01, -0.01, 0.04, -0.04, 0.15, -0.15  # rad, beside the direction that it had last
 PARTS = "a", "b", "v", "c"
+LEAST, MOST = 1e-9, 1e9  # SI, of limits
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,14 @@ class Limits:
     acceleration: float | None = None
     jerk: float | None = None
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if value is not None:
-                each = _pair if name in ("torque", "joint_speed", "joint_acceleration") else positive
-                object.__setattr__(self, name, each(value, f"{name}_limit"))
+    @classmethod
+    def checked(cls, **given) -> Limits:
+        """Of what a user gave; ValueError for what is no limit."""
+        found = {}
+        for name, value in given.items():
+            each = _pair if name in ("torque", "joint_speed", "joint_acceleration") else _limit
+            found[name] = None if value is None else each(value, f"{name}_limit")
+        return cls(**found)
 
     @property
     def forces(self) -> bool:
@@ -47,11 +51,18 @@ class Limits:
         return replace(self, **{name: _scaled(getattr(self, name), share) for name in names})
 
 
-def _pair(value: ArrayLike, name):
-    numbers = np.asarray(value, dtype=object).ravel().tolist()
-    if len(numbers) not in (1, 2):
+def _limit(value, name):
+    return number(value, name, LEAST, MOST)
+
+
+def _pair(value, name):
+    try:
+        numbers = finite_numbers(value, name)
+    except TypeError:
+        numbers = np.empty(0)
+    if numbers.shape not in ((), (1,), (2,)):
         raise ValueError(f"{name} must be one number or one per joint, not {shown(value)}")
-    found = tuple(positive(each, name) for each in numbers)
+    found = tuple(_limit(each, name) for each in numbers.ravel().tolist())
     return found * 2 if len(found) == 1 else found
 
 
@@ -94,7 +105,9 @@ def rows_of(
             row = {part: [(share, found[f"{part}{k + 1}"])] for part in PARTS if f"{part}{k + 1}" in found}
             row["c"] = [*row.get("c", ()), (-side, found["D"])]
             if f"f{k + 1}" in found:
-                row["c"].append((share * turns[k], found[f"f{k + 1}"]))
+                # Where a joint may turn round, friction either helps nor hinders: as it is worse here, or better.
+                either = (1.0 if inside else -1.0) * np.abs(share) * side
+                row["c"].append((np.where(turns[k], share * turns[k], either), found[f"f{k + 1}"]))
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])

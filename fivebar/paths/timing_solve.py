@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from .timing_mesh import Mesh
 
 MOST = 20000  # stretches
-ROUNDS = 40
+ROUNDS, FAILURES = 150, 100
+BESIDE, SHORTEST = 3, 1e-8  # stretches on either side of Type 2, and how short they become, of the path
+PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
@@ -31,13 +33,17 @@ class TimingError(RuntimeError):
 
 
 class Solved(NamedTuple):
-    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch."""
+    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch.
+
+    stuck: the node where a motion near the ceiling was not found, so that this is a slower one.
+    """
 
     above: Ceiling
     top: np.ndarray
     x: np.ndarray
     bent: np.ndarray
     time: np.ndarray
+    stuck: int | None = None
 
     @property
     def gap(self) -> float:
@@ -60,11 +66,17 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             part = found.time - found.above.time
             wanted = np.sqrt(part / min(0.7 * gap * lower / len(mesh), 0.5 * part.max()))
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
+            if found.stuck is not None:  # all of it is slower for what is missing in one place
+                parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
+            for k in np.flatnonzero(mesh.crossing):  # what is missing there shows elsewhere
+                near = slice(max(k - BESIDE, 0), k + BESIDE)
+                long = mesh.stretches.length[near] > SHORTEST * mesh.path.length
+                parts[near] = np.maximum(parts[near], 1 + long)
             hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
         else:
             node, parts = found
             stuck += 1
-            if best is None and (stuck > 30 or late):
+            if best is None and (stuck > FAILURES or late):
                 _refuse(mesh, limits, node, False)
             if late:
                 break
@@ -113,11 +125,16 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
 
     if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
         return found
-    for share in SHARES:
+    pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
+    stuck = None
+    for share in PINNED_SHARES if pinned else SHARES:
         found = tried(share, np.zeros(len(mesh)))
         if isinstance(found, Solved):
             again = tried(share, _bent(found.x, length))
-            return min(found, again, key=lambda each: each.gap) if isinstance(again, Solved) else found
+            if isinstance(again, Solved) and again.gap < found.gap:
+                found = again
+            return found._replace(stuck=stuck)
+        stuck = found if stuck is None else stuck
     return found, 1 + _about(length, found)
 
 

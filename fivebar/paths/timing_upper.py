@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
+PINNED = 0.98  # of the ceiling's x on Type 2, where it has to be given
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -59,9 +60,9 @@ def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: 
     u0, u1 = (last - first - curve) / (2 * h), (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
-    top = np.where(back, above.x[1:], above.x[:-1])
+    pinned = PINNED * np.where(back, above.x[1:], above.x[:-1])
     for i in special:
-        u0[i] = _criterion(mesh, i, bool(back[i]), top[i])
+        u0[i] = _criterion(mesh, i, bool(back[i]), pinned[i])
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
@@ -71,9 +72,13 @@ def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: 
     found = [_left_sides(rows, *motion, size, high), _left_sides(alone, *motion, size, high)]
     for i in special:
         if rows.torque.any():
-            found[0][:, rows.torque, i] = _quotients(rows, i, *(each[:, i] for each in motion), size[i], high[i])
+            each = motion[0][:, i], motion[1][:, i]
+            found[0][:, rows.torque, i] = _quotients(rows, i, *each, size[i], high[i], length[i], pinned[i])
     box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
            -u1 - _const(size)]  # fmt: skip
+    if any(mesh.share("v", i + back[i]) for i in special):
+        only = np.isin(np.arange(n), special)[:, None] * (first - _const(pinned))
+        box += [only, -only]
     found = np.concatenate([*(each.reshape(-1, n, 3) for each in found), np.stack(box)])
     curvature = (u1 - u0) / h
     found[:, back], curvature[back] = found[:, back][..., [1, 0, 2]], curvature[back][:, [1, 0, 2]]
@@ -140,8 +145,11 @@ def _add_friction(found, v, x, one, high):
     found[..., 2] += np.where(mixed, largest * root, 0.0)
 
 
-def _criterion(mesh, i, back, top):
-    """u as a form of x at a node on Type 2: where a u + b x + v sqrt(x) + c = 0; back: run backwards."""
+def _criterion(mesh, i, back, pinned):
+    """u as a form of x at a node on Type 2, where a u + b x + v sqrt(x) + c = 0; back: run backwards.
+
+    pinned: x there, where there is a v: the elbows' friction, which makes the criterion one that is not linear in x.
+    """
     end = 2 if back else 0
     at = {
         name: np.array([mesh.found[f"{name}{k}"][end][i] if f"{name}{k}" in mesh.found else 0.0 for k in (1, 2)])
@@ -149,10 +157,10 @@ def _criterion(mesh, i, back, top):
     }
     k = int(np.argmax(np.abs(at["a"])))
     sign = -1.0 if back else 1.0
-    return sign * np.array([-at["b"][k], 0.0, -(at["c"][k] + at["v"][k] * np.sqrt(top))]) / at["a"][k]
+    return sign * np.array([-at["b"][k], 0.0, -(at["c"][k] + at["v"][k] * np.sqrt(pinned))]) / at["a"][k]
 
 
-def _quotients(rows, i, u, x, size, high):
+def _quotients(rows, i, u, x, size, high, length, pinned):
     """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2."""
     f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
     q = {name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None] for name, each in f.items()}
@@ -162,6 +170,9 @@ def _quotients(rows, i, u, x, size, high):
     found = _product(start["a"], (u[1] - u[0])[None]) + _product(q["a"], u) + _product(start["b"], x_q)
     found += _product(q["b"], x) + _product(q["c"], one)
     _add_friction(found, q["v"], x, one, np.array([high]))
+    if start["v"].any():  # (sqrt(x) - sqrt(x0)) / t by its value at x0; by so much it may differ:
+        found += _product(start["v"] / (2 * np.sqrt(pinned)), x_q)
+        found[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * pinned**1.5)
     bend, slack = (
         _room({name: each[rows.torque, i] for name, each in table.items()}, size, high)
         for table in (rows.bend, rows.slack)

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from importlib.util import find_spec
 
 import pytest
 
@@ -33,6 +34,7 @@ NEEDED = {
     ),
     "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
     "ARM compilers": (lambda: not lacks_arm(), f"apt-get install {PACKAGES}"),
+    "toppra": (lambda: find_spec("toppra"), "pip install 'fivebar[peers]'"),
     "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
 }
 MARK = "this test needs {}: "

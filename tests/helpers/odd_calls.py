@@ -1,8 +1,9 @@
 """Odd calls of every public function: usual arguments of which some are made strange, and what may come of it.
 
 An answer, or a documented error: TypeError or ValueError that names an argument that was strange, UnreachableError,
-SingularityError, another ArithmeticError of a simulation, PlanError, OSError of a file; all raised by the package. No
-other exception, no warning, nothing printed, no nan where it was not asked for, no call longer than its time.
+SingularityError, another ArithmeticError of a simulation, PlanError, TimingError, OSError of a file; all raised by the
+package. No other exception, no warning, nothing printed, no nan where it was not asked for, no call longer than its
+time.
 """
 
 import io
@@ -165,7 +166,7 @@ def _one(case, arguments, strange, report, out):
 
 def _judged(error, strange, words):
     """Why this error is none that is documented; empty if it is."""
-    if isinstance(error, (fb.UnreachableError, fb.SingularityError, fb.PlanError)):
+    if isinstance(error, (fb.UnreachableError, fb.SingularityError, fb.PlanError, fb.TimingError)):
         return ""
     if type(error) is ArithmeticError or isinstance(error, OSError):
         return ""

@@ -25,6 +25,7 @@ CONTROLLER = fb.ComputedTorque(ROBOT, 100.0, 20.0)
 STROKE = Path([Line(HOME, (0.08, 0.07))])
 PLAN = fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5)
 RUN = fb.simulate(ROBOT, CONTROLLER, LINE)
+TIMED = fb.time_path(ROBOT, fb.path([HOME, (0.08, 0.075)]), torque_limit=0.1, gap=0.01)
 MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
 STUDY = linkages.study(FOUR_BAR)
 MASSIVE = linkages.Body(1.0, 0.1)
@@ -232,6 +233,18 @@ CASES = {
             working=None, method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0,
         ), 30.0,
     ),
+    "time_path": Case(
+        fb.time_path,
+        dict(
+            robot=ROBOT, path=TIMED.path, duration=None, torque_limit=0.1, joint_speed_limit=None,
+            joint_acceleration_limit=None, speed_limit=None, acceleration_limit=None, jerk_limit=None,
+            working=(-1, -1), gap=0.01, max_time=2.0,
+        ), 20.0, ("least time", "rests for"),
+    ),
+    "TimedPath": Case(
+        fb.TimedPath, {name: getattr(TIMED, name) for name in fb.TimedPath.__dataclass_fields__}, nan=True
+    ),
+    "TimingError": Case(fb.TimingError, dict(message="x", s=0.0, proved=True), nan=True),
     # control and simulation
     "PD": Case(fb.PD, GAINS | {"gravity": False, "assembly": -1}),
     "ComputedTorque": Case(fb.ComputedTorque, GAINS | {"assembly": -1}),

@@ -53,6 +53,10 @@ fb.compile(robot, inputs=["q", "q_dot"], outputs=["xi", "M"], jit="auto")
 header: str = fb.export(robot, "c", functions=["igm", "computed_torque"])
 fb.page(run, "page.html")
 
+timed = assert_type(fb.time_path(robot, fb.path([(0.05, 0.1), (0.0, 0.1)]), torque_limit=0.1), fb.TimedPath)
+fb.time_path(robot, reference, torque_limit=0.1)  # type: ignore[arg-type]
+fb.simulate(robot, fb.FeedForward(robot, 0.2, 0.01), timed)
+
 swept = fb.sweep(["det_A", "bars"], {"l1": [0.1, 0.12]}, table=(0.1, 0.1), workers=2)
 columns: list[np.ndarray] = [swept["det_A"], swept.best("bars")]
 fb.sweep("bars", fb.designing.grid(l1=[0.1]), chunk="few")  # type: ignore[arg-type]

@@ -197,11 +197,51 @@ def test_the_picture_shows_the_motion_under_its_curves():
     assert any("proved: none below" in title for title in titles) and "torques" in titles
 
 
+def jerks(motion):
+    """|xi'''| as differences of xi'' show it."""
+    t = np.linspace(0.0, motion.duration, 100001)
+    return np.linalg.norm(np.diff(motion(t)[2], axis=0), axis=1) / (t[1] - t[0])
+
+
+def test_a_jerk_limit_on_a_line_comes_near_the_known_least_time():
+    """T = a / J + sqrt((a / J)^2 + 4 L / a) where the acceleration is reached."""
+    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0, jerk_limit=100.0)
+    least = 0.05 + math.sqrt(0.05**2 + 4 * REGULAR.length / 5.0)
+    assert motion.lower_bound < least < motion.duration < 1.2 * least
+    assert 90 < jerks(motion).max() <= 100 and used(motion, {"acceleration_limit": 5.0}) <= 1
+    slow = fb.time_path(ROBOT, REGULAR, 0.5, acceleration_limit=5.0, jerk_limit=100.0)
+    assert slow.duration == pytest.approx(0.5, rel=1e-12) and jerks(slow).max() < 60
+    with pytest.raises(fb.TimingError, match="the least that was found with this jerk_limit"):
+        fb.time_path(ROBOT, REGULAR, 0.33, acceleration_limit=5.0, jerk_limit=100.0)
+
+
+def test_a_jerk_limit_with_a_stop_on_the_way():
+    corner = (0.04, 0.1)
+    pieces = Line(HOME, corner), Line(corner, (0.04, 0.06))
+    limits = {"torque_limit": 0.1}
+    motion = fb.time_path(ROBOT, Path(pieces, dwells={pieces[0].length: 0.1}), jerk_limit=50.0, **limits)
+    assert jerks(motion).max() <= 50 and used(motion, limits, 30) <= 1
+    at = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
+    rest = motion(at - np.linspace(1e-6, 0.1 - 1e-6, 11))
+    assert np.abs(rest[0] - corner).max() < 1e-12 and np.abs(rest[1]).max() < 1e-9
+    t = np.linspace(0.0, motion.duration, 20001)
+    xi, xi_dot, _ = motion(t)
+    assert np.abs(np.diff(xi, axis=0) / t[1] - (xi_dot[1:] + xi_dot[:-1]) / 2).max() < 1e-7
+    file = io.StringIO()
+    motion.to_csv(file)
+    file.seek(0)
+    assert (fb.TimedPath.from_csv(file)(t)[2] == motion(t)[2]).all()
+
+
 REFUSED = [
+    (dict(path=ACROSS, jerk_limit=10.0), fb.SingularityError, "jerk_limit is not known across Type 2"),
+    (dict(path=Path((Line((0.0, 0.07), (0.02, 0.07)), Arc((0.02, 0.09), 0.02, -math.pi / 2, 0.0))), jerk_limit=10.0),
+     ValueError, r"curvature does not jump, as it does at s = 0\.02 m"),
+    (dict(torque_limit=None, duration=1.0, jerk_limit=10.0), ValueError, "jerk_limit needs a torque_limit"),
     (dict(path=Path((Line(HOME, (0.3, 0.1)),))), fb.UnreachableError,
      r"leaves the workspace at s = 0\.01681\d* m: .*left leg"),
     (dict(torque_limit=None), ValueError, "a least time needs a torque_limit"),
-    (dict(torque_limit=-1.0), ValueError, "torque_limit must be finite and > 0"),
+    (dict(torque_limit=-1.0), ValueError, "torque_limit must be finite and from 1e-09"),
     (dict(torque_limit=(1.0, 2.0, 3.0)), ValueError, "torque_limit must be one number or one per joint"),
     (dict(duration=-1.0), ValueError, "duration must be"),
     (dict(path="square.svg"), TypeError, "path must be a Path"),

@@ -23,11 +23,11 @@ FINE = 12  # times on each stretch
 
 def timed(motion: TimedPath) -> Figure:
     """Figure of a TimedPath."""
-    figure = Figure(figsize=(12.5, 8), layout="constrained")
+    figure = Figure(figsize=(12.5, 7.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15))
-    begins, ends = motion.times[:-1], motion.times[1:]
+    edges = motion.times
     inside = np.linspace(1e-9, 1 - 1e-9, FINE)
-    t = (begins[:, None] + (ends - begins)[:, None] * inside).ravel()
+    t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
     _drawing(figure, figure.add_subplot(grid[:, 0]), motion, t)
     _phase_plane(figure.add_subplot(grid[0, 1]), motion, t)
     _torques(figure.add_subplot(grid[1, 1]), motion, t)
@@ -58,11 +58,11 @@ def _drawing(figure, axes, motion, t):
             lines.set(array=speed[drawn == down], clim=(0, speed.max()), capstyle="round")
             axes.add_collection(lines)
             if down or not drawn.any():
-                figure.colorbar(lines, ax=axes, orientation="horizontal", shrink=0.8, pad=0.02, label="speed (m/s)")
+                figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
     if motion.crossing.any():
         places = 1e3 * motion.path(motion.s[motion.crossing])[0]
         axes.plot(*places.T, "x", color=INK, ms=9, mew=1.6, ls="none", zorder=5, label="crossing of Type 2")
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     finish(axes, 4, xlabel="x (mm)", ylabel="y (mm)", title="the path, with the robot at its start")
 
 
@@ -71,7 +71,8 @@ def _phase_plane(axes, motion, t):
     s = motion.path.knots[motion.piece[k]] + motion.first[k] + gone
     scale, unit = readable(motion.path.length, "m")
     with np.errstate(invalid="ignore"):
-        top = np.sqrt(np.where(np.isfinite(motion.cap), motion.cap, np.nan))
+        beside = motion.crossing | np.roll(motion.crossing, 1) | np.roll(motion.crossing, -1)  # there it is not known
+        top = np.sqrt(np.where(np.isfinite(motion.cap) & ~beside, motion.cap, np.nan))
         above = np.sqrt(motion.ceiling)
     axes.plot(scale * s, speed, color=LEFT, lw=1.8, label="the motion", zorder=3)
     axes.plot(scale * motion.s, above, color=INK, lw=0.9, ls=":", label="no motion is above", zorder=4)
@@ -80,7 +81,8 @@ def _phase_plane(axes, motion, t):
         axes.axvline(scale * place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK))
     axes.set_ylim(0, 1.6 * speed.max())
     axes.margins(x=0)
-    title = f"{motion.duration:.4g} s, proved: none below {motion.lower_bound:.4g} s ({len(motion.bent)} stretches)"
+    proved = f", proved: none below {motion.lower_bound:.6g} s" if motion.lower_bound else ""
+    title = f"{motion.duration:.6g} s{proved} ({len(motion.bent)} stretches)"
     finish(axes, 3, xlabel=f"s ({unit})", ylabel="ds/dt (m/s)", title=title)
 
 
