@@ -49,12 +49,13 @@ function drawBench(pen = bench.front, alone = true) {
       : actuated.includes(k) ? {fill: "ink"} : {fill: "paper", ink: "ink", width: 2});
     pen.words(letters[k], [on[k][0] + 10, on[k][1] - 8], {size: 13});
   }
-  const room = 0.22 * Math.min(bench.width, bench.height);
-  for (const [name, ink, most] of [["velocity", "ink", lab.most[0]], ["acceleration", "c4", lab.most[1]]]) {
-    const [x, y] = now[name], scale = room / most;
+  const room = 0.22 * Math.min(bench.width, bench.height), size = Math.hypot(...now.velocity);
+  const [ux, uy] = size ? now.velocity.map(x => x / size) : [0, 0], along = now.tangential;
+  const across = [now.acceleration[0] - along * ux, now.acceleration[1] - along * uy];
+  for (const [name, [x, y], ink, most] of [["velocity", now.velocity, "ink", lab.most[0]],
+    ["acceleration", [along * ux, along * uy], "c5", lab.most[1]], ["acceleration", across, "c4", lab.most[1]]])
     if (arrows[name] && Number.isFinite(x + y))
-      drawArrow(pen, on[traced], [on[traced][0] + scale * x, on[traced][1] - scale * y], ink, 2.6);
-  }
+      drawArrow(pen, on[traced], [on[traced][0] + room / most * x, on[traced][1] - room / most * y], ink, 2.6);
 }
 
 // Three plots over the crank angle, the cursor at the one at hand.
@@ -64,7 +65,7 @@ function drawCurves() {
   const panels = [
     {title: `${output} (${turns ? "deg" : "mm"})`, curves: [[row => row.output[0] * (turns ? 180 / Math.PI : 1e3), "c2", []]]},
     {title: "speed, a_t, a_n (scaled)", range: [-1.2, 1.2], curves: [
-      [row => Math.hypot(...row.velocity) / lab.most[0], "c2", []], [row => row.tangential / lab.most[1], "c4", [6, 3]],
+      [row => Math.hypot(...row.velocity) / lab.most[0], "c2", []], [row => row.tangential / lab.most[1], "c5", [6, 3]],
       [row => row.normal / lab.most[1], "c4", [2, 3]]]},
     {title: "transmission angle (deg)", curves: [[row => row.transmission * 180 / Math.PI, "c3", []]], range: [0, 180]},
   ];
@@ -266,8 +267,8 @@ function buildBench() {
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
       button("Clear trace", "clear the trace", () => { lab.trail = []; benchFrame(); }))),
-    field_("Arrows", check("velocity of the point", arrows.velocity, on => { arrows.velocity = on; benchFrame(); }).label,
-      check("its acceleration", arrows.acceleration, on => { arrows.acceleration = on; benchFrame(); }).label),
+    field_("Arrows", check("velocity of the point (dark)", arrows.velocity, on => { arrows.velocity = on; benchFrame(); }).label,
+      check("its acceleration: tangential (yellow), normal (pink)", arrows.acceleration, on => { arrows.acceleration = on; benchFrame(); }).label),
     element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
       button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
       button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
