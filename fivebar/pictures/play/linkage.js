@@ -146,7 +146,7 @@ function invert() {
   return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Held now: what was the crank; driven: what was the coupler.");
 }
 
-const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,17})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,17})?(e-?\d{1,2})?){0,7}$/;
+const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?){0,7}$/;
 
 function linkageFragment() {
   return `#linkage=${lab.kind}&values=${lab.values.map(plain).join(",")}` +

@@ -99,6 +99,7 @@ def play(
 def _fragment(robot, pose):
     numbers = {name: getattr(robot, name) for name in (*LENGTHS, *INERTIAS)}
     numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
+    numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
     signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
     return "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
 
