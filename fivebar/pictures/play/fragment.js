@@ -3,7 +3,8 @@
 const NUMBER = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?$/;
 const ANY = [-1e6, 1e6], RUBS = ["fv1", "fv2", "fv12", "fv22"];
 const RANGES = {
-  l11: LIMITS.length, l12: LIMITS.length, l21: LIMITS.length, l22: LIMITS.length, d: LIMITS.d, zz1: ANY, zz2: ANY, m: ANY,
+  l11: LIMITS.length, l12: LIMITS.length, l21: LIMITS.length, l22: LIMITS.length, d: LIMITS.d, zz1: ANY, zz2: ANY,
+    m: ANY,
   gx: [-1e3, 1e3], gy: [-1e3, 1e3], x: [-100, 100], y: [-100, 100], disc: LIMITS.length,
   ...Object.fromEntries(BEYOND.map(name => [name, ANY])), ...Object.fromEntries(RUBS.map(name => [name, [0, 1e6]])),
 };
@@ -30,7 +31,8 @@ function readFragment(text) {
   if (missing.length) return {words: `${missing.join(", ")} ${missing.length > 1 ? "are" : "is"} missing`};
   const l = lengths(found), open = openWords(l);
   if (open) return {words: open};
-  if (!igm([found.x, found.y], found.working, l).closes) return {words: "its point is out of reach in its working mode"};
+  if (!igm([found.x, found.y], found.working,
+    l).closes) return {words: "its point is out of reach in its working mode"};
   return {state: found};
 }
 
@@ -60,7 +62,8 @@ function applyState(state) {
 
 // The lines that make this robot and pose in Python.
 function asPython() {
-  const given = {...Object.fromEntries(LENGTHS.map((name, k) => [name, p[k]])), zz1: robot.zz1, zz2: robot.zz2, m: robot.m};
+  const given = {...Object.fromEntries(LENGTHS.map((name, k) => [name, p[k]])), zz1: robot.zz1, zz2: robot.zz2,
+    m: robot.m};
   for (const name of [...BEYOND, ...RUBS]) if (robot[name]) given[name] = robot[name];
   const parts = Object.entries(given).map(([name, x]) => `${name}=${x}`);
   if (robot.gravity.some(Boolean)) parts.push(`gravity=(${robot.gravity.join(", ")})`);

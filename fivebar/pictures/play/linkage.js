@@ -55,11 +55,13 @@ function verdictLines() {
   const lines = [], {edges, ends, full, rows} = lab.sweep;
   if (lab.kind === "four" || lab.kind === "press") {
     const sides = lab.kind === "four" ? lab.values.slice(0, 4) : [lab.values[4], ...lab.values.slice(0, 3)];
-    const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b + l);
+    const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b +
+      l);
     const kind = excess > tiny ? "non-Grashof triple-rocker" : excess >= -tiny ? "change point"
       : GRASHOF[Object.keys(GRASHOF)[sides.indexOf(s)]];
     lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${mm(Math.abs(excess))} ` +
-      `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link" : "one link"} can turn fully.`);
+      `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
+        : "one link"} can turn fully.`);
   }
   if (full) lines.push("The crank turns through full turns.");
   else if (!edges.length) lines.push("On this branch the crank closes at no angle.");
@@ -68,8 +70,10 @@ function verdictLines() {
   for (const end of ends) lines.push(`Dead centre: ${out} at ${value(end.output)}, crank at ${deg(end.q)}.`);
   if (full && ends.length === 2) {
     const stroke = ((ends[1].q - ends[0].q) % TURN + TURN) % TURN, slow = Math.max(stroke, TURN - stroke);
-    const reach = Math.abs(wordsOf().angle ? wrapped(ends[1].output - ends[0].output) : ends[1].output - ends[0].output);
-    lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, time ratio ${number(slow / (TURN - slow), 5)}.`);
+    const reach = Math.abs(wordsOf().angle ? wrapped(ends[1].output - ends[0].output)
+      : ends[1].output - ends[0].output);
+    lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, ` +
+      `time ratio ${number(slow / (TURN - slow), 5)}.`);
   }
   const angles = rows.filter(Boolean).map(row => Math.min(row.transmission, Math.PI - row.transmission));
   if (angles.length) lines.push(`Transmission angle down to ${deg(Math.min(...angles))}.`);

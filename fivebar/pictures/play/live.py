@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 PARTS = (
     "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "hands", "five_controls",
-    "linkage", "bench", "bench_hands", "start",
+    "linkage", "bench", "bench_controls", "bench_hands", "start",
 )  # fmt: skip
 
 
