@@ -73,6 +73,12 @@ def test_what_a_four_bar_can_do_is_said(page):
     page.get_by_role("tab", name="Four-bar").click()
     settle(page)
     four_bar = LINKAGES[0][2]
+    page.get_by_role("tab", name="Slider-crank").click()
+    settle(page)
+    np.testing.assert_allclose(np.sort(np.abs(page.evaluate("lab.sweep.ends.map(({q}) => q)"))), [0, np.pi], atol=1e-9)
+    assert "The slider goes by 100 mm, time ratio 1." in page.locator("#linkage-said").text_content()
+    page.get_by_role("tab", name="Four-bar").click()
+    settle(page)
     dead = sorted((end.crank, end.rocker) for end in linkages.dead_centres(four_bar))
     found = page.evaluate("lab.sweep.ends.map(({q, output}) => [q, output])")
     np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)

@@ -8,9 +8,10 @@ const wordsOf = () => kinds[lab.kind];
 const at_ = (q, branch = lab.branch) => FUNCTIONS[lab.kind](q, lab.speed, branch, lab.values);
 const deg = x => `${number(x * 180 / Math.PI, 5)}°`;
 
-// Row k of a sweep is at the crank angle -π + k 2π / SWEEP; null where it does not close.
+// Row k of a sweep is at the crank angle -π + (k + 0.37) 2π / SWEEP, so that what is at a right angle is between two
+// rows; null where it does not close.
 function sweepOf(branch) {
-  const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * k / SWEEP;
+  const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * (k + 0.37) / SWEEP;
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
@@ -29,7 +30,7 @@ function edge(low, high, closes, branch) {
     const middle = (low + high) / 2;
     if (Boolean(at_(middle, branch).closes) === closes) low = middle; else high = middle;
   }
-  return (low + high) / 2;
+  return wrapped((low + high) / 2);
 }
 
 // A dead centre: where what the crank drives turns back.
@@ -39,7 +40,7 @@ function turnOf(a, b, branch) {
     const middle = (low + high) / 2;
     if (at_(middle, branch).output[1] * a.output[1] > 0) low = middle; else high = middle;
   }
-  return {q: (low + high) / 2, output: at_((low + high) / 2, branch).output[0]};
+  return {q: wrapped((low + high) / 2), output: at_((low + high) / 2, branch).output[0]};
 }
 
 function resweep() {
