@@ -23,6 +23,8 @@ INSTALL = 'import importlib.util\n\nif importlib.util.find_spec("fivebar") is No
 FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
                      r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
 
+SHOW = re.compile(r"view\.scene\(|^fb\.play\(", re.MULTILINE)  # what shows itself
+
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
@@ -98,7 +100,7 @@ def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):
             page = html.unescape(output.data["text/html"])
             assert not FETCHED.search(page), f"{cell}: {FETCHED.search(page)[0]}"
     assert pictures >= 2
-    scenes = sum("view.scene(" in cell.source for cell in own if cell.cell_type == "code")
+    scenes = sum(bool(SHOW.search(cell.source)) for cell in own if cell.cell_type == "code")
     assert sum("srcdoc=" in output.get("data", {}).get("text/html", "") for _, output in shown) == scenes
     if path.stem[:2] in LABS:
         pages = [output.get("data", {}).get("text/html", "") for _, output in shown]

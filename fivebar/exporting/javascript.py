@@ -15,20 +15,19 @@ RESERVED = {
     "else", "enum", "eval", "export", "extends", "false", "finally", "for", "function", "if", "implements", "import",
     "in", "instanceof", "interface", "let", "new", "null", "out", "package", "private", "protected", "public", "return",
     "static", "super", "switch", "this", "throw", "true", "try", "typeof", "var", "void", "while", "with", "yield",
-    "Infinity", "Math", "NaN", "undefined", "fmin", "fmax", "copysign", "power",
+    "Infinity", "Math", "NaN", "undefined",
 }  # fmt: skip
 
-# As C has them: Math.min gives what is no number on, Math.pow has other limits, and Math has no copysign.
-PRELUDE = """\
-const fmin = (x, y) => x < y || y !== y ? x : y, fmax = (x, y) => x > y || y !== y ? x : y;
-const copysign = (x, y) => y < 0 || 1 / y < 0 ? -Math.abs(x) : Math.abs(x);
-const power = (x, y) => x === 1 || (x === -1 && Math.abs(y) === Infinity) ? 1 : x ** y;
-"""
-NAMES = {"fabs": "Math.abs", "fmin": "fmin", "fmax": "fmax", "copysign": "copysign", "pow": "power"}
-# What is no number is true in C and false here.
-TRUTH = {
+# As C has them: what is no number is true there and false here, Math.min gives it on, Math.pow has other limits.
+OWN = {
     ca.OP_NOT: "+({0} === 0)", ca.OP_AND: "+({0} !== 0 && {1} !== 0)", ca.OP_OR: "+({0} !== 0 || {1} !== 0)",
     ca.OP_IF_ELSE_ZERO: "{0} !== 0 ? {1} : 0", ca.OP_FMOD: "{0} % {1}",
+    ca.OP_FMIN: "{0} < {1} || {1} !== {1} ? {0} : {1}", ca.OP_FMAX: "{0} > {1} || {1} !== {1} ? {0} : {1}",
+    ca.OP_COPYSIGN: "{1} < 0 || 1 / {1} < 0 ? -Math.abs({0}) : Math.abs({0})",
+    **dict.fromkeys(
+        (ca.OP_POW, ca.OP_CONSTPOW),
+        "{0} === 1 || ({0} === -1 && Math.abs({1}) === Infinity) ? 1 : {0} ** {1}",
+    ),
 }  # fmt: skip
 
 
@@ -36,7 +35,7 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
     """The function in JavaScript: its inputs in, an object of its outputs by name out.
 
     Vectors are arrays x[n], matrices x[rows][columns], what is 1 x 1 a number. Equal to CasADi's own evaluation to the
-    bit but for sin, cos and their like, which every browser rounds in its own way. Needs PRELUDE before it.
+    bit but for sin, cos and their like, which every browser rounds in its own way.
     name: of the function there (default: its own). flat: results by columns, one output after the other, into the array
     `out`, its last argument, which it gives back: nothing is allocated. ValueError for what is no function of SX
     expressions, for operations without words here and for names that JavaScript does not take.
@@ -47,7 +46,7 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
     for word in (name, *inputs, *outputs):
         if word in RESERVED or re.fullmatch(r"w\d+|[^A-Za-z_$].*", word):
             raise ValueError(f"{name}: {word!r} is no name in JavaScript, or taken; choose another one")
-    language = Language(_number, _call, _element, partial(_flat, function, outputs) if flat else _element, TRUTH)
+    language = Language(_number, _call, _element, partial(_flat, function, outputs) if flat else _element, OWN)
     body = _lines("let ", variables(function))
     if not flat:
         own = [f"{each} = {_empty(function.size_out(k))}" for k, each in enumerate(outputs)]
@@ -66,7 +65,7 @@ def _number(value):
 
 
 def _call(name, operands):
-    return f"{NAMES.get(name, f'Math.{name}')}({', '.join(operands)})"
+    return f"Math.{'abs' if name == 'fabs' else name}({', '.join(operands)})"
 
 
 def _element(name, shape, row, column):

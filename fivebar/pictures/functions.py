@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 
 from .._backend import as_numbers
-from ..exporting.javascript import PRELUDE, to_javascript
+from ..exporting.javascript import to_javascript
 from ..models.dyads import dot
 from ..models.geometry import joint_pose, task_pose
 
@@ -56,4 +56,4 @@ def _name(symbol):
 def script(functions: Iterable[ca.Function], flat: Iterable[str] = ()) -> str:
     """JavaScript of these functions; flat: the names of those that write into an array."""
     flat = set(flat)
-    return PRELUDE + "".join(to_javascript(each, flat=each.name() in flat) for each in functions)
+    return "".join(to_javascript(each, flat=each.name() in flat) for each in functions)

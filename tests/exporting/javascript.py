@@ -6,8 +6,6 @@ from base64 import b64decode, b64encode
 
 import numpy as np
 
-from fivebar.exporting.javascript import PRELUDE
-
 from ..helpers.browsing import chromium
 
 NODE = shutil.which("node") or shutil.which("nodejs")
@@ -33,7 +31,7 @@ def run(code, function, samples):
     call = f"x => {{ const found = {function.name()}({', '.join(given)}); return [{parts}]; }}"
     outputs = sum(function.numel_out(k) for k in range(function.n_out()))
     packed = b64encode(np.ascontiguousarray(samples, dtype=float).tobytes()).decode()
-    body = f"'use strict';\n{PRELUDE}{code}{RUN}return run('{packed}', {call}, {ends[-1]}, {outputs});"
+    body = f"'use strict';\n{code}{RUN}return run('{packed}', {call}, {ends[-1]}, {outputs});"
     if NODE:
         program = f"process.stdout.write((() => {{ {body} }})());"
         done = subprocess.run([NODE, "-"], input=program, capture_output=True, text=True)

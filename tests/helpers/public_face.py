@@ -50,6 +50,7 @@ fb.plan(robot, (0.09, 0.068))  # type: ignore[call-arg]
 fb.simulate(robot, fb.FeedForward(robot, 0.5, 0.05), plan)
 fb.simulate(robot, fb.Tracker(robot, torque_limit=0.006), plan, torque_limit=0.006)
 fb.compile(robot, inputs=["q", "q_dot"], outputs=["xi", "M"], jit="auto")
+address: str = fb.play(robot).fragment
 header: str = fb.export(robot, "c", functions=["igm", "computed_torque"])
 fb.page(run, "page.html")
 

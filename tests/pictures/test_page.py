@@ -389,7 +389,8 @@ def test_ten_seconds_fit(tmp_path):
 def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), speed=speed)
     page = opened(written(result, tmp_path))
-    assert page.locator("h2").all_text_contents() == ["angle (deg)", "rate (rad/s)", "angular acceleration (rad/s^2)"]
+    heads = ["angle (deg)", "M.speed (mm/s)", "M.tangential, M.normal (mm/s^2)"]  # of the point that is named
+    assert page.locator("h2").all_text_contents() == heads
     low, high = sorted(np.degrees(result.q[[0, -1]]))
     for plot, across in ((0, 0.3), (2, 0.8)):
         hover(page, plot, across)

@@ -304,6 +304,15 @@ def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, 
     assert now["p"] == [getattr(UNEQUAL, name) for name in LENGTHS]
     np.testing.assert_allclose(now["xi"], live.pose.xi, atol=1e-15)
     until(page, f"location.hash === {json.dumps(live.fragment)}")
+    upright = fb.play(fb.ROBOTS["iri-vertical"].robot)  # gravity, heavy bars, friction
+    page.evaluate("hash => { location.hash = hash; }", upright.fragment)
+    settle(page)
+    page.evaluate("pythonBox.open = true")
+    settle(page)
+    names = {}
+    exec(compile(page.locator("#five pre").text_content(), "as Python", "exec"), names)
+    assert names["robot"] == upright.subject
+    until(page, f"location.hash === {json.dumps(upright.fragment)}")
     # fuzzed: never an exception, and what is taken is a robot that closes
     rng = np.random.default_rng(1)
     alphabet = [*"0123456789.-+e=&#%<>\"'l", "working=", "l11=", "&d=", "x=0&", "\0", "é"]

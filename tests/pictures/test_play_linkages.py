@@ -73,6 +73,12 @@ def test_what_a_four_bar_can_do_is_said(page):
     page.get_by_role("tab", name="Four-bar").click()
     settle(page)
     four_bar = LINKAGES[0][2]
+    page.get_by_role("tab", name="Slider-crank").click()
+    settle(page)
+    np.testing.assert_allclose(np.sort(np.abs(page.evaluate("lab.sweep.ends.map(({q}) => q)"))), [0, np.pi], atol=1e-9)
+    assert "The slider goes by 100 mm, time ratio 1." in page.locator("#linkage-said").text_content()
+    page.get_by_role("tab", name="Four-bar").click()
+    settle(page)
     dead = sorted((end.crank, end.rocker) for end in linkages.dead_centres(four_bar))
     found = page.evaluate("lab.sweep.ends.map(({q, output}) => [q, output])")
     np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)
@@ -144,3 +150,19 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
     assert fb.play(linkages.PRINTED).fragment.startswith("#linkage=press&values=0.202,0.54,0.25,0.4,0.434&branch=--")
     with pytest.raises(ValueError, match="leave it out"):
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
+
+
+def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
+    slow, fast = (linkages.study(LINKAGES[0][2], speed=speed) for speed in (3.0, 6.0))
+    fb.page({"slow": slow, "fast": fast}, tmp_path / "page.html")
+    page = opened(tmp_path / "page.html")
+    assert page.locator(".legend .name").all_text_contents()[:2] == ["slow", "fast"]
+    page.evaluate("go(nearest(clock, 0.5))")
+    settle(page)
+    angles = [
+        float(text.replace("−", "-")) for text in page.locator("figure").first.locator("output").all_text_contents()
+    ]
+    expected = [np.degrees(np.interp(0.5, own.t, own["crank.angle"])) for own in (slow, fast)]
+    np.testing.assert_allclose(angles, expected, atol=1.5)
+    with pytest.raises(ValueError, match="no quantity 'slide'"):
+        fb.page({"a": slow, "b": fast}, tmp_path / "other.html", show="slide")

@@ -12,13 +12,13 @@ from ...singularities.maps import Map
 from .document import write
 from .maps import map_content, map_models
 from .runs import is_run, runs_content
-from .studies import study_content
+from .studies import studies_content, study_content
 
 
 def page(subject: object, path: str | Path, show: str | Iterable | None = None, title: str | None = None) -> None:
     """Write a web page, complete in one file, on which pointing at a plot shows the mechanism in that state.
 
-    subject  a Run; a dict {name: Run}, to compare them; a linkage's Study; or a singularity map, a Map
+    subject  a Run; a linkage's Study; a dict {name: Run} or {name: Study}, to compare them; or a singularity map, a Map
     path     file to write (HTML in UTF-8)
     show     of runs: names of QUANTITIES (pages.runs), in the order of the plots; of a study: quantity names, or lists
              of names of one unit that share a plot; None: the usual ones; not for a map. Nothing else is computed
@@ -36,6 +36,8 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
     models = ""
     if is_run(subject):
         code, content = "motion", runs_content({"": subject}, show)
+    elif isinstance(subject, Mapping) and subject and all(isinstance(each, Study) for each in subject.values()):
+        code, content = "motion", studies_content(subject, show)
     elif isinstance(subject, Mapping):
         code, content = "motion", runs_content(subject, show)
     elif isinstance(subject, Study):

@@ -86,7 +86,8 @@ function drawTaskBack(pen = task.back) {
 
 function drawType2(pen, wanted, alpha, width) {
   for (const [kind, dash] of Object.entries(DASHES2)) {
-    const lines = loci.task.filter(piece => piece.kind === kind && wanted(piece)).map(({rows}) => rows.map(row => task.at(row)));
+    const lines = loci.task.filter(piece => piece.kind === kind && wanted(piece)).map(({rows}) =>
+      rows.map(row => task.at(row)));
     if (lines.length) pen.lines(lines, {ink: "c4", width, dash, alpha});
   }
 }
@@ -95,7 +96,8 @@ function drawRule(pen) {
   const most = 0.25 * task.width / task.scale, power = 10 ** Math.floor(Math.log10(most));
   const length = power * ([5, 2].find(factor => factor * power <= most) ?? 1), y = task.height - 10;
   pen.lines([[[12, y - 5], [12, y], [12 + length * task.scale, y], [12 + length * task.scale, y - 5]]], {ink: "quiet"});
-  pen.words(length >= 1 ? `${length} m` : `${+(1e3 * length).toPrecision(3)} mm`, [18, y - 5], {ink: "quiet", size: 12});
+  pen.words(length >= 1 ? `${length} m` : `${+(1e3 * length).toPrecision(3)} mm`, [18, y - 5],
+    {ink: "quiet", size: 12});
 }
 
 function drawTaskFront(pen = task.front, alone = true) {
@@ -117,10 +119,12 @@ function drawTaskFront(pen = task.front, alone = true) {
     const size = Math.hypot(x1 - x0, y1 - y0);
     if (size < 40) return;
     const ux = (y1 - y0) / size, uy = (x0 - x1) / size, out = uy > 0 ? -1 : 1;
-    pen.words(text, [(x0 + x1) / 2 + 15 * out * ux, (y0 + y1) / 2 + 15 * out * uy + 4], {ink: "quiet", size: 12, align: "center"});
+    pen.words(text, [(x0 + x1) / 2 + 15 * out * ux, (y0 + y1) / 2 + 15 * out * uy + 4], {ink: "quiet", size: 12,
+      align: "center"});
   };
   [["l11", left, e1], ["l12", e1, end], ["l21", right, e2], ["l22", e2, end]].forEach(each => label(...each));
-  if (right[0] - left[0] > 40) pen.words("d", [(left[0] + right[0]) / 2, left[1] + 15], {ink: "quiet", size: 12, align: "center"});
+  if (right[0] - left[0] > 40) pen.words("d", [(left[0] + right[0]) / 2, left[1] + 15], {ink: "quiet", size: 12,
+    align: "center"});
   for (const joint of [left, right]) pen.circle(joint, 7, {fill: "ink"});
   for (const elbow of [e1, e2]) pen.circle(elbow, 7, {fill: "paper", ink: "ink", width: 2.5});
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
@@ -140,7 +144,8 @@ function drawEllipses(pen, end) {
   };
   const room = 0.2 * Math.min(task.width, task.height);
   pen.lines([placed(ring(J), room)], {ink: "c0", width: 2});
-  if (det) pen.lines([placed(ring([[d / det, -c / det], [-b / det, a / det]]), room)], {ink: "c1", width: 2, dash: [5, 3]});
+  if (det) pen.lines([placed(ring([[d / det, -c / det], [-b / det, a / det]]), room)], {ink: "c1", width: 2,
+    dash: [5, 3]});
   const angle = force.angle, tip = [end[0] + room * Math.cos(angle), end[1] - room * Math.sin(angle)];
   drawArrow(pen, end, tip, "ink");
 }

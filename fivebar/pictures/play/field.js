@@ -125,7 +125,8 @@ function roomAt(x, y, arcs, pieces) {
   for (const {rows} of pieces)
     for (let k = 1; k < rows.length; k++) {
       const ax = rows[k - 1][0], ay = rows[k - 1][1], dx = rows[k][0] - ax, dy = rows[k][1] - ay;
-      const along = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), share = along < 0 ? 0 : along > 1 ? 1 : along;
+      const along = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), share = along < 0 ? 0 : along > 1 ? 1
+        : along;
       nearest = Math.min(nearest, (ax + share * dx - x) ** 2 + (ay + share * dy - y) ** 2);
     }
   return Math.sqrt(nearest);

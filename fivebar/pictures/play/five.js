@@ -60,7 +60,8 @@ function moved() {  // after the pose changed
     repart();
     ask({back: true, joints: true});
   }
-  if (trail.length === 0 || Math.hypot(...trail[trail.length - 1].xi.map((x, k) => x - pose.xi[k])) > 0.5 / task.scale) {
+  if (trail.length === 0 || Math.hypot(...trail[trail.length - 1].xi.map((x, k) =>
+    x - pose.xi[k])) > 0.5 / task.scale) {
     trail.push({xi: [...pose.xi], q: [...pose.q]});
     if (trail.length > 3000) trail.splice(0, 500);
   }
@@ -116,8 +117,10 @@ const area = x => `≈ ${number(1e4 * x, 3)} cm²`;
 
 function words(now) {
   const line = byId("said"), state = motion && flying
-    ? `Moving by itself, ${number(motion.t, 3)} s. ${motion.crossings ? `Crossed Type 2 ${motion.crossings} times.` : ""}`
-    : said || (noted.until > now && noted.words) || checked?.words || `End-effector at (${number(1e3 * pose.xi[0])}, ${number(1e3 * pose.xi[1])}) mm, working mode ` +
+    ? `Moving by itself, ${number(motion.t, 3)} s.` +
+      (motion.crossings ? ` Crossed Type 2 ${motion.crossings} times.` : "")
+    : said || (noted.until > now && noted.words) || checked?.words ||
+      `End-effector at (${number(1e3 * pose.xi[0])}, ${number(1e3 * pose.xi[1])}) mm, working mode ` +
       `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
   if (line.textContent !== state) line.textContent = state;
   line.classList.toggle("warned", Boolean(said));
@@ -148,9 +151,11 @@ function put(name, value) {
 
 function numbers_() {
   const {J: [[a, b], [c, d]], torque} = gains(pose.xi, modes, [Math.cos(force.angle), Math.sin(force.angle)], p);
-  const sum = a * a + b * b + c * c + d * d, det = Math.abs(a * d - b * c), root = Math.sqrt(Math.max(sum * sum - 4 * det * det, 0));
+  const sum = a * a + b * b + c * c + d * d, det = Math.abs(a * d - b * c),
+    root = Math.sqrt(Math.max(sum * sum - 4 * det * det, 0));
   const large = Math.sqrt((sum + root) / 2), small = large ? det / large : 0;
-  const pair = (values, unit) => values.every(Number.isFinite) ? `${values.map(x => number(x, 3)).join(", ")} ${unit}` : "∞: Type 2";
+  const pair = (values, unit) => values.every(Number.isFinite) ? `${values.map(x => number(x, 3)).join(", ")} ${unit}`
+    : "∞: Type 2";
   put("x, y", `${pose.xi.map(x => number(1e3 * x)).join(", ")} mm`);
   put("q1, q2", pose.q.map(degrees).join(", "));
   put("sin q12, sin q22 (Type 1)", pose.serial.map(x => number(x, 3)).join(", "));

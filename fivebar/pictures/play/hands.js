@@ -38,7 +38,8 @@ function drag(view, event) {
   if (!pointer || pointer.id !== event.pointerId) return;
   const at = view.from(event), step = 2 / task.scale;
   if (pointer.what === "sketch") {
-    if (!sketch.length || Math.hypot(at[0] - sketch[sketch.length - 1][0], at[1] - sketch[sketch.length - 1][1]) > step) sketch.push(at);
+    if (!sketch.length || Math.hypot(at[0] - sketch[sketch.length - 1][0],
+      at[1] - sketch[sketch.length - 1][1]) > step) sketch.push(at);
     return ask();
   }
   if (pointer.what === "end") moveTo(at, step);
@@ -83,7 +84,8 @@ addEventListener("keydown", event => {
     event.preventDefault();
     return undo();
   }
-  if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName)) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT",
+    "TEXTAREA"].includes(target.tagName)) return;
   const fine = event.shiftKey ? 0.2 : 1, step = 4 * fine / task.scale, turn = 0.02 * fine;
   const held = action => () => { halt(); if (!event.repeat) remember(); action(); moved(); };
   const move = (x, y) => held(() => target === joints.box ? turnTowards([pose.q[0] + x * turn, pose.q[1] + y * turn])

@@ -8,9 +8,10 @@ const wordsOf = () => kinds[lab.kind];
 const at_ = (q, branch = lab.branch) => FUNCTIONS[lab.kind](q, lab.speed, branch, lab.values);
 const deg = x => `${number(x * 180 / Math.PI, 5)}°`;
 
-// Row k of a sweep is at the crank angle -π + k 2π / SWEEP; null where it does not close.
+// Row k of a sweep is at the crank angle -π + (k + 0.37) 2π / SWEEP, so that what is at a right angle is between two
+// rows; null where it does not close.
 function sweepOf(branch) {
-  const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * k / SWEEP;
+  const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * (k + 0.37) / SWEEP;
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
@@ -29,7 +30,7 @@ function edge(low, high, closes, branch) {
     const middle = (low + high) / 2;
     if (Boolean(at_(middle, branch).closes) === closes) low = middle; else high = middle;
   }
-  return (low + high) / 2;
+  return wrapped((low + high) / 2);
 }
 
 // A dead centre: where what the crank drives turns back.
@@ -39,7 +40,7 @@ function turnOf(a, b, branch) {
     const middle = (low + high) / 2;
     if (at_(middle, branch).output[1] * a.output[1] > 0) low = middle; else high = middle;
   }
-  return {q: (low + high) / 2, output: at_((low + high) / 2, branch).output[0]};
+  return {q: wrapped((low + high) / 2), output: at_((low + high) / 2, branch).output[0]};
 }
 
 function resweep() {
@@ -55,11 +56,13 @@ function verdictLines() {
   const lines = [], {edges, ends, full, rows} = lab.sweep;
   if (lab.kind === "four" || lab.kind === "press") {
     const sides = lab.kind === "four" ? lab.values.slice(0, 4) : [lab.values[4], ...lab.values.slice(0, 3)];
-    const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b + l);
+    const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b +
+      l);
     const kind = excess > tiny ? "non-Grashof triple-rocker" : excess >= -tiny ? "change point"
       : GRASHOF[Object.keys(GRASHOF)[sides.indexOf(s)]];
     lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${mm(Math.abs(excess))} ` +
-      `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link" : "one link"} can turn fully.`);
+      `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
+        : "one link"} can turn fully.`);
   }
   if (full) lines.push("The crank turns through full turns.");
   else if (!edges.length) lines.push("On this branch the crank closes at no angle.");
@@ -68,8 +71,10 @@ function verdictLines() {
   for (const end of ends) lines.push(`Dead centre: ${out} at ${value(end.output)}, crank at ${deg(end.q)}.`);
   if (full && ends.length === 2) {
     const stroke = ((ends[1].q - ends[0].q) % TURN + TURN) % TURN, slow = Math.max(stroke, TURN - stroke);
-    const reach = Math.abs(wordsOf().angle ? wrapped(ends[1].output - ends[0].output) : ends[1].output - ends[0].output);
-    lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, time ratio ${number(slow / (TURN - slow), 5)}.`);
+    const reach = Math.abs(wordsOf().angle ? wrapped(ends[1].output - ends[0].output)
+      : ends[1].output - ends[0].output);
+    lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, ` +
+      `time ratio ${number(slow / (TURN - slow), 5)}.`);
   }
   const angles = rows.filter(Boolean).map(row => Math.min(row.transmission, Math.PI - row.transmission));
   if (angles.length) lines.push(`Transmission angle down to ${deg(Math.min(...angles))}.`);
@@ -146,7 +151,7 @@ function invert() {
   return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Held now: what was the crank; driven: what was the coupler.");
 }
 
-const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,17})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,17})?(e-?\d{1,2})?){0,7}$/;
+const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?){0,7}$/;
 
 function linkageFragment() {
   return `#linkage=${lab.kind}&values=${lab.values.map(plain).join(",")}` +

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 PARTS = (
     "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "hands", "five_controls",
-    "linkage", "bench", "bench_hands", "start",
+    "linkage", "bench", "bench_controls", "bench_hands", "start",
 )  # fmt: skip
 
 
@@ -99,13 +99,12 @@ def play(
 def _fragment(robot, pose):
     numbers = {name: getattr(robot, name) for name in (*LENGTHS, *INERTIAS)}
     numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
+    numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
     signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
     return "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
 
 
 def _content(robot, pose, opening):
-    named = {name: each.robot for name, each in ROBOTS.items() if each.robot.turns}
-    presets = {name: _parameters(own, _start(own)) | {"source": ROBOTS[name].source} for name, own in named.items()}
     tableau = {
         "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])], "B": DOP853.B.tolist(),
         "C": DOP853.C[:12].tolist(), "E3": DOP853.E3.tolist(), "E5": DOP853.E5.tolist(),
@@ -114,11 +113,17 @@ def _content(robot, pose, opening):
         "title": "Five-bar, live",
         "opening": opening,
         "tableau": tableau,
-        "presets": presets,
+        "presets": _presets(),
         "kinds": mechanisms()[1],
         "straight": straight_lines(),
         **_parameters(robot, pose),
     }
+
+
+@lru_cache(maxsize=1)
+def _presets():
+    named = {name: each for name, each in ROBOTS.items() if each.robot.turns}
+    return {name: _parameters(each.robot, _start(each.robot)) | {"source": each.source} for name, each in named.items()}
 
 
 def _parameters(robot, pose):

@@ -1,5 +1,5 @@
 // "Let go": the robot moves by its inertias, gravity, friction and torques, from the pose at hand, by steps of order 8
-// that choose their length (Dormand and Prince, as in SciPy) on the state of all four bars: singularities are no matter.
+// that choose their length (Dormand and Prince, as in SciPy) on the state of all four bars, through singularities.
 
 const {A: TABLEAU, B: WEIGHTS, C: PLACES, E3, E5} = content.tableau;
 const STAGES = WEIGHTS.length, TOLERANCE = 1e-10, stages = Array.from({length: STAGES + 1}, () => new Float64Array(8));
@@ -28,7 +28,8 @@ function letGo(velocity, torque) {
     state = [q[0], far[0], q[1], far[1], 0, 0, 0, 0];
   }
   const heavy = isHeavy(), whole = heavy ? allParameters() : lightParameters();
-  motion = {state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole, all: allParameters(), torque,
+  motion = {state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole, all: allParameters(),
+    torque,
     slope: heavy ? slopeHeavy : slope, crossings: 0, last: ""};
   motion.seen = closeLoop(motion.state, p);
   motion.first = totalEnergy();

@@ -93,7 +93,8 @@ class SvgPen {
 
   words(text, [x, y], {ink = "ink", size = 13, align = "left"} = {}) {
     const anchor = {left: "start", center: "middle", right: "end"}[align];
-    this.parts.push(`<text x="${x}" y="${y}" font-family="system-ui, sans-serif" font-weight="600" font-size="${size}" ` +
+    this.parts.push(`<text x="${x}" y="${y}" font-family="system-ui, sans-serif" font-weight="600" ` +
+      `font-size="${size}" ` +
       `text-anchor="${anchor}" fill="${inks[ink]}">${escaped(text)}</text>`);
   }
 

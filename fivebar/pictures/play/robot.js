@@ -31,7 +31,7 @@ function note(passed) {
   if (passed.length) noted = {words: passed.join(" "), until: performance.now() + 5000};
 }
 
-// What keeps the end-effector from a point in these modes: {kind: "reach", leg} or {kind: "type 2"}, null where nothing.
+// What keeps the end-effector from a point in these modes: {kind: "reach", leg} or {kind: "type 2"}; null: nothing.
 function hindrance(found, assembly) {
   if (!found.closes) {
     const worst = found.clear.indexOf(Math.min(...found.clear));
@@ -49,7 +49,8 @@ function allowance(point, kind, assembly) {
 
 function gradient(point, kind, assembly, h) {
   const at = (dx, dy) => allowance([point[0] + dx, point[1] + dy], kind, assembly);
-  const here = at(0, 0), slope = (plus, minus) => Number.isFinite(plus) && Number.isFinite(minus) ? (plus - minus) / (2 * h)
+  const here = at(0, 0), slope = (plus, minus) => Number.isFinite(plus) && Number.isFinite(minus)
+    ? (plus - minus) / (2 * h)
     : Number.isFinite(plus) ? (plus - here) / h : (here - minus) / h;
   return [slope(at(h, 0), at(-h, 0)), slope(at(0, h), at(0, -h))];
 }
@@ -74,7 +75,8 @@ function advance(delta, passed) {
   const next = igm(to, modes, p), held = hindrance(next, assembly);
   if (!held) {
     if (next.assembly && assembly && next.assembly !== assembly)
-      passed.push(`Passed Type 2: for a moment no motor held the end-effector; assembly mode now ${sign(next.assembly)}.`);
+      passed.push("Passed Type 2: for a moment no motor held the end-effector; assembly mode now " +
+        `${sign(next.assembly)}.`);
     take(next);
     if (touching >= 0 && next.clear[2 * touching] > 2e-3 * sizeOf() && next.clear[2 * touching + 1] > 2e-3 * sizeOf())
       touching = -1;

@@ -29,12 +29,15 @@ function checkSketch() {
   }
   push();
   const parts = [`Path of ${mm(length)} in working mode ${modes.map(sign).join(", ")}:`];
-  if (open.length) parts.push(first === null ? "it begins out of reach;" : `it leaves the workspace after ${mm(first)};`);
+  if (open.length) parts.push(first === null ? "it begins out of reach;"
+    : `it leaves the workspace after ${mm(first)};`);
   if (marks.length)
     parts.push(`it crosses Type 2 ${marks.length === 1 ? "once" : `${marks.length} times`}, at ` +
-      marks.slice(0, 3).map(({point, kind}) => `(${point.map(x => number(1e3 * x)).join(", ")}) mm, where ${kind}`).join("; ") +
+      marks.slice(0, 3).map(({point, kind}) =>
+        `(${point.map(x => number(1e3 * x)).join(", ")}) mm, where ${kind}`).join("; ") +
       (marks.length > 3 ? " and so on." : "."));
-  else parts.push(open.length ? "no crossing of Type 2 where it is reached." : "reached all along, free of singularities.");
+  else parts.push(open.length ? "no crossing of Type 2 where it is reached."
+    : "reached all along, free of singularities.");
   checked = {good, open, marks, words: parts.join(" ")};
 }
 
@@ -42,7 +45,8 @@ function checkSketch() {
 function dense(points, step) {
   const found = [points[0]];
   for (let k = 1; k < points.length; k++) {
-    const [x0, y0] = points[k - 1], [x1, y1] = points[k], count = Math.min(400, Math.ceil(Math.hypot(x1 - x0, y1 - y0) / step) || 1);
+    const [x0, y0] = points[k - 1], [x1, y1] = points[k], count = Math.min(400,
+      Math.ceil(Math.hypot(x1 - x0, y1 - y0) / step) || 1);
     for (let n = 1; n <= count; n++) found.push([x0 + (x1 - x0) * n / count, y0 + (y1 - y0) * n / count]);
   }
   return found;
