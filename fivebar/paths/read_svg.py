@@ -106,9 +106,9 @@ def _check(element, tag, name, passed):
     where = f"{name}, line {line}: <{tag}>"
     if "transform" in element.attrib:
         _check_transform(element.get("transform"), where)
-    style = element.get("style", "")
-    if re.search(r"(^|[;\s])transform\s*:", style):
-        raise ValueError(f"{where}: a transform in its style is not read: make it an attribute")
+    style = element.get("style", "") + (element.text or "") * (tag == "style")
+    if re.search(r"(^|[;{\s])transform\s*:", style):
+        raise ValueError(f"{where}: a transform in a style is not read: make it an attribute")
     for key in ("clip-path", "mask", "stroke-dasharray", "filter", "marker-start", "marker-mid", "marker-end"):
         if element.get(key, "none") != "none" or re.search(rf"(^|[;\s]){key}\s*:(?!\s*none)", style):
             passed.setdefault(key, []).append(line)
