@@ -53,6 +53,8 @@ class _Machine:
             self.line = number
             self.block(line)
         said = [f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())]
+        if self.by_z and not self.by_spindle and not any(move.pen for move in self.draft.moves):
+            said.append("no move is at Z 0 or below, where the pen is down")
         self.draft.said += said
         return self.draft
 

@@ -95,6 +95,7 @@ def test_rounded_centres_are_mended():
         ("G21\nG1 X1\nG92 X0", "line 3: G92 after the first move"),
         ("", "nothing is drawn"),
         ("G21\nG0 X1 Y1", "nothing is drawn"),
+        ("G21\nG0 X1 Y1 Z5\nG1 X9 Z0.2", "nothing is drawn: no move is at Z 0 or below"),
         ("G21\nG0 X1 Y1\nG1 X1 Y1", "nothing is drawn: .*a move of no length: passed over"),
     ],
 )

@@ -82,6 +82,8 @@ def test_transforms_are_honoured():
     np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
     assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(0.002 * math.pi)
     twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
+    symbol = read('<symbol id="s"><path d="M0 0H5"/></symbol><use href="#s" x="20"/>')
+    assert len(symbol.pieces) == 1 and symbol.pieces[0].start == pytest.approx((0.02, 0.05))
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
 
@@ -110,6 +112,7 @@ def test_what_is_passed_over_is_listed():
     said = " | ".join(path.said)
     assert path.length == pytest.approx(0.005)
     for words in (
+        "areas are not filled: their outlines are drawn (lines 4, 6)",
         "<script> is passed over (line 2)", "<text> is passed over (line 3)", "<image> is passed over (line 3)",
         "<stroke-dasharray> is passed over (line 4)", "1 shapes that are not seen are passed over (line 5)",
         "moves of no length passed over (line 6)|move of no length passed over (line 6)",
@@ -133,7 +136,8 @@ def test_what_is_passed_over_is_listed():
         ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),
         ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: transform rotate.abc. is not one"),
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: transform twist"),
-        ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: a transform in its style is not read"),
+        ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: a transform in a style is not read"),
+        ("<style>.a{fill:none;transform:scale(2)}</style>", "line 2: <style>: a transform in a style is not read"),
         ("<path>", "line 3: not XML: mismatched tag"),
         ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
     ],
