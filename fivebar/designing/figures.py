@@ -125,6 +125,7 @@ def evaluate(
         for k in at_columns:
             values[chosen, k] = figures[k].of(robots)
     if at_poses and len(chosen):
+        np.empty(2**21)  # once so much was freed, glibc keeps smaller things: a quarter of the time, else page faults
         place = place_of_design(names, rows)
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):

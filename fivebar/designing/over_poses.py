@@ -65,10 +65,10 @@ class Poses:
 
     @cached_property
     def stretch(self):
-        """(2 sigma_max(J)^2 det A^2, the difference of both squares): b1^2 + b2^2 + and - a root."""
+        """2 sigma_max(J)^2 det A^2 = b1^2 + b2^2 + sqrt((b1^2 - b2^2)^2 + (2 g b1 b2)^2)."""
         b1, b2 = self.b
-        root = np.hypot((b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2)
-        return b1 * b1 + b2 * b2 + root
+        apart, across = (b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2
+        return b1 * b1 + b2 * b2 + np.sqrt(apart * apart + across * across)
 
     @cached_property
     def conditioning(self):
