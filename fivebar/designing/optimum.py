@@ -180,8 +180,11 @@ class Problem:
                     )
         others = [row + sign * step for step in np.diag(steps)[steps > 0] for sign in (1, -1)]
         around = self.values(np.array([row, *others]))
-        if self.on_table and values["reach"] <= AT_LIMIT * self.task_size:
-            found.append(f"reach = {values['reach']:.6g} is at its limit, at least 0: a corner of the table")
+        if self.on_table:
+            within = around[:, self.place["reach"]] >= 0
+            if values["reach"] <= AT_LIMIT * self.task_size or not within.all():
+                found.append(f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the table")
+            around = around[within & (around[:, self.place["det_A"]] > 0)]
         for limit in self.limits:
             name = limit.figure.name
             column = around[:, self.place[name]]

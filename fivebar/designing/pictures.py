@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from ..models.geometry import dgm, igm
+from ..models.geometry import Pose, dgm, igm
 from ..models.robots import FiveBar
 from ..pictures.plot.pose_panels import around, draw_robot
 from ..pictures.skeleton import pose_body
@@ -99,7 +99,7 @@ def design_picture(design: Design, file: str | os.PathLike | None = None) -> Fig
     return saved(picture, file)
 
 
-def _pose(design):
+def pose_of(design: Design) -> Pose:
     """The end-effector in the middle of the table, or where the motion begins; of no task anywhere."""
     task, robot = design.task, design.robot
     if task.table:
@@ -119,7 +119,7 @@ def _robots(panels, designs):
     """Robots, each in one pose over its task, all to one scale."""
     points = []
     for axes, design in zip(panels, designs):
-        pose = _pose(design)
+        pose = pose_of(design)
         if np.isfinite(pose.q).all():
             body = pose_body([pose])
             draw_robot(axes, body)

@@ -70,8 +70,7 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        said = {f.name: getattr(self, f.name) for f in fields(self) if f.name in self._given}
-        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in said.items()))
+        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in self.about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
