@@ -16,7 +16,7 @@ from typing import Any
 
 from ..checks import shown
 
-AHEAD = 4  # chunks per processor that are handed out before they are asked for
+AHEAD = 4  # chunks per processor, here or there, that are handed out before they are asked for
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
 TRIES = 2  # times that our own pool is begun anew without a chunk done in between
 
@@ -81,9 +81,11 @@ def must_execute(executor: Any) -> None:
 
 
 def processors(executor: Executor) -> int:
-    """How many things a cluster does at a time; 1 where it does not say."""
+    """How many things a pool or a cluster does at a time; 1 where it does not say."""
     client = getattr(executor, "_client", None)
-    return max(1, sum(client.nthreads().values())) if hasattr(client, "nthreads") else 1
+    if hasattr(client, "nthreads"):
+        return max(1, sum(client.nthreads().values()))
+    return getattr(executor, "_max_workers", 1)
 
 
 def _processors():
@@ -119,7 +121,7 @@ def _do(task):
 
 def _by(executor, compute, tasks, left):
     """As `computed`; `left` keeps number -> task of what has been handed out and is not done."""
-    ahead = AHEAD * _processors()
+    ahead = AHEAD * max(_processors(), processors(executor))
     futures = {}
 
     def hand_out(number, task):
