@@ -40,7 +40,7 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
         stiffness=arguments.stiffness, det_A=arguments.det_A, sin=arguments.sin, margin=arguments.margin,
     )  # fmt: skip
     if arguments.motion:
-        from ..planning.trajectory import from_csv
+        from ..planning.samples import from_csv
 
         try:
             choices["motion"] = from_csv(arguments.motion)
