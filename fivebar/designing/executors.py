@@ -96,10 +96,14 @@ def _must_travel(compute):
     try:
         pickle.dumps(compute)
     except Exception as error:  # whatever somebody's own object raises when it is packed
-        raise ValueError(
-            f"a figure cannot be sent to another process ({error}): write it with def, not lambda, at the top of a "
-            "file or cell; or give executor=ThreadPoolExecutor()"
-        ) from None
+        raise _unsent(error) from None
+
+
+def _unsent(error):
+    return ValueError(
+        f"figure: it cannot be sent to another process ({error}): write it with def, not lambda, at the top of a file "
+        "or cell; or give executor=None or ThreadPoolExecutor()"
+    )
 
 
 def _begin(compute):
@@ -164,6 +168,8 @@ def _some(futures, left, executor):
         except Exception as error:
             if type(error).__module__.startswith(("distributed", "dask")):
                 raise ExecutorDied(f"the executor gave up chunk {number}: {type(error).__name__}: {error}") from None
+            if isinstance(error, pickle.PicklingError) or "pickle" in str(error):
+                raise _unsent(error) from None
             raise
         left.pop(number)
         yield number, result

@@ -12,8 +12,10 @@ from ..singularities.aspects import aspects
 from ..singularities.dexterous import dexterous
 from ..singularities.disc import largest_disc
 from ..singularities.distance import locus_distance
+from ..singularities.margins import singularity_margins
 from ..singularities.rectangle import largest_rectangle
 
+RADII, ANGLES = 101, 180  # of nodes in the circle
 CENTRES = 400  # along the axis, among which the largest circle is searched
 
 
@@ -48,7 +50,25 @@ _largest_rectangle = _of_parts(lambda part, margin: largest_rectangle(part, marg
 
 
 def _inscribed_circle(robot, task, place):
-    """Liu's MIC: centre on the axis of a symmetric robot, above its stretched locus, in the modes (1, -1)."""
+    return _circle(robot)[1]
+
+
+def _inscribed_conditioning(robot, task, place):
+    """1 / kappa(J) is 0 where the circle touches a locus, and beside by rounding."""
+    y, radius = _circle(robot)
+    if not radius:
+        return 0.0
+    rho, phi = radius * np.linspace(0, 1, RADII), 2 * np.pi * np.arange(ANGLES) / ANGLES
+    points = np.stack([np.outer(np.cos(phi), rho), y + np.outer(np.sin(phi), rho)], axis=-1)
+    pose = igm(robot, points, (1, -1), unreachable="nan")
+    values = np.nan_to_num(1 / singularity_margins(pose).condition.J)
+    weights = np.ones(RADII)
+    weights[[0, -1]] = 0.5
+    return float((values * weights).sum() / (weights.sum() * ANGLES))
+
+
+def _circle(robot):
+    """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the modes (1, -1)."""
     if robot.l11 != robot.l21 or robot.l12 != robot.l22:
         raise ValueError("the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22")
     outer, half = robot.l11 + robot.l12, robot.d / 2
@@ -64,7 +84,7 @@ def _inscribed_circle(robot, task, place):
         best = int(np.argmax(room))
         low, high = heights[max(best - 1, 0)], heights[min(best + 1, CENTRES)]
         if high - low <= 1e-15 * top:
-            return float(room[best])
+            return float(heights[best]), float(room[best])
 
 
 def _moved(robot, task, place):
@@ -138,6 +158,8 @@ ONE_BY_ONE = (
      _square_bound),
     ("inscribed_circle", "m", "large", "radius of Liu's maximal inscribed circle, of a symmetric robot",
      _inscribed_circle, (), _regions_bound),
+    ("inscribed_conditioning", "", "large", "the same mean as Liu's, of 1 / kappa(J), over that circle",
+     _inscribed_conditioning, ()),
     ("worst_torque", "N m", "small", "the largest torque of a motor in the motion", _worst_torque, ("motion",)),
     ("worst_speed", "rad/s", "small", "the largest speed of a motor in the motion", _worst_speed, ("motion",)),
     ("time", "s", "small", "of the motion run faster or slower as a whole, as fast as the motors can", _time,

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..checks import a_callable, modes, not_negative, number, positive, shown, two_numbers, whole
 from ..described import one_line
-from .designs import alone
+from .batch import alone
 
 MOST_POSES = 10**6
 SAMPLES = 201  # of a motion

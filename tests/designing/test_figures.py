@@ -108,6 +108,15 @@ def test_liu_measures_are_plain_polar_means():
     assert abs(plain - weighed) > 0.004
 
 
+def test_the_inscribed_circle_brings_its_own_conditioning():
+    robot = fb.FiveBar(1.2, 1.0, 1.2, 1.0, 1.6)
+    y, radius = 1.59702341613507074, 0.413807459515147531
+    done = fb.sweep("inscribed_conditioning", [robot])
+    same = fb.sweep("global_conditioning_polar", [robot], disc=(0, y, radius * (1 - 1e-9)), poses=(101, 180))
+    assert done["inscribed_conditioning"][0] == pytest.approx(same["global_conditioning_polar"][0], abs=1e-5)
+    assert 0.3 < done["inscribed_conditioning"][0] < 0.6
+
+
 def test_liu_published_values_by_a_sweep():
     r = np.array([[float(x) for x in case["r"]] for case in REFERENCE["MIC"]])
     done = fb.sweep("inscribed_circle", dict(zip(("r1", "r2", "r3"), r.T)), workers=1)
