@@ -157,7 +157,8 @@ def _some(futures, left, executor):
         waited = waited + 1 if _deserted(executor) else 0
         if waited == 2:
             raise ExecutorDied("the cluster has had no worker or no scheduler for a while")
-    for future in sorted(done, key=futures.get):
+    # What is done first, so that one that died takes nothing along.
+    for future in sorted(done, key=lambda each: (each.cancelled() or each.exception() is not None, futures[each])):
         number = futures.pop(future)
         try:
             result = future.result()

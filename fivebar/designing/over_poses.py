@@ -74,8 +74,8 @@ class Poses:
     def conditioning(self):
         """1 / kappa(J): sigma_min / sigma_max = |b1 b2 det A| / (sigma_max det A)^2."""
         b1, b2 = self.b
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return 2 * b1 * b2 * np.abs(self.det_A) / self.stretch
+        with np.errstate(invalid="ignore"):
+            return 2 * b1 * b2 * np.abs(self.det_A) / np.maximum(self.stretch, 1e-300)  # 0 where both are 0
 
     def mean(self, values, weights):
         with np.errstate(invalid="ignore"):
