@@ -8,6 +8,8 @@ from ..errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
+from ..paths.placement import Placement
+from ..paths.timing import TimingError, time_path
 from ..singularities.aspects import aspects
 from ..singularities.dexterous import dexterous
 from ..singularities.disc import largest_disc
@@ -125,6 +127,21 @@ def _time(robot, task, place):
     return float(task.motion.duration / fastest)
 
 
+def _path_time(robot, task, place):
+    """The upper bound, within a thousandth of the lower one; inf where the path cannot be followed."""
+    moved = Placement(tuple(place.tolist()))(task.path)
+    try:
+        return time_path(
+            robot, moved, torque_limit=task.motor.torque, joint_speed_limit=task.motor.speed, working=task.working
+        ).duration
+    except (UnreachableError, SingularityError):
+        return np.inf
+    except TimingError as error:
+        if error.proved:
+            return np.inf
+        raise  # it was not found in time
+
+
 def _first_root(a, v, c):
     """The least s > 0 with a s^2 + v s + c = 0 in any row, inf where there is none."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -164,4 +181,6 @@ ONE_BY_ONE = (
     ("worst_speed", "rad/s", "small", "the largest speed of a motor in the motion", _worst_speed, ("motion",)),
     ("time", "s", "small", "of the motion run faster or slower as a whole, as fast as the motors can", _time,
      ("motion", "motor")),
+    ("path_time", "s", "small", "the least in which the motors can follow the path, whatever the speed along it",
+     _path_time, ("path", "motor")),
 )  # fmt: skip

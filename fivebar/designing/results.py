@@ -87,7 +87,7 @@ class Design(Pictured):
 
     @classmethod
     def load(cls, file: str | os.PathLike) -> Design:
-        """The Design in a file. Of a motion only its duration was kept."""
+        """The Design in a file. Of a motion or a path not the points were kept."""
         return _load(Path(file))[0]
 
     def live(self) -> Live:
@@ -178,7 +178,7 @@ class Front(Pictured):
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Front:
-        """The Front in a folder. Of a motion only its duration was kept."""
+        """The Front in a folder. Of a motion or a path not the points were kept."""
         return cls(_load(Path(folder) / FRONT))
 
 
@@ -193,7 +193,7 @@ def _load(file):
         about = json.loads(file.read_text(encoding="utf-8"))
         if about["what"] != WHAT:
             raise ValueError(f"it is of {about['what']!r}")
-        choices = {name: value for name, value in about["choices"].items() if name != "motion"}
+        choices = {name: value for name, value in about["choices"].items() if name not in ("motion", "path")}
         if "motor" in choices:
             choices["motor"] = tuple(choices["motor"].values())
         task = task_of(choices)

@@ -177,6 +177,19 @@ def test_in_the_time_found_a_motor_is_at_its_limit_and_none_beyond(motor, gravit
         assert max(np.divide(share[1], motor)) == pytest.approx(1, rel=1e-9)
 
 
+def test_the_least_time_of_a_path_is_that_of_time_path():
+    points = [(-0.02, 0.0), (0.02, 0.0)]
+    base = fb.FiveBar(0.12, 0.15, 0.12, 0.15, 0.1, 0.0005, 0.0005, 0.2)
+    done = fb.sweep("path_time", {"task_y": [0.14, 0.9]}, robot=base, path=points, motor=(0.3, 8.0))
+    line = fb.path([(x, y + 0.14) for x, y in points])
+    timed = fb.time_path(base, line, torque_limit=0.3, joint_speed_limit=8.0, working=(1, -1))
+    assert done["path_time"][0] == pytest.approx(timed.duration, rel=2e-3) and done["path_time"][1] == np.inf
+    slower = fb.sweep("time", {"task_y": [0.14]}, robot=base, motion=fb.line(*points, 1.0), motor=(0.3, 8.0))
+    assert timed.lower_bound < slower["time"][0]
+    with pytest.raises(ValueError, match="path: "):
+        fb.sweep("path_time", {"task_y": [0.1]}, path=[(0, 0)], motor=(1, 1))
+
+
 def test_a_motion_that_cannot_be_done_takes_for_ever():
     done = fb.sweep(
         ["time", "worst_torque"], {"task_y": [0.1, 5.0]}, motion=fb.line((0, 0), (0.01, 0), 1.0), motor=(1, 1)
