@@ -17,7 +17,12 @@ from .task_options import add_task_options, chosen_task, figure_of, listed, span
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `sweep` to the program's commands."""
     parser = commands.add_parser("sweep", help="figures of merit of many designs")
-    parser.add_argument("figures", nargs="*", metavar="FIGURE", help="a name (see --list), or FILE.py:FUNCTION")
+    parser.add_argument(
+        "figures",
+        nargs="*",
+        metavar="FIGURE",
+        help="by name, or FILE.py:FUNCTION; =min or =max: of the best",
+    )
     parser.add_argument("--list", action="store_true", help="the figures, with their units and what they are")
     group = parser.add_argument_group("designs", "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m")
     group.add_argument("--grid", action="append", default=[], metavar="NAME=LOW:HIGH:COUNT", help="all combinations")
@@ -55,13 +60,14 @@ def _sweep(arguments):
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
     try:
         designs = _designs(arguments)
-        figures = [figure_of(each) for each in arguments.figures]
+        first, _, sense = arguments.figures[0].partition("=")
+        figures = [figure_of(each) for each in (first, *arguments.figures[1:])]
         with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
             done = sweep(
                 figures, designs, executor, arguments.out, robot=robot, chunk=arguments.chunk,
                 workers=arguments.workers, **choices,
             )  # fmt: skip
-        best = done.best(count=arguments.best)
+        best = done.best(count=arguments.best, sense=sense or None)
     except (ValueError, TypeError) as error:
         raise UsageError(error) from None
     except KeyboardInterrupt:
@@ -74,7 +80,7 @@ def _sweep(arguments):
 
 
 def _designs(arguments):
-    from ..designing.designs import designs_of, grid, sample, triangle
+    from ..designing.designs import grid, sample, triangle
 
     asked = [name for name in ("grid", "sample", "triangle", "designs") if getattr(arguments, name)]
     if len(asked) != 1:
@@ -83,7 +89,7 @@ def _designs(arguments):
     if arguments.bound and not arguments.sample:
         raise UsageError("--bound is of --sample N")
     if arguments.designs:
-        return designs_of(arguments.designs, None)
+        return arguments.designs
     if arguments.triangle:
         return triangle(arguments.triangle)
     if arguments.sample:

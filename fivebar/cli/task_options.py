@@ -18,6 +18,7 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--working", metavar="SIGNS", help="of the legs, as +- (default)")
     group.add_argument("--motor", nargs="+", metavar="NAME|N_M RAD_S", help="by name, or its torque and its speed")
     group.add_argument("--motion", metavar="PATH.csv", help="t (s), x, y (m), about the task's own origin")
+    group.add_argument("--path", metavar="FILE", help="a drawing or points, as `draw` reads them; about that origin")
     group.add_argument("--tolerance", action="append", default=[], metavar="NAME=VALUE", help="of q (rad), l or d (m)")
     group.add_argument("--stiffness", type=float, metavar="N_M_RAD", help="of each motor")
     group.add_argument("--det-A", type=float, metavar="K", help="that a dexterous region keeps, |det A| >= K")
@@ -37,10 +38,10 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
         table=arguments.table, disc=disc[0] if disc and len(disc) == 1 else disc, poses=arguments.poses,
         working=None if signs is None else tuple(1 if sign == "+" else -1 for sign in signs), motor=motor,
         tolerances=dict(pair(each, "--tolerance") for each in arguments.tolerance) or None,
-        stiffness=arguments.stiffness, det_A=arguments.det_A, sin=arguments.sin, margin=arguments.margin,
+        path=arguments.path, stiffness=arguments.stiffness, det_A=arguments.det_A, sin=arguments.sin, margin=arguments.margin,
     )  # fmt: skip
     if arguments.motion:
-        from ..planning.trajectory import from_csv
+        from ..planning.samples import from_csv
 
         try:
             choices["motion"] = from_csv(arguments.motion)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,11 @@ BOTH = {
 }
 PLACE = {"task_x": "m, where the task's own origin is", "task_y": "m, the same"}
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
+
+
+def alone(value: Any) -> bool:
+    """Whether this is one number, and not a pair of them."""
+    return isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
 
 
 class Robots(FiveBar):

@@ -8,7 +8,6 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,18 @@ import numpy as np
 
 from .._backend import finite_numbers, is_symbolic, real_numbers
 from ..checks import number, shown, whole
+from ..columns import METRES, NO_UNIT, Quantity, read
 from ..described import one_line
 from ..models.robots import Biglide, FiveBar
 from ..tables import opened
+from .batch import PLACE, alone, known_variables
+from .closed_forms import CLOSED
+from .one_by_one import ONE_BY_ONE
+from .over_poses import OVER_POSES
 
 MOST = 10**12  # designs
+# Columns of a sweep's own table that are no design's.
+PASSED_OVER = {"design", *(row[0] for rows in (CLOSED, OVER_POSES, ONE_BY_ONE) for row in rows)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,11 +131,6 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     return Designs(tuple(limits), count, about, rows)
 
 
-def alone(value: Any) -> bool:
-    """Whether this is one number, and not a pair of them."""
-    return isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
-
-
 def limits_of(bounds: Mapping[str, Any], name: str = "bounds") -> dict[str, tuple[float, float]]:
     """{name: (low, high)}; a single number is both."""
     if not isinstance(bounds, Mapping) or not bounds:
@@ -166,7 +167,7 @@ def designs_of(given: Any, robot: FiveBar | Biglide) -> Designs:
     if isinstance(given, Mapping):
         return columns(given)
     if isinstance(given, (str, os.PathLike)):
-        return _from_file(Path(given))
+        return _from_file(Path(given), robot)
     if not isinstance(given, Iterable) or isinstance(given, (bytes, np.ndarray)) or is_symbolic(given):
         raise TypeError(f"designs must be columns by name, a file, or robots one by one, not {shown(given)}")
     return _one_by_one(given, robot)
@@ -201,7 +202,7 @@ def _one_by_one(given, robot):
     return Designs(names, None, {"one by one": True}, all_rows)
 
 
-def _from_file(path):
+def _from_file(path, robot):
     if path.suffix == ".npz":
         try:
             with np.load(path, allow_pickle=False) as file:
@@ -210,17 +211,38 @@ def _from_file(path):
             raise ValueError(f"{path}: {error}") from None
     if path.suffix != ".csv":
         raise ValueError(f"designs must be in a .csv or .npz file, not {str(path)!r}")
-    with opened(path) as table:
-        names = tuple(table.header)
-        if not names:
-            raise ValueError(f"{path}: empty; needed a header with the parameters of a design")
+    known = known_variables(robot)
+    try:
+        with opened(path) as table:
+            names = tuple(table.header)
+    except ValueError:
+        names = ()  # of other letters, or a mark that spreadsheets put first
+    if not names or not set(names) <= set(known):
+        return _as_people_have_it(path, known)
 
     def rows():
         with opened(path) as table:
             for cells in table.rows() if table.header else ():
                 try:
-                    yield [float(cell) for cell in cells[: len(names)]] if len(cells) >= len(names) else cells + 0
-                except (ValueError, TypeError):
-                    raise table.error(f"a design has {len(names)} numbers, not {shown(cells)}") from None
+                    row = [float(cell) for cell in cells]
+                except ValueError:
+                    row = []
+                if len(row) != len(names):
+                    raise table.error(f"a design has {len(names)} numbers, not {shown(cells)}")
+                yield row
 
     return Designs(names, None, {"file": path.name}, rows)
+
+
+def _as_people_have_it(path, known):
+    """Other separators, decimal commas, millimetres, and beside them figures of an earlier sweep: read at once."""
+    wanted = {
+        name: Quantity((name,), METRES if name[0] in "ldr" or name in PLACE else NO_UNIT, needed=False)
+        for name in known
+    }  # fmt: skip
+    found = read(path, wanted)
+    strange = [said for said in found.said if said.endswith("is not used") and said.split("'")[1] not in PASSED_OVER]
+    if strange or not found.values:
+        first = f"{strange[0].removesuffix(' is not used')} is none" if strange else "no column is one"
+        raise ValueError(f"{path}: {first} of the parameters of a design, {', '.join(known)}")
+    return columns(found.values)

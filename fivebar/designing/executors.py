@@ -16,7 +16,7 @@ from typing import Any
 
 from ..checks import shown
 
-AHEAD = 4  # chunks per processor that are handed out before they are asked for
+AHEAD = 4  # chunks per processor, here or there, that are handed out before they are asked for
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
 TRIES = 2  # times that our own pool is begun anew without a chunk done in between
 
@@ -81,9 +81,11 @@ def must_execute(executor: Any) -> None:
 
 
 def processors(executor: Executor) -> int:
-    """How many things a cluster does at a time; 1 where it does not say."""
+    """How many things a pool or a cluster does at a time; 1 where it does not say."""
     client = getattr(executor, "_client", None)
-    return max(1, sum(client.nthreads().values())) if hasattr(client, "nthreads") else 1
+    if hasattr(client, "nthreads"):
+        return max(1, sum(client.nthreads().values()))
+    return getattr(executor, "_max_workers", 1)
 
 
 def _processors():
@@ -94,10 +96,14 @@ def _must_travel(compute):
     try:
         pickle.dumps(compute)
     except Exception as error:  # whatever somebody's own object raises when it is packed
-        raise ValueError(
-            f"a figure cannot be sent to another process ({error}): write it with def, not lambda, at the top of a "
-            "file or cell; or give executor=ThreadPoolExecutor()"
-        ) from None
+        raise _unsent(error) from None
+
+
+def _unsent(error):
+    return ValueError(
+        f"figure: it cannot be sent to another process ({error}): write it with def, not lambda, at the top of a file "
+        "or cell; or give executor=None or ThreadPoolExecutor()"
+    )
 
 
 def _begin(compute):
@@ -119,7 +125,7 @@ def _do(task):
 
 def _by(executor, compute, tasks, left):
     """As `computed`; `left` keeps number -> task of what has been handed out and is not done."""
-    ahead = AHEAD * _processors()
+    ahead = AHEAD * max(_processors(), processors(executor))
     futures = {}
 
     def hand_out(number, task):
@@ -151,7 +157,8 @@ def _some(futures, left, executor):
         waited = waited + 1 if _deserted(executor) else 0
         if waited == 2:
             raise ExecutorDied("the cluster has had no worker or no scheduler for a while")
-    for future in sorted(done, key=futures.get):
+    # What is done first, so that one that died takes nothing along.
+    for future in sorted(done, key=lambda each: (each.cancelled() or each.exception() is not None, futures[each])):
         number = futures.pop(future)
         try:
             result = future.result()
@@ -162,6 +169,8 @@ def _some(futures, left, executor):
         except Exception as error:
             if type(error).__module__.startswith(("distributed", "dask")):
                 raise ExecutorDied(f"the executor gave up chunk {number}: {type(error).__name__}: {error}") from None
+            if isinstance(error, pickle.PicklingError) or "pickle" in str(error):
+                raise _unsent(error) from None
             raise
         left.pop(number)
         yield number, result

@@ -8,12 +8,16 @@ from ..errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
+from ..paths.placement import Placement
+from ..paths.timing import TimingError, time_path
 from ..singularities.aspects import aspects
 from ..singularities.dexterous import dexterous
 from ..singularities.disc import largest_disc
 from ..singularities.distance import locus_distance
+from ..singularities.margins import singularity_margins
 from ..singularities.rectangle import largest_rectangle
 
+RADII, ANGLES = 101, 180  # of nodes in the circle
 CENTRES = 400  # along the axis, among which the largest circle is searched
 
 
@@ -48,7 +52,25 @@ _largest_rectangle = _of_parts(lambda part, margin: largest_rectangle(part, marg
 
 
 def _inscribed_circle(robot, task, place):
-    """Liu's MIC: centre on the axis of a symmetric robot, above its stretched locus, in the modes (1, -1)."""
+    return _circle(robot)[1]
+
+
+def _inscribed_conditioning(robot, task, place):
+    """1 / kappa(J) is 0 where the circle touches a locus, and beside by rounding."""
+    y, radius = _circle(robot)
+    if not radius:
+        return 0.0
+    rho, phi = radius * np.linspace(0, 1, RADII), 2 * np.pi * np.arange(ANGLES) / ANGLES
+    points = np.stack([np.outer(np.cos(phi), rho), y + np.outer(np.sin(phi), rho)], axis=-1)
+    pose = igm(robot, points, (1, -1), unreachable="nan")
+    values = np.nan_to_num(1 / singularity_margins(pose).condition.J)
+    weights = np.ones(RADII)
+    weights[[0, -1]] = 0.5
+    return float((values * weights).sum() / (weights.sum() * ANGLES))
+
+
+def _circle(robot):
+    """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the modes (1, -1)."""
     if robot.l11 != robot.l21 or robot.l12 != robot.l22:
         raise ValueError("the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22")
     outer, half = robot.l11 + robot.l12, robot.d / 2
@@ -64,7 +86,7 @@ def _inscribed_circle(robot, task, place):
         best = int(np.argmax(room))
         low, high = heights[max(best - 1, 0)], heights[min(best + 1, CENTRES)]
         if high - low <= 1e-15 * top:
-            return float(room[best])
+            return float(heights[best]), float(room[best])
 
 
 def _moved(robot, task, place):
@@ -105,6 +127,21 @@ def _time(robot, task, place):
     return float(task.motion.duration / fastest)
 
 
+def _path_time(robot, task, place):
+    """The upper bound, within a thousandth of the lower one; inf where the path cannot be followed."""
+    moved = Placement(tuple(place.tolist()))(task.path)
+    try:
+        return time_path(
+            robot, moved, torque_limit=task.motor.torque, joint_speed_limit=task.motor.speed, working=task.working
+        ).duration
+    except (UnreachableError, SingularityError):
+        return np.inf
+    except TimingError as error:
+        if error.proved:
+            return np.inf
+        raise  # it was not found in time
+
+
 def _first_root(a, v, c):
     """The least s > 0 with a s^2 + v s + c = 0 in any row, inf where there is none."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -138,8 +175,12 @@ ONE_BY_ONE = (
      _square_bound),
     ("inscribed_circle", "m", "large", "radius of Liu's maximal inscribed circle, of a symmetric robot",
      _inscribed_circle, (), _regions_bound),
+    ("inscribed_conditioning", "", "large", "the same mean as Liu's, of 1 / kappa(J), over that circle",
+     _inscribed_conditioning, ()),
     ("worst_torque", "N m", "small", "the largest torque of a motor in the motion", _worst_torque, ("motion",)),
     ("worst_speed", "rad/s", "small", "the largest speed of a motor in the motion", _worst_speed, ("motion",)),
     ("time", "s", "small", "of the motion run faster or slower as a whole, as fast as the motors can", _time,
      ("motion", "motor")),
+    ("path_time", "s", "small", "the least in which the motors can follow the path, whatever the speed along it",
+     _path_time, ("path", "motor")),
 )  # fmt: skip

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from ..checks import instance, number, optional, positive, shown, takes, whole
+from ..checks import instance, number, optional, positive, takes, whole
 from ..models.robots import Biglide, FiveBar
 from ..progress import progress
 from .batch import at_once, check_variables, robot_of_design
-from .designs import alone, limits_of
+from .designs import limits_of
 from .evolution import evolve, refine, thinned
 from .executors import ExecutorDied, computed, must_execute
-from .figures import Figure, evaluate, figures_of
+from .figures import evaluate, figures_of
+from .goals import SENSE_OF, SENSES, goals_of, limits_by_figure
 from .results import AT_LIMIT, Design, Front
 from .sweeping import compute_chunk
 from .task import Task, task_of
 
-SENSES = {"min": "small", "small": "small", "max": "large", "large": "large"}
 POPULATION, MEMBERS = 20, 20  # per parameter, at least 60; of each small population
 MOST_EFFORT = 100.0
 TOGETHER = 5  # designs in a piece of work for an executor
@@ -74,13 +73,6 @@ def design(
     return Front(tuple(sorted(found, key=lambda each: each.values[problem.goals[0].name])))
 
 
-@dataclass(frozen=True)
-class Limit:
-    figure: Figure
-    low: float
-    high: float
-
-
 class Problem:
     """What is searched, as numbers: columns of what varies in, goals to be small and how far off the limits out."""
 
@@ -90,8 +82,8 @@ class Problem:
         check_variables(tuple(pairs), robot, "bounds")
         self.names = tuple(pairs)
         self.low, self.high = (np.array(each) for each in zip(*pairs.values()))
-        self.goals, self.signs = _goals(goals, task, robot)
-        self.limits = _limits({} if limits is None else limits, task, robot)
+        self.goals, self.signs = goals_of(goals, task, robot)
+        self.limits = limits_by_figure({} if limits is None else limits, task, robot)
         reach = figures_of(["reach", "det_A"], task, robot) if self.on_table else ()
         asked = [*self.goals, *(limit.figure for limit in self.limits), *reach]
         self.figures = tuple({each.name: each for each in asked}.values())
@@ -180,8 +172,11 @@ class Problem:
                     )
         others = [row + sign * step for step in np.diag(steps)[steps > 0] for sign in (1, -1)]
         around = self.values(np.array([row, *others]))
-        if self.on_table and values["reach"] <= AT_LIMIT * self.task_size:
-            found.append(f"reach = {values['reach']:.6g} is at its limit, at least 0: a corner of the table")
+        if self.on_table:
+            within = around[:, self.place["reach"]] >= 0
+            if values["reach"] <= AT_LIMIT * self.task_size or not within.all():
+                found.append(f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the table")
+            around = around[within & (around[:, self.place["det_A"]] > 0)]
         for limit in self.limits:
             name = limit.figure.name
             column = around[:, self.place[name]]
@@ -206,44 +201,6 @@ class Problem:
             corner = (self.high if figure.better == "large" else self.low)[None]
             found[figure.name] = float(figure.bound(at_once(self.names, corner, self.robot), self.task)[0])
         return found
-
-
-SENSE_OF = {1.0: "min", -1.0: "max"}
-
-
-def _goals(goals, task, robot):
-    asked = goals if isinstance(goals, Mapping) else {}
-    figures = figures_of(list(asked) if asked else goals, task, robot, "goals")
-    if len(figures) > 3:
-        raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
-    senses = [asked.get(key) for key in asked] if asked else [each.better for each in figures]
-    for figure, sense in zip(figures, senses):
-        if sense not in SENSES:
-            raise ValueError(f'goals: {figure.name} is to be "min" or "max", not {shown(sense)}')
-    return figures, np.array([1.0 if SENSES[sense] == "small" else -1.0 for sense in senses])
-
-
-def _limits(limits, task, robot):
-    if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must be a table, as {{'det_A': 0.5}}, not {shown(limits)}")
-    if not limits:
-        return ()
-    found = []
-    for figure, asked in zip(figures_of(list(limits), task, robot, "limits"), limits.values()):
-        if alone(asked):
-            asked = (asked, None) if figure.better == "large" else (None, asked)
-        try:
-            low, high = asked
-        except (TypeError, ValueError):
-            raise ValueError(f"limits: {figure.name} must have (low, high) or a number, not {shown(asked)}") from None
-        low = -np.inf if low is None else number(low, f"limits: {figure.name}'s low")
-        high = np.inf if high is None else number(high, f"limits: {figure.name}'s high")
-        if low > high:
-            raise ValueError(f"limits: {figure.name} = ({low:g}, {high:g}) is the wrong way round")
-        if np.isinf(low) and np.isinf(high):
-            raise ValueError(f"limits: {figure.name} has neither a low nor a high one")
-        found.append(Limit(figure, low, high))
-    return tuple(found)
 
 
 def _one(problem, rng, effort, bar):

@@ -65,17 +65,17 @@ class Poses:
 
     @cached_property
     def stretch(self):
-        """(2 sigma_max(J)^2 det A^2, the difference of both squares): b1^2 + b2^2 + and - a root."""
+        """2 sigma_max(J)^2 det A^2 = b1^2 + b2^2 + sqrt((b1^2 - b2^2)^2 + (2 g b1 b2)^2)."""
         b1, b2 = self.b
-        root = np.hypot((b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2)
-        return b1 * b1 + b2 * b2 + root
+        apart, across = (b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2
+        return b1 * b1 + b2 * b2 + np.sqrt(apart * apart + across * across)
 
     @cached_property
     def conditioning(self):
         """1 / kappa(J): sigma_min / sigma_max = |b1 b2 det A| / (sigma_max det A)^2."""
         b1, b2 = self.b
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return 2 * b1 * b2 * np.abs(self.det_A) / self.stretch
+        with np.errstate(invalid="ignore"):
+            return 2 * b1 * b2 * np.abs(self.det_A) / np.maximum(self.stretch, 1e-300)  # 0 where both are 0
 
     def mean(self, values, weights):
         with np.errstate(invalid="ignore"):

@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from ..models.geometry import dgm, igm
+from ..models.geometry import Pose, dgm, igm
 from ..models.robots import FiveBar
 from ..pictures.plot.pose_panels import around, draw_robot
 from ..pictures.skeleton import pose_body
 from ..pictures.style import BLACK, BLUE, GREEN, ORANGE
 from ..tables import saved
 from .figures import FIGURES
+from .task import SAMPLES, Task
 
 if TYPE_CHECKING:
     from .results import Design, Front
@@ -99,15 +100,22 @@ def design_picture(design: Design, file: str | os.PathLike | None = None) -> Fig
     return saved(picture, file)
 
 
-def _pose(design):
+def drawn_line(task: Task) -> np.ndarray | None:
+    """Points (n, 2) of the task's motion or path, None where there is none."""
+    if task.motion is not None:
+        return task.motion.xi
+    return None if task.path is None else task.path(np.linspace(0, task.path.length, SAMPLES))[0]
+
+
+def pose_of(design: Design) -> Pose:
     """The end-effector in the middle of the table, or where the motion begins; of no task anywhere."""
     task, robot = design.task, design.robot
     if task.table:
         xi = (task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2
     elif task.disc:
         xi = task.disc[:2]
-    elif task.motion is not None:
-        xi = task.motion.xi[0]
+    elif (line := drawn_line(task)) is not None:
+        xi = line[0]
     elif isinstance(robot, FiveBar):
         xi = 0.0, 0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0))
     else:
@@ -119,7 +127,7 @@ def _robots(panels, designs):
     """Robots, each in one pose over its task, all to one scale."""
     points = []
     for axes, design in zip(panels, designs):
-        pose = _pose(design)
+        pose = pose_of(design)
         if np.isfinite(pose.q).all():
             body = pose_body([pose])
             draw_robot(axes, body)
@@ -134,9 +142,9 @@ def _robots(panels, designs):
             cx, cy, r = task.disc
             axes.add_patch(Circle((1e3 * (x + cx), 1e3 * (y + cy)), 1e3 * r, fc=GREEN, alpha=0.25, ec=GREEN, zorder=0))
             points.append(np.array([(x + cx - r, y + cy - r), (x + cx + r, y + cy + r)]))
-        elif task.motion is not None:
-            axes.plot(*(1e3 * (task.motion.xi + design.place)).T, color=GREEN, lw=2)
-            points.append(task.motion.xi + design.place)
+        elif (line := drawn_line(task)) is not None:
+            axes.plot(*(1e3 * (line + design.place)).T, color=GREEN, lw=2)
+            points.append(line + design.place)
         axes.set_aspect("equal")
         axes.grid(alpha=0.25)
         axes.set_xlabel("x (mm)")

@@ -21,6 +21,8 @@ from .task import Task, task_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
 
+    from ..pictures.play.live import Live
+
 AT_LIMIT = 1e-3  # of a bound's range, or of a limit, within which it is said to bind
 FRONT, ROBOTS = "front.json", "robots"
 WHAT = "fivebar designs"
@@ -85,8 +87,14 @@ class Design(Pictured):
 
     @classmethod
     def load(cls, file: str | os.PathLike) -> Design:
-        """The Design in a file. Of a motion only its duration was kept."""
+        """The Design in a file. Of a motion or a path not the points were kept."""
         return _load(Path(file))[0]
+
+    def live(self) -> Live:
+        """The live page of the robot, its end-effector in the middle of its table."""
+        from .page import live_page
+
+        return live_page(self)
 
     def plot(self, file: str | os.PathLike | None = None) -> Picture:
         """Picture of the robot over its table."""
@@ -153,7 +161,12 @@ class Front(Pictured):
         write(file, "front", {"goals": dict(self.goals), "choices": first.task.about}, header, rows)
 
     def save(self, folder: str | os.PathLike) -> None:
-        """front.json, which `load` reads, front.csv, front.png, and robots/01.json ...: files for --robot."""
+        """front.json, which `load` reads, front.csv, front.png, robots/01.json ... for --robot, and index.html.
+
+        That page has the picture and a table; each robot's link opens it on the live page, play.html beside it.
+        """
+        from .page import save_page
+
         folder = Path(folder)
         (folder / ROBOTS).mkdir(parents=True, exist_ok=True)
         _save(folder / FRONT, self.designs)
@@ -161,10 +174,11 @@ class Front(Pictured):
         self.plot(folder / "front.png")
         for k, each in enumerate(self.designs, start=1):
             each.to_robot_file(folder / ROBOTS / f"{k:02d}.json")
+        save_page(self, folder)
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Front:
-        """The Front in a folder. Of a motion only its duration was kept."""
+        """The Front in a folder. Of a motion or a path not the points were kept."""
         return cls(_load(Path(folder) / FRONT))
 
 
@@ -179,7 +193,7 @@ def _load(file):
         about = json.loads(file.read_text(encoding="utf-8"))
         if about["what"] != WHAT:
             raise ValueError(f"it is of {about['what']!r}")
-        choices = {name: value for name, value in about["choices"].items() if name != "motion"}
+        choices = {name: value for name, value in about["choices"].items() if name not in ("motion", "path")}
         if "motor" in choices:
             choices["motor"] = tuple(choices["motor"].values())
         task = task_of(choices)

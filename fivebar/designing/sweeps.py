@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import shown, whole
+from ..checks import one_of, shown, whole
 from ..described import one_line
 from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar
@@ -110,15 +110,20 @@ class Sweep:
         """Where the task of a design is, (2,) m."""
         return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
 
-    def best(self, figure: str | None = None, count: int = 1) -> np.ndarray:
-        """Numbers of the best designs by a figure, the best first; of equals the first."""
+    def best(self, figure: str | None = None, count: int = 1, sense: str | None = None) -> np.ndarray:
+        """Numbers of the best designs by a figure (None: the first), the best first; of equals the first.
+
+        sense: "min" or "max"; None: the figure's own, of a function "max".
+        """
         from .figures import FIGURES
 
         figure = figure or self.figures[0]
         if figure not in self.figures:
             raise ValueError(f"figure: {shown(figure)} was not swept; {', '.join(self.figures)} were")
         count = whole(1, 10**7)(count, "count")
-        sign = 1.0 if figure in FIGURES and FIGURES[figure].better == "small" else -1.0
+        if sense is None:
+            sense = "min" if figure in FIGURES and FIGURES[figure].better == "small" else "max"
+        sign = 1.0 if one_of("min", "max")(sense, "sense") == "min" else -1.0
         start, kept, at = 0, np.empty(0), np.empty(0, dtype=int)
         for part in self.chunks():
             value = sign * part.values[:, self.figures.index(figure)]

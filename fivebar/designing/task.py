@@ -13,7 +13,9 @@ import numpy as np
 
 from ..checks import a_callable, modes, not_negative, number, positive, shown, two_numbers, whole
 from ..described import one_line
-from .designs import alone
+from ..paths.curve import Path
+from ..paths.read import path
+from .batch import alone
 
 MOST_POSES = 10**6
 SAMPLES = 201  # of a motion
@@ -51,6 +53,7 @@ class Task:
     working: modes of the legs, (1, -1): elbows outside above the base, as Liu's.
     motor: the name of one of MOTORS, or (torque N m, speed rad/s).
     motion: a trajectory, t -> (xi, xi', xi''), with .start and .duration, about the task's own origin.
+    path: a Path, or what `fb.path` reads, about the task's own origin.
     tolerances: {"q": rad of each motor, "l": m of each bar, "d": m of the base}, each of them +-.
     stiffness: of each motor, N m/rad.
     det_A, sin: that a dexterous region keeps; margin: m that discs and rectangles keep.
@@ -62,6 +65,7 @@ class Task:
     working: tuple[int, int] = (1, -1)
     motor: Motor | None = None
     motion: Motion | None = None
+    path: Path | None = None
     tolerances: Mapping[str, float] | None = None
     stiffness: float | None = None
     det_A: float = 0.0
@@ -70,8 +74,7 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        said = {f.name: getattr(self, f.name) for f in fields(self) if f.name in self._given}
-        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in said.items()))
+        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in self.about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -99,6 +102,9 @@ class Task:
             if name == "motion":
                 digest = hashlib.sha256(np.array(value[1:]).tobytes())
                 value = {"duration": value.duration, "sha256": digest.hexdigest()}
+            elif name == "path":
+                points = value(value.length * np.linspace(0, 1, SAMPLES))[0]
+                value = {"length": value.length, "sha256": hashlib.sha256(points.tobytes()).hexdigest()}
             elif isinstance(value, Motor):
                 value = {"torque": value.torque, "speed": value.speed}
             found[name] = value
@@ -190,6 +196,13 @@ def _motion(value, name):
     return Motion(duration, *parts)
 
 
+def _path(value, name):
+    try:
+        return value if isinstance(value, Path) else path(value)
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"{name}: {error}") from None
+
+
 def _tolerances(value, name):
     if not isinstance(value, Mapping) or not value or set(value) - {"q", "l", "d"}:
         raise ValueError(f'{name} must be a table of "q" (rad), "l" and "d" (m), not {shown(value)}')
@@ -202,5 +215,6 @@ def _share(value, name):
 
 _RULES = {
     "table": _table, "disc": _disc, "poses": _poses, "working": modes(2), "motor": _motor, "motion": _motion,
-    "tolerances": _tolerances, "stiffness": positive, "det_A": _share, "sin": _share, "margin": not_negative,
+    "path": _path, "tolerances": _tolerances, "stiffness": positive, "det_A": _share, "sin": _share,
+    "margin": not_negative,
 }  # fmt: skip

@@ -37,7 +37,7 @@ def slow(robot):
 
 def timed(executor, name, count):
     began = time.perf_counter()
-    choices = CHOICES | {"poses": (100, 100)}
+    choices = CHOICES | {"poses": (100, 100), "chunk": 250}
     fb.sweep(["det_A", "conditioning"], D.sample(BOUNDS, count), executor, out / name, **choices)
     return time.perf_counter() - began
 
@@ -64,13 +64,13 @@ if __name__ == "__main__":
         main(["sweep", "bars", "--grid", "l1=.1:.2:5", "--dask", cluster.scheduler_address, "--out", str(out / "cli")]),
     ]
     if len(sys.argv) > 2:
-        timed(client.get_executor(), "warm", 400)
-        both = min(timed(client.get_executor(), f"two{k}", 4000) for k in range(3))
+        timed(client.get_executor(), "warm", 1000)
+        both = min(timed(client.get_executor(), f"two{k}", 20_000) for k in range(3))
         cluster.scale(1)
         client.wait_for_workers(1)
         while len(client.nthreads()) > 1:
             time.sleep(0.1)
-        said["seconds"] = min(timed(client.get_executor(), f"one{k}", 4000) for k in range(3)), both
+        said["seconds"] = min(timed(client.get_executor(), f"one{k}", 20_000) for k in range(3)), both
     # It all goes away.
     threading.Timer(0.7, cluster.close).start()
     try:
@@ -86,7 +86,7 @@ def said(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dask")
     (folder / "program.py").write_text(PROGRAM)
     command = [sys.executable, folder / "program.py", folder, *["timed"] * bool(os.environ.get("FIVEBAR_NIGHTLY"))]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr
     return json.loads(run.stdout.splitlines()[-1]) | {"folder": folder}
 

@@ -1,6 +1,8 @@
 """The best robot and fronts: against problems with a known answer, and what holds each result."""
 
+import html
 import json
+import re
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
@@ -118,7 +120,18 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert (tmp_path / "front" / "front.png").stat().st_size > 20_000
     lines = (tmp_path / "front" / "front.csv").read_text().splitlines()
     assert lines[1].startswith("l1,l2,d,task_y,footprint,tip_speed,det_A,tip_force") and len(lines) == len(front) + 2
+    along = fb.design(
+        ["bars", "worst_speed"], {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "task_y": 0.15}, points=2, effort=0.02,
+        motion=fb.line((-0.02, 0), (0.02, 0), 1.0), path=[(-0.02, 0), (0.02, 0)],
+    )  # fmt: skip
+    along.save(tmp_path / "along")
+    assert D.Front.load(tmp_path / "along").designs[0].values == along.designs[0].values
     assert isinstance(again.plot(robots=3), Picture) and isinstance(again.knee.plot(), Picture)
+    page = (tmp_path / "front" / "index.html").read_text()
+    links = [html.unescape(text) for text in re.findall(r'href="(play\.html#[^"]*)"', page)]
+    assert links == [f"play.html{each.live().fragment}" for each in front.designs]
+    assert all(f"l11={each.robot.l11}" in text for each, text in zip(front.designs, links))
+    assert "held by" in page and (tmp_path / "front" / "play.html").stat().st_size > 100_000
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
     (tmp_path / "front" / "front.json").write_text('{"what": "fivebar designs", "designs": [{}], "choices": {}}')

@@ -108,6 +108,15 @@ def test_liu_measures_are_plain_polar_means():
     assert abs(plain - weighed) > 0.004
 
 
+def test_the_inscribed_circle_brings_its_own_conditioning():
+    robot = fb.FiveBar(1.2, 1.0, 1.2, 1.0, 1.6)
+    y, radius = 1.59702341613507074, 0.413807459515147531
+    done = fb.sweep("inscribed_conditioning", [robot])
+    same = fb.sweep("global_conditioning_polar", [robot], disc=(0, y, radius * (1 - 1e-9)), poses=(101, 180))
+    assert done["inscribed_conditioning"][0] == pytest.approx(same["global_conditioning_polar"][0], abs=1e-5)
+    assert 0.3 < done["inscribed_conditioning"][0] < 0.6
+
+
 def test_liu_published_values_by_a_sweep():
     r = np.array([[float(x) for x in case["r"]] for case in REFERENCE["MIC"]])
     done = fb.sweep("inscribed_circle", dict(zip(("r1", "r2", "r3"), r.T)), workers=1)
@@ -166,6 +175,19 @@ def test_in_the_time_found_a_motor_is_at_its_limit_and_none_beyond(motor, gravit
             share.append((torque, np.abs(rates.q_dot).max()))
         assert (done["worst_torque"][k], done["worst_speed"][k]) == pytest.approx(share[0], rel=1e-12)
         assert max(np.divide(share[1], motor)) == pytest.approx(1, rel=1e-9)
+
+
+def test_the_least_time_of_a_path_is_that_of_time_path():
+    points = [(-0.02, 0.0), (0.02, 0.0)]
+    base = fb.FiveBar(0.12, 0.15, 0.12, 0.15, 0.1, 0.0005, 0.0005, 0.2)
+    done = fb.sweep("path_time", {"task_y": [0.14, 0.9]}, robot=base, path=points, motor=(0.3, 8.0))
+    line = fb.path([(x, y + 0.14) for x, y in points])
+    timed = fb.time_path(base, line, torque_limit=0.3, joint_speed_limit=8.0, working=(1, -1))
+    assert done["path_time"][0] == pytest.approx(timed.duration, rel=2e-3) and done["path_time"][1] == np.inf
+    slower = fb.sweep("time", {"task_y": [0.14]}, robot=base, motion=fb.line(*points, 1.0), motor=(0.3, 8.0))
+    assert timed.lower_bound < slower["time"][0]
+    with pytest.raises(ValueError, match="path: "):
+        fb.sweep("path_time", {"task_y": [0.1]}, path=[(0, 0)], motor=(1, 1))
 
 
 def test_a_motion_that_cannot_be_done_takes_for_ever():

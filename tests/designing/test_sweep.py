@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.designing.designs import designs_of
 from tests.helpers import ROOT
 
 D = fb.designing
@@ -250,6 +249,20 @@ def test_two_sweeps_into_one_folder(tmp_path):
     assert len(D.Sweep.load(tmp_path / "out")) == 1
 
 
+class Strange(Exception):
+    pass
+
+
+def test_what_is_raised_travels_and_what_cannot_travel_is_said():
+    def strange(robot):
+        raise Strange("so")
+
+    done = fb.sweep(strange, {"l1": [0.1] * 30}, workers=2)  # forked workers have it
+    assert len(done.errors) == 30 and done.errors[0] == (0, "strange: Strange: so")
+    with ProcessPoolExecutor(1) as executor, pytest.raises(ValueError, match="cannot be sent to another process"):
+        fb.sweep(strange, {"l1": [0.1]}, executor)
+
+
 def test_an_executor_that_takes_no_more(tmp_path):
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
@@ -316,7 +329,22 @@ def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
     file.write_text("")
     with pytest.raises(ValueError, match="designs.csv: empty"):
         fb.sweep("bars", file)
-    assert designs_of({"l1": [0.1]}, None).names == ("l1",)
+    file.write_text("l1,lenght2\n0.1,3\n")
+    with pytest.raises(ValueError, match="designs.csv: column 'lenght2' is none of the parameters of a design, l1, l2"):
+        fb.sweep("bars", file)
+
+
+def test_files_of_designs_as_people_have_them(tmp_path):
+    file = tmp_path / "designs.csv"
+    file.write_text("sep=;\nl1 (mm);l2_mm;d (cm);bars\n100;120,5;5;7\n90;130;4;8\n", encoding="utf-16")
+    done = fb.sweep("bars", file)
+    assert done.names == ("l1", "l2", "d") and done.design(0) == pytest.approx({"l1": 0.1, "l2": 0.1205, "d": 0.05})
+    done.to_csv(tmp_path / "again.csv")  # a sweep's own table
+    again = fb.sweep("bars", tmp_path / "again.csv")
+    np.testing.assert_array_equal(again["bars"], done["bars"])
+    assert done.best("bars").tolist() == [1] and done.best("bars", sense="max").tolist() == [0]
+    with pytest.raises(ValueError, match="sense must be one of min, max"):
+        done.best(sense="least")
 
 
 def test_the_manifest_says_what_it_is_of(whole):

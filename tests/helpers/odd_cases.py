@@ -52,7 +52,7 @@ def _many(**given):
 
 
 TASK = dict(
-    table=(0.06, 0.04), disc=None, poses=(3, 3), working=(1, -1), motor=(1.0, 2.0), motion=LINE,
+    table=(0.06, 0.04), disc=None, poses=(3, 3), working=(1, -1), motor=(1.0, 2.0), motion=LINE, path=None,
     tolerances={"q": 1e-3}, stiffness=10.0, det_A=0.1, sin=0.1, margin=0.0,
 )  # fmt: skip
 
