@@ -2,11 +2,11 @@
 
 import pytest
 
-from tests.benchmarks import engine, singularities, speed, time_paths
+from tests.benchmarks import engine, live_page, singularities, speed, time_paths
 from tests.helpers.needs import need
 
 
-@pytest.mark.parametrize("benchmark, figures", [(speed, 8), (engine, 5), (singularities, 4)])
+@pytest.mark.parametrize("benchmark, figures", [(speed, 8), (engine, 5), (singularities, 4), (live_page, 9)])
 def test_a_benchmark_runs(benchmark, figures, capsys, compiler):
     benchmark.main(quick=True)
     assert capsys.readouterr().out.count("bound") == figures

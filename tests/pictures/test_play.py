@@ -215,6 +215,14 @@ def test_touch_on_a_phone(opened, path):  # noqa: F811
     page.touchscreen.tap(x, y)
     settle(page)
     assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16))) < 5e-3 < np.hypot(*np.subtract(before, (0.0, 0.16)))
+    # a finger that moves drags the robot, and does not scroll the page
+    session = page.context.new_cdp_session(page)
+    places = [on_screen(page, (0.04 * share, 0.16 + 0.03 * share)) for share in np.linspace(0, 1, 8)]
+    for kind, points in [("touchStart", places[:1]), *(("touchMove", [at]) for at in places[1:]), ("touchEnd", [])]:
+        touches = [{"x": float(x), "y": float(y)} for x, y in points]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+    settle(page)
+    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3 and page.evaluate("scrollY") == 0
 
 
 def test_lengths_that_cannot_close_are_said_and_not_taken(page):

@@ -134,6 +134,19 @@ def test_a_linkage_by_hand_and_by_its_address(page):
         assert "not taken" in page.locator("#said").text_content(), bad
 
 
+def test_a_linkage_as_python(page, capsys):
+    page.evaluate("showTab('four')")
+    for kind, branch, _, values, _ in LINKAGES:
+        signs = [branch] if isinstance(branch, int) else list(branch)
+        page.evaluate("([kind, values, branch]) => chooseKind(kind, values, branch)", [kind, values, signs])
+        names = {}
+        exec(compile(page.evaluate("linkagePython()"), kind, "exec"), names)
+        at = page.evaluate("at_(lab.q).points[wordsOf().traced]")
+        motion = names["motion"]
+        np.testing.assert_allclose(motion.position(motion.chain.traced), at, atol=1e-12)
+    assert "turns" in capsys.readouterr().out  # its verdicts
+
+
 def test_a_named_coupler_point_is_what_a_study_plots():
     with_point, without = linkages.study(LINKAGES[0][2]), linkages.study(linkages.FourBar(*CRANK_ROCKER[:4]))
     assert usual_panels(with_point)[1:] == [["M.speed"], ["M.tangential", "M.normal"]]

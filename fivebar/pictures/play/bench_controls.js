@@ -25,9 +25,10 @@ function linkagePython() {
   return `${lab.kind === "press" ? "from dataclasses import replace\n" : ""}from fivebar import linkages
 
 linkage = ${made}
-print(*linkages.verdict(linkage, ${sign_}), sep="\n")
+print(*linkages.verdict(linkage, ${sign_}), sep="\\n")
 motion = linkages.move(linkage, ${lab.q}, branch=${sign_})
-study = linkages.study(linkage, branch=${sign_})  # the curves as numbers; study.page("study.html")
+study = linkages.study(linkage, branch=${sign_}${lab.sweep.full ? "" : ', drive="swing"'})
+study.page("study.html")
 `;
 }
 

@@ -32,7 +32,7 @@ function lengthSlider(name, label, title, get, set) {
   range.oninput = () => {
     if (!begun) remember();
     begun = true;
-    change(Math.round(+range.value * slidingTop) / 1e6);  // whole µm
+    change(Math.round(2 * range.value) * slidingTop / 2e6);  // of 200 mm, whole tenths
   };
   range.onchange = () => { begun = false; showSliders(); };
   input.onchange = () => {
