@@ -1,4 +1,4 @@
-"""The live page: what it computes against the exact models, what a hand does to it, and what it refuses."""
+"""The live page: what a hand does to it, what it says and gives away, and what it refuses."""
 
 import json
 import re
@@ -14,12 +14,10 @@ from fivebar.pictures.play import Live
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
 from ..helpers.pages import browser, contrast, download, opened  # noqa: F401  fixtures
+from ..helpers.playing import LENGTHS, PHONE, drag, on_screen, pose_of
 
 ROBOT = fb.FiveBar()
-MODES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
-LENGTHS = ("l11", "l12", "l21", "l22", "d")
 GRAVE = "serious", "critical"  # of axe's findings
-PHONE = dict(width=390, height=844, has_touch=True, is_mobile=True)
 
 
 @pytest.fixture(scope="module")
@@ -34,106 +32,12 @@ def page(opened, path):  # noqa: F811
     return opened(path)
 
 
-def pose_of(page):
-    return page.evaluate("({xi: pose.xi, q: pose.q, modes, assembly: pose.assembly, p})")
-
-
-def on_screen(page, point):
-    """Where a point of the plane is on the screen."""
-    box = page.locator("#plane").bounding_box()
-    x, y = page.evaluate("point => task.at(point)", list(point))
-    return box["x"] + x, box["y"] + y
-
-
-def drag(page, start, *points):
-    page.mouse.move(*on_screen(page, start))
-    page.mouse.down()
-    for point in points:
-        page.mouse.move(*on_screen(page, point), steps=4)
-    page.mouse.up()
-    settle(page)
-
-
-def length(points):
-    points = np.asarray(points)
-    return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
-
-
 def test_one_small_file_that_lets_only_its_own_script_run(path):
     text = path.read_text("utf-8")
     assert len(text.encode()) <= 400_000
     policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
     assert re.search(r"default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='", policy)
     assert "//" not in re.sub(r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text)  # but comments
-
-
-ODD = [(0.2, 0.1, 0.2, 0.1, 0.0), (0.1, 0.1, 0.1, 0.1, 0.2), (0.1, 0.2, 0.1, 0.2, 0.1), (0.3, 0.05, 0.1, 0.07, 0.3)]
-
-
-def test_loci_are_on_the_exact_curves_with_their_modes(page):
-    rng = np.random.default_rng(3)
-    robots = [UNEQUAL, *(each.robot for each in fb.ROBOTS.values() if each.robot.turns)]
-    robots += [fb.FiveBar(*lengths) for lengths in ODD]
-    while len(robots) < 20:
-        lengths = rng.uniform(0.03, 0.3, 5).round(3)
-        if 2 * lengths.max() < lengths.sum():
-            robots.append(fb.FiveBar(*lengths))
-    found = page.evaluate(
-        """robots => robots.map(p => { const {task, joint, arcs} = lociOf(p); return {
-            task: task.map(({kind, signs, rows}) => [kind, signs, rows.map(row => [row[0], row[1]])]),
-            joint: joint.map(({type, kind, signs, rows}) => [type, kind, signs, rows.map(row => [row[2], row[3]])]),
-            arcs: arcs.map(({points}) => points)}; })""",
-        [[getattr(robot, name) for name in LENGTHS] for robot in robots],
-    )
-    for robot, own in zip(robots, found):
-        loci, size = fb.singularity_loci(robot), sum(getattr(robot, name) for name in LENGTHS)
-        points = [point for *_, rows in own["task"] for point in rows[::29]] + [
-            arc[k] for arc in own["arcs"] for k in (0, 3)
-        ]
-        assert np.max(fb.locus_distance(robot, points)[0], initial=0) <= 1e-12 * max(size, 1)
-        for mode in MODES:
-            for kind in ("stretched", "folded", "self-motion"):
-                exact = sum(length(each.points) for each in loci.task if each.kind == kind and mode in each.working)
-                here = sum(
-                    length(rows) for own_kind, signs, rows in own["task"]
-                    if own_kind == kind and all(s in (0, -m) for s, m in zip(signs, mode))
-                )  # fmt: skip
-                assert here == pytest.approx(exact, rel=2e-3, abs=2e-3 * size), (robot, mode, kind)
-        exact = sum(length(each.points) for each in loci.task if each.circle)
-        assert sum(map(length, own["arcs"])) == pytest.approx(exact, rel=2e-3), robot
-        for assembly in (1, -1):
-            for kind in {each.kind for each in loci.joint}:
-                exact = sum(
-                    length(each.points) for each in loci.joint if each.kind == kind and assembly in each.assembly
-                )
-                here = sum(
-                    length(np.unwrap(rows, axis=0)) for type_, own_kind, signs, rows in own["joint"]
-                    if own_kind == kind and (type_ == 2 or signs[2] in (0, -assembly))
-                )  # fmt: skip
-                assert here == pytest.approx(exact, rel=5e-3, abs=0.05), (robot, assembly, kind)
-
-
-def test_pixels_are_near_the_exact_aspects_and_discs(page):
-    for robot in (ROBOT, UNEQUAL, fb.ROBOTS["hoang-2015"].robot):
-        page.evaluate(
-            "p => { LENGTHS.forEach((name, k) => { robot[name] = p[k]; }); p_ = p; reshape(p); }".replace(
-                "p_ = p; ", ""
-            ),
-            [getattr(robot, name) for name in LENGTHS],
-        )
-        for aspect in fb.aspects(robot):
-            if aspect.area < 0.005 * sum(getattr(robot, name) for name in LENGTHS) ** 2:
-                continue
-            here = page.evaluate(
-                """([point, working]) => { modes = working; take(igm(point, modes, p)); survey(true);
-                    return [field.count * field.step ** 2, disc.radius, disc.x, disc.y]; }""",
-                [aspect.point.tolist(), list(aspect.working)],
-            )
-            exact = fb.largest_disc(aspect)
-            assert here[0] == pytest.approx(aspect.area, rel=0.04)
-            assert here[1] == pytest.approx(exact.radius, rel=0.02)
-            free = fb.locus_distance(robot, here[2:], aspect.working)[0]  # its own radius is the exact one there
-            assert here[1] == pytest.approx(free, rel=1e-3)
 
 
 def test_the_end_effector_slides_along_the_border_and_says_why(page):
@@ -239,25 +143,6 @@ def test_lengths_that_cannot_close_are_said_and_not_taken(page):
         assert "must be between" in page.locator("#said").text_content() and pose_of(page)["p"][4] == 0.118
 
 
-def test_let_go_is_the_exact_motion(page):
-    """The lab's free motion, through Type 2 twice and a folded leg (reference/five_bar.json)."""
-    found = page.evaluate(
-        """() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
-            const first = totalEnergy().total, good = flow(2);
-            return {good, xi: motion.seen.xi, lost: totalEnergy().total / first - 1, crossings: motion.crossings}; }"""
-    )
-    np.testing.assert_allclose(found["xi"], (0.0087618923917, 0.1480740333255), atol=2e-9)
-    assert found["good"] and abs(found["lost"]) < 1e-10 and found["crossings"] >= 2
-    upright = fb.ROBOTS["iri-vertical"].robot
-    start = fb.igm(upright, (0.05, 0.2), (-1, -1))
-    run = fb.simulate(upright, lambda *_: (0.1, -0.2), start=fb.dkm(start, (0.0, 0.0)), duration=0.5)
-    found = page.evaluate(
-        """() => { restore({robot: content.presets["iri-vertical"].robot, modes: [-1, -1], xi: [0.05, 0.2]});
-            letGo([0, 0], {tau: [0.1, -0.2]}); return [flow(0.5), ...motion.seen.xi]; }"""
-    )
-    np.testing.assert_allclose(found[1:], run.xi[-1], atol=1e-8)
-
-
 def test_let_go_and_hold_by_the_button(page):
     page.get_by_role("button", name="let the robot move").click()
     until(page, "motion.t > 0.1")
@@ -273,16 +158,6 @@ def test_let_go_and_hold_by_the_button(page):
     )
     settle(page)
     assert "names no inertias" in page.locator("#said").text_content()
-
-
-def test_a_drawn_path_is_checked_at_once(page):
-    page.get_by_label("draw a path").check()
-    drag(page, (0.03, 0.1), (-0.02, 0.02), (-0.02, -0.06), (-0.02, -0.25))
-    words, checked = page.locator("#said").text_content(), page.evaluate("checked")
-    assert "crosses Type 2 once" in words and "leaves the workspace after" in words
-    (mark,) = checked["marks"]
-    distance, kind = fb.locus_distance(ROBOT, mark["point"], (-1, -1))
-    assert distance < 1e-9 and kind & fb.Singularity.PARALLEL
 
 
 CLOSED = "l11=0.1&l12=0.1&l21=0.1&l22=0.1&d=0.1"
@@ -378,16 +253,6 @@ def test_what_it_gives_away(page, tmp_path):
     assert name == "Five-bar-live.svg" and svg.startswith(b"<svg xmlns") and svg.count(b"<path") > 8
     name, png = download(page, "save the picture as PNG")
     assert name.endswith(".png") and png[:8] == b"\x89PNG\r\n\x1a\n" and len(png) > 10_000
-
-
-def test_every_named_robot(page):
-    for name in fb.ROBOTS:
-        if fb.ROBOTS[name].robot.turns:
-            page.get_by_label("robot by name").select_option(name)
-            settle(page)
-            robot = fb.ROBOTS[name].robot
-            assert pose_of(page)["p"] == [getattr(robot, each) for each in LENGTHS]
-            assert page.locator("#verdict").text_content()[0] in "✓✗"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
