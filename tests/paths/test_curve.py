@@ -108,6 +108,13 @@ def test_placed_pieces_are_placed_points(x, y, turn, scale, piece, share):
         )
 
 
+def test_a_picture(tmp_path):
+    figure = PATH.plot(tmp_path / "path.png")
+    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert labels == ["pen down", "pen up", "rests"] and (tmp_path / "path.png").stat().st_size > 5_000
+    assert "Path: 4 pieces" in PATH._repr_html_()
+
+
 def test_right_angles_are_exact():
     place = fb.Placement((0.1, 0.2), math.pi / 2, 2.0)
     assert place((1.0, 0.0)).tolist() == [0.1, 2.2]

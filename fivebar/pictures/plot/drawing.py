@@ -68,6 +68,23 @@ def drawing(
     return figure
 
 
+def path_picture(pieces: np.ndarray, pen: np.ndarray, rests: np.ndarray) -> Figure:
+    """Figure of a path: pieces (n, m, 2) m, drawn where the pen (n,) is down, dotted where it is up; rests (k, 2) m."""
+    wide, high = np.maximum(np.ptp(pieces.reshape(-1, 2), axis=0), 1e-12)
+    figure = Figure(figsize=(7, min(max(7 * high / wide, 1.5), 7) + 1.2), layout="constrained")
+    axes = figure.add_subplot()
+    for down, style in ((True, dict(color=REFERENCE, lw=1.6)), (False, dict(color=INK, lw=0.8, ls=(0, (1, 2))))):
+        label = "pen down" if down else "pen up"
+        axes.add_collection(
+            LineCollection(1e3 * pieces[pen == down], label=label if (pen == down).any() else None, **style)
+        )
+    axes.plot(*(1e3 * rests.T), "o", color=INK, ms=3, ls="none", label="rests")
+    axes.autoscale()
+    axes.set_aspect("equal")
+    finish(axes, 3, xlabel="x (mm)", ylabel="y (mm)")
+    return figure
+
+
 def _place(axes, robot, working, asked):
     start = igm(robot, asked[0][0], working)
     draw_robot(axes, pose_body([start]), 0)
