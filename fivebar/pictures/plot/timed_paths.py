@@ -62,7 +62,7 @@ def _drawing(figure, axes, motion, t):
     if motion.crossing.any():
         places = 1e3 * motion.path(motion.s[motion.crossing])[0]
         axes.plot(*places.T, "x", color=INK, ms=9, mew=1.6, ls="none", zorder=5, label="crossing of Type 2")
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal")
     finish(axes, 4, xlabel="x (mm)", ylabel="y (mm)", title="the path, with the robot at its start")
 
 
