@@ -136,7 +136,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
                 found = again
             return found._replace(stuck=stuck)
         stuck = found if stuck is None else stuck
-    return found, 1 + _about(length, found)
+    return found, 1 + (_about(length, stuck) | _about(length, found))
 
 
 def _made(found, part):

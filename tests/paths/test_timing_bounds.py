@@ -6,7 +6,7 @@ import pytest
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
-from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path
+from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
 
@@ -37,3 +37,13 @@ def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
     with pytest.raises(fb.TimingError, match="no motion along the path keeps these limits .* crosses Type 2") as caught:
         fb.time_path(heavy, ACROSS, torque_limit=1.0)
     assert caught.value.proved and 0.06 < caught.value.s < ACROSS.length
+
+
+@pytest.mark.parametrize("seed", [5, 27, 31])
+def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
+    """There the robot cannot be held at rest: it has to pass, and the criterion has a constant part."""
+    robot, limits = fb.FiveBar(gravity=(0.0, -3.0)), {"torque_limit": 1.0}
+    start, goal = (np.array([0.05, 0.03]) + np.random.default_rng(0).uniform(-0.06, 0.06, (seed + 1, 2, 2)))[-1]
+    motion = fb.time_path(robot, Path((Line(tuple(start), tuple(goal)),)), **limits)
+    assert motion.crossing.sum() == 1 and motion.gap <= 1e-3 and used(motion, limits, 30) <= 1
+    assert fb.check_path(robot, motion).criterion_holds
