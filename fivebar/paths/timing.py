@@ -43,7 +43,9 @@ def time_path(
     """Follow a given path in the least time under limits, through Type 2 where it leads there: TimedPath.
 
     The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path under them takes less
-    than `lower_bound`: `timing_lower` says why. Both up to rounding, for which limits are shifted by 1e-9 of them.
+    than `lower_bound`: `timing_lower` says why. Both hold with gravity and friction, viscous and dry, up to rounding,
+    for which limits are shifted by 1e-9 of them. A jerk_limit is kept too, at places as close as one likes but not by
+    proof, and near the fastest motion without a promise (`timing_jerk`); the lower bound is then that without it.
 
     path: a Path. It rests at both ends, where its direction or the pen changes, and where a dwell is asked for.
     duration: s, asked for; None: the least. A longer one is reached by smaller torques and accelerations: all their

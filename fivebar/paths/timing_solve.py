@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MOST = 20000  # stretches
 ROUNDS, FAILURES = 150, 100
-BESIDE, SHORTEST = 3, 1e-8  # stretches on either side of Type 2, and how short they become, of the path
+BESIDE, SHORTEST = 3, 1e-5  # stretches on either side of Type 2, and how short they become, of the path
 PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
@@ -64,6 +64,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
                 break
             # The gap of a stretch goes as the square of its length.
             part = found.time - found.above.time
+            part = _made(found, part)
             wanted = np.sqrt(part / min(0.7 * gap * lower / len(mesh), 0.5 * part.max()))
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
             if found.stuck is not None:  # all of it is slower for what is missing in one place
@@ -135,7 +136,22 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
                 found = again
             return found._replace(stuck=stuck)
         stuck = found if stuck is None else stuck
-    return found, 1 + _about(length, found)
+    return found, 1 + (_about(length, stuck) | _about(length, found))
+
+
+def _made(found, part):
+    """By how much each stretch lets the bounds part (n,), s: half by the time on it, half by x against its ceiling.
+
+    What is lost in one place shows on all stretches that follow, where nothing is lost any more.
+    """
+    with np.errstate(all="ignore"):
+        behind = np.log(found.above.x / found.x)
+    known = np.isfinite(behind)
+    nodes = np.arange(len(behind))
+    behind = np.interp(nodes, nodes[known], behind[known])
+    grows = np.abs(np.diff(behind))
+    whole = grows.sum()
+    return (part + grows * (part.sum() / whole)) / 2 if whole > 0 else part
 
 
 def _about(length, node):

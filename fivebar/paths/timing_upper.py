@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .._backend import EPS
 from .timing_lower import BUMP, Ceiling
 from .timing_rows import PARTS, Rows
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
+ROUNDING, NEAREST = 8 * EPS, 1e-2
 PINNED = 0.98  # of the ceiling's x on Type 2, where it has to be given
 FINE = 34  # halvings in which a polygon's corner is found
 
@@ -69,11 +71,14 @@ def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: 
     high = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(high, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
     motion = np.stack([u0, u1]), np.stack([first, middle, last])
-    found = [_left_sides(rows, *motion, size, high), _left_sides(alone, *motion, size, high)]
+    rounding = ROUNDING * high / length  # of u, which is a difference of both x over the length
+    found = [_left_sides(each, *motion, size, high, rounding) for each in (rows, alone)]
     for i in special:
         if rows.torque.any():
             each = motion[0][:, i], motion[1][:, i]
-            found[0][:, rows.torque, i] = _quotients(rows, i, *each, size[i], high[i], length[i], pinned[i])
+            found[0][:, rows.torque, i] = _quotients(
+                rows, i, *each, size[i], high[i], length[i], pinned[i], rounding[i]
+            )
     box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
            -u1 - _const(size)]  # fmt: skip
     if any(mesh.share("v", i + back[i]) for i in special):
@@ -117,13 +122,13 @@ def _product(f, form, degree=4):
     return found
 
 
-def _left_sides(rows, u, x, size, high):
+def _left_sides(rows, u, x, size, high, rounding):
     """(5, rows, n, 3): Bernstein coefficients of the rows, as forms, with room for what is open."""
     one = _const(np.ones((1, u.shape[1])))
     found = _product(rows.parts["a"], u) + _product(rows.parts["b"], x) + _product(rows.parts["c"], one)
     _add_friction(found, rows.parts["v"], x, one, high)
     bend, slack = (_room(table, size, high) for table in (rows.bend, rows.slack))
-    found[..., 2] += slack + bend * np.array(BUMP)[:, None, None]
+    found[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + rounding * np.abs(rows.parts["a"]).max(axis=0)
     return found
 
 
@@ -160,8 +165,8 @@ def _criterion(mesh, i, back, pinned):
     return sign * np.array([-at["b"][k], 0.0, -(at["c"][k] + at["v"][k] * np.sqrt(pinned))]) / at["a"][k]
 
 
-def _quotients(rows, i, u, x, size, high, length, pinned):
-    """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2."""
+def _quotients(rows, i, u, x, size, high, length, pinned, rounding):
+    """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2; rounding, as seen from t = NEAREST."""
     f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
     q = {name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None] for name, each in f.items()}
     start = {name: each[None, 0, :, None] for name, each in f.items()}
@@ -178,6 +183,7 @@ def _quotients(rows, i, u, x, size, high, length, pinned):
         for table in (rows.bend, rows.slack)
     )
     found[..., 0, 2] += slack + bend * (np.arange(4, -1, -1) / 4)[:, None]
+    found[..., 0, 2] += rounding / NEAREST * np.abs(f["a"]).max(axis=0)
     return found[:, :, 0]
 
 
