@@ -19,6 +19,8 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
+    "Calibration": "measured.calibration",
+    "PD": "control.laws",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
     "PD": "control.laws",
@@ -34,6 +36,7 @@ _LATER = {
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
     "certify": "paths.certify",
+    "calibrate": "measured.calibrate",
     "check_path": "singularities.path",
     "circle": "planning.trajectory",
     "compare": "simulation.comparison",
@@ -72,6 +75,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .designing.optimum import design
     from .designing.sweeping import sweep
     from .exporting.export import export
+    from .measured.calibrate import calibrate
+    from .measured.calibration import Calibration
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path
