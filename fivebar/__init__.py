@@ -49,12 +49,14 @@ _LATER = {
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
+    "measurement_poses": "measured.poses",
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
     "path": "paths.read",
     "plan": "planning.plan",
     "play": "pictures.play",
     "polynomial": "planning.trajectory",
+    "repeatability": "measured.repeatability",
     "routes": "singularities.passages",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
@@ -62,6 +64,7 @@ _LATER = {
     "singularity_map": "singularities.maps",
     "sweep": "designing.sweeping",
     "time_path": "paths.timing",
+    "tip_error": "measured.tip_error",
 }
 
 
@@ -77,6 +80,9 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .exporting.export import export
     from .measured.calibrate import calibrate
     from .measured.calibration import Calibration
+    from .measured.poses import measurement_poses
+    from .measured.repeatability import repeatability
+    from .measured.tip_error import tip_error
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path

@@ -13,10 +13,11 @@ from ..checks import instance, number, one_of, optional, positive, shown, string
 from ..models.robots import FiveBar
 from ..tables import FilePath
 from .calibration import Calibration
-from .fit import Task, begin, misses, modes_found, solve
+from .fit import Task, misses, modes_found, solve
 from .machine import PLACE, UNKNOWNS, length_ok, sizes, values_of
 from .mistakes import mistakes as found_mistakes
 from .rows import rows_of
+from .starts import begin
 
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
@@ -52,7 +53,7 @@ def calibrate(
     ValueError names what is wrong. Gauss-Newton, derivatives in closed form from A d xi = B dq + ... (AMORO eq. 13).
     """
     unknown = known_names(unknown)
-    start_values = _start(robot, start)
+    p0 = start_values(robot, start)
     rows = rows_of(data, units, weights=None if weights is None else _weights(weights))
     free = np.array([PLACE[name] for name in unknown])
     size = sizes(robot, rows.q, unknown)
@@ -60,7 +61,7 @@ def calibrate(
     relative = weights is not None
     given = sigma if sigma is not None else (1.0 if np.isfinite(rows.sigma).any() and not relative else None)
     weight = _weight(own, sigma, relative, rows)
-    task = Task(rows, free, start_values, size, weight, _bounds(bounds, unknown), loss)
+    task = Task(rows, free, p0, size, weight, _bounds(bounds, unknown), loss)
     typical = 0.0 if given is None else float(np.median(1 / weight))
     if mistakes == "keep":
         wrong, p = [], begin(task)
@@ -88,7 +89,7 @@ def calibrate(
         names = ", ".join(np.array(task.rows.where)[unsure & needed])
         said.append(f"assembly mode uncertain, both fit almost alike, the nearer one was taken: {names}")
     return Calibration(
-        robot, unknown, task.rows, assembly, start_values, p, weight, given is not None, loss, held, tuple(said),
+        robot, unknown, task.rows, assembly, p0, p, weight, given is not None, loss, held, tuple(said),
         dict(task.bounds or {}),
     )  # fmt: skip
 
@@ -105,7 +106,8 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
     return found
 
 
-def _start(robot, start):
+def start_values(robot: FiveBar, start: Mapping[str, float]) -> np.ndarray:
+    """All UNKNOWNS (13,) of a robot with `start` over them; ValueError for names and values that none has."""
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if wrong := [each for each in start if each not in UNKNOWNS]:

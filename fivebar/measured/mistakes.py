@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._backend import wrap
-from .fit import SUSPECT, USUAL, Task, begin, doubt, first, miss, reading, settled, wide_legs
+from .fit import Task
 from .machine import bars_off, seen, sines_at
 from .rows import Rows
+from .starts import SUSPECT, USUAL, begin, doubt, first, miss, reading, settled, wide_legs
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this part of itself a misfit falls if a mistake is found

@@ -53,7 +53,7 @@ def _arrows(axes, found):
             axes.annotate(found.rows.where[row], place, textcoords="offset points", xytext=(8, 6), fontsize=8)
     axes.set_aspect("equal")
     axes.margins(0.12)
-    finish(axes, 1, xlabel="x (mm)", ylabel="y (mm)", title="predicted - measured, from the measured point")
+    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="predicted - measured, from the measured point")
 
 
 def _numbers(axes, found):
