@@ -120,7 +120,7 @@ def _report(lab, checks, before, home, **rest):
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=(program.robot or robot).parameters, lab_hash=lab.hash(), trouble=trouble or "",
         notes=(
-            *filter(None, [program.remark]), *(_notes(lab, robot, program) or _absent(lab, robot, checks)),
+            *filter(None, [program.remark]), *(() if lab.hides_robot else _notes(lab, robot, program) or _absent(lab, robot, checks)),
             *_old_numpy(program),
         ),
         faults=tuple(checks.trouble), output=student.output,

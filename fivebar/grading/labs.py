@@ -46,6 +46,11 @@ class Lab:
         """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both are the same."""
         return self._content().get("CONSTANTS", {})
 
+    @property
+    def hides_robot(self) -> bool:
+        """Whether the numbers of a student's robot are what he is to find."""
+        return "HAND_OUT" in self._content()
+
     def files_for(self, robot: Robot, draw: np.random.Generator) -> dict[str, str] | None:
         """{name: text} of what a student gets beside student.py about a robot whose numbers he is to find: HAND_OUT of
         exercises.py; None where the robot's numbers stand in student.py."""

@@ -30,8 +30,8 @@ def tip_errors(found: TipError) -> Figure:
     )
     left.loglog(span, span, color=INK, lw=1, label="equal")
     left.loglog(linear[good], drawn[good], "o", ms=5, color=BLUE, label="a pose, RMS")
-    worst = 1e3 * found.worst
-    left.loglog(worst[good], np.minimum(1e3 * found.radius, 1e6)[good], "s", ms=4, color=ORANGE, mfc="none",
+    all_there = good & np.isfinite(found.radius)
+    left.loglog(1e3 * found.worst[all_there], 1e3 * found.radius[all_there], "s", ms=4, color=ORANGE, mfc="none",
                 label="worst case, and radius of 95 %")  # fmt: skip
     finish(left, 3, xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)", title="error of the tip")
     det = np.abs(np.atleast_1d(found.pose.det_A)).ravel()

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from .._backend import real_numbers
+from .._backend import real_numbers, wrap
 from ..checks import instance, number, one_of, optional, positive, shown, strings, takes, two_numbers
 from ..models.robots import FiveBar
 from ..tables import FilePath
@@ -84,6 +84,8 @@ def calibrate(
     assembly = np.where(assembly == 0, -1, assembly)
     p = _reaching(task, p, assembly)
     task, p, held = _within(task, p, assembly)
+    turns = np.intersect1d(free, [PLACE[name] for name in ("offset1", "offset2", "turn")])
+    p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
     said = [*task.rows.said, *(f"put right: {mistake}" for mistake in wrong)]
     if unsure[needed].any():
         names = ", ".join(np.array(task.rows.where)[unsure & needed])

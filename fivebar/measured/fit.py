@@ -102,8 +102,14 @@ def modes_found(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values (13,) of least weighted squares from p, and which free ones are at a bound.
 
-    Combinations that the rows do not tell stay as near to the start as they can.
+    Combinations that the rows do not tell stay as near to the start as they can. Bounds count where a fit without them
+    leaves them: within them SciPy's steps would drift along what the rows do not tell.
     """
+    if task.bounds:
+        free, held = solve(replace(task, bounds=None), p, assembly)
+        inside = (free[task.free] - task.start[task.free]) / task.size
+        if np.all((inside >= _box(task)[0]) & (inside <= _box(task)[1])):
+            return free, held
     z0 = (p[task.free] - task.start[task.free]) / task.size
     scale = task.weight
 

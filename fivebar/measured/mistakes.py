@@ -15,6 +15,8 @@ from .starts import SUSPECT, USUAL, begin, doubt, first, miss, reading, settled,
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this part of itself a misfit falls if a mistake is found
+NOISE = 1e-4  # of a mean bar: what is missed by less is missed alike
+MUCH_TURNED = 1.0  # rad
 SURE = 0.05  # sine beyond which a mode is certain
 
 
@@ -131,13 +133,21 @@ def _columns(task, before, groups):
     least = min(doubts.values())
     if least > min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
         return []
-    alike = [words for words in doubts if doubts[words] < 1.5 * least]
-    alike.sort(key=lambda words: round(np.abs(wrap(ends[words] - task.start))[[5, 6, 11]].sum(), 1))
+    limit = max(1.5 * least, NOISE * task.bar)
+    turned = {words: _turned_by(task, ends[words]) for words in doubts if doubts[words] < limit}
+    alike = sorted(turned, key=lambda words: round(turned[words], 1))
     best, others = alike[0], [" and ".join(words) for words in alike[1:3]]
+    if turned[best] > MUCH_TURNED and doubt(task, begin(task)) < limit:
+        return []  # motors and a frame may lie anywhere: no mistake
     after = miss(tasks[best], ends[best])
     said = f"(the bars miss the points by {_mm(after)} then, by {_mm(miss(task, before))} as it is; medians)"
     said += f", or {' or '.join(others)}, which looks the same" if others else ""
     return [Mistake(f"column {words}? {said}", change) for words, change in zip(best, tried[best])]
+
+
+def _turned_by(task, p):
+    """How far offsets and frame are turned from their start, rad."""
+    return float(np.abs(wrap(p - task.start))[[5, 6, 11]].sum())
 
 
 def _counts(task):

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import instance, number, one_of, positive, strings, takes, whole
+from .._backend import check_modes, finite_numbers, real_numbers
+from ..checks import instance, number, one_of, positive, shown, strings, takes, whole
 from ..described import one_line
 from ..models.geometry import Pose, igm, task_pose
 from ..models.robots import FiveBar
@@ -116,12 +117,14 @@ def measurement_poses(
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
     _must_tell(jacobian, unknown, size, p)
     chosen = _exchanged(jacobian, n)
-    for _ in range(ROUNDS if criterion == "tip" else 0):
+    for _ in range(ROUNDS if n > 1 and criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
     order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
     chosen = [chosen[k] for k in order]
-    information = sum(j.T @ j for j in jacobian[chosen])
-    covariance = np.linalg.inv(information)
+    s, tolerance = spectrum(jacobian[chosen].reshape(-1, len(columns)))[1::2]
+    if (s <= tolerance).any():
+        raise ValueError(f"n = {n} poses are too few to tell {', '.join(unknown)}")
+    covariance = np.linalg.inv(sum(j.T @ j for j in jacobian[chosen]))
     worst = float(np.sqrt(_spread(jacobian, covariance).max()))
     xi, modes = pose.xi[chosen], pose.working[chosen]
     found = igm(robot, xi, modes)
@@ -171,19 +174,17 @@ def candidates(robot: FiveBar, margin: float, modes: Sequence, window: Sequence[
 def _modes(working):
     if working is None:
         return MODES
-    found = [tuple(int(m) for m in mode) if np.shape(mode) == (2,) else mode for mode in np.asarray(working).tolist()]
-    if np.shape(working) == (2,):
-        found = [tuple(int(m) for m in working)]
-    if not found or any(mode not in MODES for mode in found):
-        raise ValueError(f"working must be pairs of +1 and -1, some of {MODES}, not {working!r}")
-    return found
+    found = check_modes(np.atleast_2d(real_numbers(working, "working")), "working")
+    if found.ndim != 2 or found.shape[1] != 2 or not len(found):
+        raise ValueError(f"working must be pairs of +1 and -1, some of {MODES}, not {shown(working)}")
+    return list(dict.fromkeys((int(left), int(right)) for left, right in found))
 
 
 def _window(window):
-    box = [number(side, "window", -1e6, 1e6) for side in window]
-    if len(box) != 4 or not (box[0] < box[1] and box[2] < box[3]):
-        raise ValueError(f"window must be (x0, x1, y0, y1) with x0 < x1, y0 < y1, not {window!r}")
-    return box
+    box = finite_numbers(window, "window")
+    if box.shape != (4,) or not (box[0] < box[1] and box[2] < box[3]):
+        raise ValueError(f"window must be (x0, x1, y0, y1) with x0 < x1, y0 < y1, not {shown(window)}")
+    return box.tolist()
 
 
 def _must_tell(jacobian, unknown, size, p):
@@ -236,7 +237,7 @@ def _for_the_tip(jacobian, chosen):
     chosen, spread = list(chosen), _worst_first(jacobian, chosen)
     judged = jacobian[np.union1d(spread[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED)))]
     offered = np.union1d(np.arange(0, len(jacobian), max(1, len(jacobian) // OFFERED)), chosen)
-    information = sum(j.T @ j for j in jacobian[chosen])
+    information = 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
     worst = _spread(judged, np.linalg.inv(information)).max()
     flat, some = judged.reshape(-1, judged.shape[2]), jacobian[offered]
     for place in [*range(len(chosen))] * (1 if len(chosen) > MANY else 3):
@@ -258,7 +259,8 @@ def _for_the_tip(jacobian, chosen):
 
 
 def _worst_first(jacobian, chosen):
-    return np.argsort(-_spread(jacobian, np.linalg.inv(sum(j.T @ j for j in jacobian[chosen]))))
+    information = 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
+    return np.argsort(-_spread(jacobian, np.linalg.inv(information)))
 
 
 def _tour(robot, q, modes):

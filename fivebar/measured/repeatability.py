@@ -103,5 +103,7 @@ def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repe
         return Repeatability(found)
     target = np.atleast_2d(finite_numbers(commanded, "commanded"))
     if target.shape != (len(found), 2):
-        raise ValueError(f"commanded must be one point for each of the {len(found)} poses, not {shown(commanded)}")
+        raise ValueError(
+            f"commanded must be one point for each of the {len(found)} poses in points, not {shown(commanded)}"
+        )
     return Repeatability(found, target)

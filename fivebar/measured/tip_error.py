@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import finite_numbers, is_symbolic
 from ..checks import instance, not_negative, one_of, shown, takes, whole
 from ..described import one_line
 from ..models.geometry import Pose, igm
@@ -128,7 +129,7 @@ def tip_error(
         raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")
     names = known_names(tuple(tolerances), "tolerances")
     sizes = np.array([not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()])
-    pose = poses if isinstance(poses, Pose) else igm(robot, poses, working)
+    pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
     if pose.robot != robot:
         raise ValueError("poses must be of the same robot")
     q, assembly = np.atleast_2d(pose.q).reshape(-1, 2), np.atleast_1d(pose.assembly).ravel()
@@ -149,3 +150,10 @@ def tip_error(
         drawn[k] = seen(robots, np.tile(q[k], (samples, 1)), np.full(samples, assembly[k]), derive=False)[0] - at[k]
     drawn[:, impossible] = np.nan
     return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
+
+
+def _points(poses):
+    found = finite_numbers(poses, "poses") if not is_symbolic(poses) else np.empty(0)
+    if found.ndim not in (1, 2) or found.shape[-1] != 2:
+        raise ValueError(f"poses must be a Pose, or points of shape (2,) or (n, 2), not {shown(poses)}")
+    return found

@@ -36,17 +36,17 @@ def numbers(ask, exercise, *row, limit=None):
     return found
 
 
-def judge_found(ask, found, truth, tolerance, scale=1.0):
+def judge_found(ask, found, truth, tolerance):
     off = np.abs(np.clip(found, -1e6, 1e6) - truth)
     good = off <= np.asarray(tolerance)
     if good.all():
-        ask.verdict(1.0)
+        return ask.verdict(1.0)
     worst = int(np.argmax(off / tolerance))
     unit = (1e3, "mm") if worst < 5 else (180 / np.pi, "degrees")
     words = f"{NAMES[worst]} is off by {unit[0] * off[worst]:.3g} {unit[1]}"
     if np.allclose(found, np.array(NOMINAL)[: len(found)], atol=1e-12):
         words = "these are the numbers of the drawing: nothing was calibrated"
-    ask.verdict(0.0, words, off=float(off[worst]))
+    return ask.verdict(0.0, words, off=float(off[worst]))
 
 
 @pytest.mark.points(3)

@@ -126,15 +126,15 @@ def test_a_start_that_leads_nowhere_is_replaced():
 
 
 def test_noise_is_known_by_its_intervals():
-    """A hundredth of the issue's 10^4 sets, or all of them: `python -m tests.benchmarks.calibration`."""
+    """Some of 10^4 sets, or all of them: `python -m tests.benchmarks.calibration`."""
     rng = np.random.default_rng(12)
-    sets = 10_000 if NIGHTLY else 100
+    sets = 10_000 if NIGHTLY else 60
     for given in (True, False):
         inside, beyond = coverage(sets, rng, given)
         spread = 0.01 if NIGHTLY else 0.04  # unknowns of a set go together: fewer sets scatter more
         assert abs(inside - 0.95) < spread
         # Student's t of 31 degrees of freedom leaves 0.53 % beyond 3 sd, the normal distribution 0.27 %.
-        assert abs(beyond - (0.0027 if given else 0.0053)) < (0.001 if NIGHTLY else 0.006)
+        assert abs(beyond - (0.0027 if given else 0.0053)) < (0.001 if NIGHTLY else 0.01)
 
 
 def test_fifty_poses_and_nine_unknowns_within_fifty_milliseconds():
@@ -179,11 +179,11 @@ def test_standard_deviations_are_those_of_repeated_measurements():
     clean = measured(true, 15, rng)
     sigma = np.where(np.arange(15) % 2, 5e-5, 2e-4)
     values = []
-    for _ in range(400):
+    for _ in range(250):
         data = clean | {axis: clean[axis] + sigma * rng.standard_normal(15) for axis in "xy"} | dict(sigma=sigma)
         found = fb.calibrate(LAB, data, LENGTHS, mistakes="keep")
         values.append(list(found.values.values()))
-    assert np.std(values, axis=0) == pytest.approx(list(found.sd.values()), rel=0.15)
+    assert np.std(values, axis=0) == pytest.approx(list(found.sd.values()), rel=0.2)
     assert np.corrcoef(np.array(values).T) == pytest.approx(found.correlation, abs=0.2)
     assert found.absolute and found.p_value is not None
     relative = fb.calibrate(LAB, {k: v for k, v in data.items() if k != "sigma"}, LENGTHS, weights=1 / sigma**2)
