@@ -20,7 +20,6 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
     "Calibration": "measured.calibration",
-    "PD": "control.laws",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
     "PD": "control.laws",
@@ -35,8 +34,8 @@ _LATER = {
     "Trajectory": "planning.trajectory",
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
-    "certify": "paths.certify",
     "calibrate": "measured.calibrate",
+    "certify": "paths.certify",
     "check_path": "singularities.path",
     "circle": "planning.trajectory",
     "compare": "simulation.comparison",

@@ -36,10 +36,10 @@ def tip_errors(found: TipError) -> Figure:
     finish(left, 3, xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)", title="error of the tip")
     det = np.abs(np.atleast_1d(found.pose.det_A)).ravel()
     ratio = np.where(good, drawn / np.where(linear > 0, linear, 1.0), np.nan)
-    right.semilogx(det, ratio, "o", ms=5, color=BLUE, label="Monte Carlo / Jacobian")
+    right.plot(det, ratio, "o", ms=5, color=BLUE, label="Monte Carlo / Jacobian")
     right.axhline(1.0, color=INK, lw=1)
     if (lost := found.open).max() > 0:
-        right.semilogx(det, lost, "x", ms=6, color=ORANGE, label="share of robots that do not close")
+        right.plot(det, lost, "x", ms=6, color=ORANGE, label="share of robots that do not close")
     finish(right, 2, xlabel="|det A|, 0 at Type 2", ylabel="ratio", title="where first order no longer does")
     return figure
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -15,6 +16,7 @@ from ..tables import FilePath
 from .calibration import Calibration
 from .fit import Task, misses, modes_found, solve
 from .machine import PLACE, UNKNOWNS, length_ok, sizes, values_of
+from .mistakes import lone_rows
 from .mistakes import mistakes as found_mistakes
 from .rows import rows_of
 from .starts import begin
@@ -68,7 +70,7 @@ def calibrate(
     else:
         wrong, task, p = found_mistakes(task, typical)
     if wrong and mistakes == "raise":
-        raise ValueError(_all(wrong, data))
+        raise ValueError(_all(wrong, lone_rows(task, p), data))
     if not length_ok(p):
         p = task.start.copy()
     assembly, unsure = modes_found(p, task.rows)
@@ -86,7 +88,7 @@ def calibrate(
     task, p, held = _within(task, p, assembly)
     turns = np.intersect1d(free, [PLACE[name] for name in ("offset1", "offset2", "turn")])
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    said = [*task.rows.said, *(f"put right: {mistake}" for mistake in wrong)]
+    said = [*task.rows.said, *(f"put right: {mistake}" for mistake in wrong), *lone_rows(task, p)]
     if unsure[needed].any():
         names = ", ".join(np.array(task.rows.where)[unsure & needed])
         said.append(f"assembly mode uncertain, both fit almost alike, the nearer one was taken: {names}")
@@ -151,10 +153,10 @@ def _bounds(bounds, unknown):
     return found
 
 
-def _all(wrong, data):
+def _all(wrong, lone, data):
     count = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
-    where = f" in {data}" if isinstance(data, str) else " in data"
-    listed = "; ".join(str(mistake) for mistake in wrong)
+    where = f" in {os.fspath(data)}" if isinstance(data, (str, os.PathLike)) else " in data"
+    listed = "; ".join([*map(str, wrong), *lone])
     return (
         f"{count}{where}: {listed}. Put that right (mistakes='mend', on the command line --mend, does), or take the "
         "data as they are ('keep', --keep)"

@@ -4,31 +4,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import chdtrc, ndtri, stdtrit
 
+from .._backend import sign
 from ..checks import number
 from ..described import one_line
+from ..models.dyads import SINGULAR, cross
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, TextFile, saved
 from . import saving
 from .fit import Task, loss_slopes, misses, solve, spectrum
-from .machine import FRAME, PLACE, UNITS, frame, robot_with, seen, sizes, unframe
+from .machine import FRAME, PLACE, place, robot_with, seen, sizes
 from .off import left_out, off_rows
 from .rows import Rows
-from .telling import Remedies, combination, listed, plainest
+from .telling import Remedies, combination, hardly_told, plainest
+from .used import Used
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HARDLY = 0.1  # of an unknown's size: known less well than that, it is hardly known
 DOUBT = 1e-3  # p-value below which the model does not fit
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Used):
     """What `calibrate` found; printed, it is a report.
 
     nominal: the robot it began with; unknown: names; rows: what was measured, (n,) rows; assembly (n,): their modes;
@@ -101,6 +103,12 @@ class Calibration:
     def rank(self) -> int:
         """How many combinations of the unknowns the data tell."""
         return self._spectrum[3]
+
+    @cached_property
+    def working(self) -> np.ndarray:
+        """Working modes (n, 2) of the rows, int8, 0 where the robot found does not close."""
+        at = place(self.p, self.rows.q, self.assembly)
+        return np.stack([-sign(cross(c, u), SINGULAR) for c, u in zip(at.cranks, at.bars)], axis=-1)
 
     @property
     def dof(self) -> int:
@@ -247,18 +255,8 @@ class Calibration:
     def hardly(self) -> tuple[str, ...]:
         """What they tell so poorly that it is hardly known, a sentence each."""
         _, s, right, rank = self._spectrum
-        found = []
-        for value, vector in zip(s[:rank], right[:rank]):
-            sd = np.sqrt(self.variance) / value
-            if sd > HARDLY:
-                vector = np.where(np.abs(vector) > 0.25 * np.abs(vector).max(), vector, 0.0)
-                names = [name for name, entry in zip(self.unknown, vector) if entry]
-                largest = self.unknown[int(np.argmax(np.abs(vector)))]
-                found.append(
-                    f"{listed(names)} {'together ' * (len(names) > 1)}hardly: {largest} to "
-                    f"+-{self.sd[largest]:.2g} {UNITS.get(largest, '')}".rstrip()
-                )
-        return tuple(found)
+        sd = np.sqrt(self.variance) / s[:rank]
+        return hardly_told(sd, right[:rank], self.unknown, self.sd)
 
     @cached_property
     def _remedies(self):
@@ -279,29 +277,6 @@ class Calibration:
             return np.inf
         off = misses(solve(task, start, self.assembly)[0], self.rows, self.assembly, derive=False)[0] * self.weight
         return float(off @ off)
-
-    def predict(self, q: Any, assembly: Any = -1) -> np.ndarray:
-        """Points (*batch, 2) in the measuring frame at readings q (*batch, 2); nan where the robot does not close."""
-        q = np.asarray(q, float)
-        modes = np.broadcast_to(np.asarray(assembly), q.shape[:-1]).ravel()
-        return seen(self.p, q.reshape(-1, 2), modes, derive=False)[0].reshape(q.shape)
-
-    def angles(self, q: Any) -> np.ndarray:
-        """True angles, rad, of readings q (*batch, 2)."""
-        return np.asarray(q, float) * self.p[7:9] + self.p[5:7]
-
-    def readings(self, angles: Any) -> np.ndarray:
-        """Readings (*batch, 2) at true angles, rad: what to command for q of `igm` with the robot found."""
-        return (np.asarray(angles, float) - self.p[5:7]) / self.p[7:9]
-
-    def to_frame(self, xi: Any) -> np.ndarray:
-        """Points of the robot's frame (*batch, 2) in the measuring one."""
-        xi = np.asarray(xi, float)
-        return frame(self.p, (xi[..., 0], xi[..., 1]))
-
-    def to_robot(self, points: Any) -> np.ndarray:
-        """Points of the measuring frame (*batch, 2) in the robot's."""
-        return np.stack(unframe(self.p, np.asarray(points, float)), axis=-1)
 
     def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure: misses as arrows before and after, rows, unknowns with intervals; written to `path`."""

@@ -17,6 +17,7 @@ DEG = np.pi / 180
 FALLS = 0.15  # to this part of itself a misfit falls if a mistake is found
 NOISE = 1e-4  # of a mean bar: what is missed by less is missed alike
 MUCH_TURNED = 1.0  # rad
+FEW = 8  # rows of which none is alone
 SURE = 0.05  # sine beyond which a mode is certain
 
 
@@ -84,6 +85,25 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
     for mistake in noted:
         task = remade(task, mistake.mend(task.rows))
     return [*found, *rows_found, *noted], task, p
+
+
+def lone_rows(task: Task, p: np.ndarray) -> list[str]:
+    """Rows whose points are in other modes than almost all, where no modes are noted: right perhaps, but to be looked
+    at."""
+    rows = task.rows
+    whole = np.flatnonzero(rows.whole)
+    if len(whole) < FEW or rows.working.any() or rows.assembly.any():
+        return []
+    modes = -np.sign(np.nan_to_num(sines_at(p, rows.q[whole], rows.points[whole]))).astype(int)
+    kinds, kind, count = np.unique(modes, axis=0, return_inverse=True, return_counts=True)
+    usual = int(np.argmax(count))
+    if len(whole) - count[usual] > 0.15 * len(whole):
+        return []
+    others = _modes_in_words(kinds[usual])
+    return [
+        f"{rows.where[whole[k]]} is in {_modes_in_words(modes[k])}, almost all others in {others}: no modes are noted"
+        for k in np.flatnonzero(kind.ravel() != usual)
+    ]
 
 
 def remade(task: Task, rows: Rows) -> Task:

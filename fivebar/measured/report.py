@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,9 +43,10 @@ def _fit(found):
     points, far = len(found.rows.asked[0]), len(found.rows.asked[2])
     counted = [f"{points} coordinates"] if points else []
     counted += [f"{far} distances"] if far else []
-    modes = sorted({int(mode) for mode in found.assembly})
+    modes = Counter((*map(int, working), int(mode)) for working, mode in zip(found.working, found.assembly))
+    shown = ", ".join("({:+d}, {:+d}) {:+d}: {}".format(*mode, count) for mode, count in modes.most_common())
     lines = [
-        f"{len(found.rows)} rows with {' and '.join(counted)}, assembly {' and '.join(f'{m:+d}' for m in modes)}; "
+        f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes {shown}; "
         f"{len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
         f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after, "
         + (f"{1e3 * found.leave_one_out:.4g} mm" if np.isfinite(found.leave_one_out) else "unknown")

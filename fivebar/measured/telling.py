@@ -11,6 +11,7 @@ from .machine import LENGTHS, PLACE, UNITS, place, seen, slopes
 
 SMALL = 1e-6  # of a null vector's largest entry: none
 LARGEST = 5  # unknowns in a vector that is looked for; a plainer basis than these is not worth the search
+HARDLY = 0.1  # of an unknown's size: known less well than that, it is hardly known
 STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg")}
 MODES = [(left, right, assembly) for assembly in (-1, 1) for left in (-1, 1) for right in (-1, 1)]
 
@@ -86,6 +87,19 @@ def listed(words) -> str:
     """a, b and c."""
     words = list(words)
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def hardly_told(sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]) -> tuple[str, ...]:
+    """Combinations (k, n) whose standard deviation (k,), in sizes, is so large that they are hardly known, in words."""
+    found = []
+    for vector in vectors[sd > HARDLY]:
+        vector = np.where(np.abs(vector) > 0.25 * np.abs(vector).max(), vector, 0.0)
+        own = [name for name, entry in zip(names, vector) if entry]
+        largest = names[int(np.argmax(np.abs(vector)))]
+        scale, unit = STEP.get(UNITS.get(largest, ""), (1.0, ""))
+        together = "together " if len(own) > 1 else ""
+        found.append(f"{listed(own)} {together}hardly: {largest} to +-{sds[largest] / scale:.2g} {unit}".rstrip())
+    return tuple(found)
 
 
 class Remedies:

@@ -6,7 +6,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.measured.machine import FRAME, LENGTHS
-from tests.helpers.twins import LAB, measured, poses, seen, twin
+from tests.helpers.twins import HOME, LAB, measured, poses, seen, twin
 
 GEOMETRY = (*LENGTHS, "offset1", "offset2")
 FREE = (*GEOMETRY, *FRAME[:3])
@@ -81,6 +81,19 @@ def test_modes_that_are_noted_wrong():
     data["working2"] *= -1
     with pytest.raises(ValueError, match="column working2 with the wrong sign in 20 of 20 rows; row 4: noted"):
         fb.calibrate(LAB, data, FREE)
+
+
+def test_a_row_alone_in_its_mode_is_pointed_at_where_no_modes_are_noted():
+    rng = np.random.default_rng(9)
+    true = twin(rng, LAB, GEOMETRY)
+    at_home = [pose for pose in poses(true, 60, rng, HOME) if pose.assembly == -1]
+    shown = [*at_home[:14], *poses(true, 1, rng, ((1, 1),))]
+    q, points, *_ = seen(true, shown)
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
+    (sentence,) = fb.calibrate(LAB, data, GEOMETRY).said
+    assert sentence.startswith("row 15 is in working (+1, +1), assembly") and "working (-1, -1)" in sentence
+    with pytest.raises(ValueError, match="a mistake in data: column q1 in degrees.*; row 15 is in working"):
+        fb.calibrate(LAB, degrees(data, "q1"), GEOMETRY)
 
 
 def test_a_mode_noted_wrong_where_one_coordinate_is_measured():
