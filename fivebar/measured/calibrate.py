@@ -69,7 +69,7 @@ def calibrate(
         wrong, p = [], begin(task)
     else:
         wrong, task, p = found_mistakes(task, typical)
-    if wrong and mistakes == "raise":
+    if wrong and (mistakes == "raise" or any(mistake.mend is None for mistake in wrong)):
         raise ValueError(_all(wrong, lone_rows(task, p), data))
     if not length_ok(p):
         p = task.start.copy()
@@ -157,10 +157,10 @@ def _all(wrong, lone, data):
     count = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
     where = f" in {os.fspath(data)}" if isinstance(data, (str, os.PathLike)) else " in data"
     listed = "; ".join([*map(str, wrong), *lone])
-    return (
-        f"{count}{where}: {listed}. Put that right (mistakes='mend', on the command line --mend, does), or take the "
-        "data as they are ('keep', --keep)"
-    )
+    how = "Put that right"
+    if all(mistake.mend for mistake in wrong):
+        how += " (mistakes='mend', on the command line --mend, does)"
+    return f"{count}{where}: {listed}. {how}, or take the data as they are ('keep', --keep)"
 
 
 def _reaching(task, p, assembly):
@@ -190,7 +190,12 @@ def _within(task, p, assembly):
     asked = task.bounds or {}
     bounds = {name: _narrower(limits.get(name), asked.get(name)) for name in {*limits, *asked}}
     task = replace(task, bounds=bounds)
-    return task, *solve(task, p if length_ok(p) else task.start, assembly)
+    for start in (p, task.start):
+        if length_ok(start) and np.isfinite(misses(start, task.rows, assembly, derive=False)[0]).all():
+            return task, *solve(task, start, assembly)
+    raise ValueError(
+        "no five-bar fits these data: lengths below 0 come out, and within bounds there is none to begin with"
+    )
 
 
 def _narrower(one, other):

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._backend import wrap
 from .fit import Task
-from .machine import bars_off, seen, sines_at
+from .machine import FRAME, PLACE, UNKNOWNS, bars_off, seen, sines_at
 from .rows import Rows
 from .starts import SUSPECT, USUAL, begin, doubt, first, miss, reading, settled, wide_legs
 
@@ -26,7 +26,7 @@ class Mistake:
     """A mistake in words, and the change of the rows that mends it."""
 
     words: str
-    mend: Callable[[Rows], Rows]
+    mend: Callable[[Rows], Rows] | None  # None: what is asked has to change, not the rows
 
     def __str__(self) -> str:
         return self.words
@@ -61,6 +61,15 @@ PLACES = {
 }
 
 
+# The same of columns whose heading or `units` says degrees or mm, and is wrong.
+STATED = {
+    ("q1",): ("q1 in rad, not in the unit that is stated", _readings(lambda q: q / (DEG, 1.0))),
+    ("q2",): ("q2 in rad, not in the unit that is stated", _readings(lambda q: q / (1.0, DEG))),
+    ("q1", "q2"): ("q1 and q2 in rad, not in the unit that is stated", _readings(lambda q: q / DEG)),
+    ("x", "y"): ("x and y in m, not in the unit that is stated", _points(lambda xi: xi * 1e3)),
+}
+
+
 def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]:
     """The mistakes found, the task with its rows mended, and values (13,) to begin with.
 
@@ -78,6 +87,8 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
             for mistake in found:
                 task = remade(task, mistake.mend(task.rows))
             p = begin(task)
+    if doubt(task, p) > max(SUSPECT * task.bar, 5 * sigma) and (more := _more_unknown(task, p)):
+        return [*found, more], task, p
     rows_found, p = _rows(task, p, sigma)
     for mistake in rows_found:
         task = remade(task, mistake.mend(task.rows))
@@ -85,6 +96,30 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
     for mistake in noted:
         task = remade(task, mistake.mend(task.rows))
     return [*found, *rows_found, *noted], task, p
+
+
+def _more_unknown(task, before):
+    """What would have to be unknown, too, for the legs to reach the points; None where nothing does."""
+    for names in (
+        ("offset1", "offset2"),
+        ("x0", "y0"),
+        ("x0", "y0", "turn"),
+        ("offset1", "offset2", *FRAME[:3]),
+        FRAME,
+    ):
+        more = [PLACE[name] for name in names if name not in task.names]
+        if not more:
+            continue
+        free = np.concatenate([task.free, more])
+        wider = replace(task, free=free, size=np.concatenate([task.size, np.where(np.array(more) > 10, 1.0, task.bar)]))
+        p = begin(wider)
+        if doubt(wider, p) < min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
+            said = f"(the bars miss the points by {_mm(miss(wider, p))} then, by {_mm(miss(task, before))} as it is)"
+            added = ", ".join(UNKNOWNS[k] for k in more)
+            return Mistake(
+                f"{added} should be unknown, too: the points are in another frame, or zeros elsewhere {said}", None
+            )
+    return None
 
 
 def lone_rows(task: Task, p: np.ndarray) -> list[str]:
@@ -121,7 +156,8 @@ def _sizes(task, rows):
 
 def _single(task):
     """Changes of columns by their words, in groups, and how many of each are worth a fit."""
-    groups = (PLACES | ANGLES, 20), (_counts(task), 6)
+    stated = dict(change for names, change in STATED.items() if task.rows.stated.issuperset(names))
+    groups = (PLACES | ANGLES | stated, 20), (_counts(task), 6)
     return [({(words,): (change,) for words, change in group.items()}, most) for group, most in groups]
 
 

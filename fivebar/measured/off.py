@@ -16,13 +16,19 @@ def left_out(off: np.ndarray, left: np.ndarray, row_of: np.ndarray, weight: np.n
     something that no other does.
     """
     total = 0.0
-    for row in np.unique(row_of):
-        own = np.flatnonzero(row_of == row)
+    for own in _numbers_of(row_of).values():
         rest = np.eye(len(own)) - left[own] @ left[own].T
         if np.linalg.eigvalsh(rest)[0] < FULL:
             return np.inf
         total += float(np.sum((np.linalg.solve(rest, off[own]) / weight[own]) ** 2))
     return float(np.sqrt(total / len(off)))
+
+
+def _numbers_of(row_of):
+    """{row: places of its numbers}."""
+    order = np.argsort(row_of, kind="stable")
+    rows, first = np.unique(row_of[order], return_index=True)
+    return dict(zip(rows.tolist(), np.split(order, first[1:])))
 
 
 def off_rows(off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarray, absolute: bool) -> dict[int, float]:
@@ -42,8 +48,7 @@ def off_rows(off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarra
         worst = None
         if square <= (1e-13 * np.abs(off).sum()) ** 2:
             break
-        for row in np.setdiff1d(rows, list(found)):
-            own = np.flatnonzero(of == row)
+        for row, own in _numbers_of(of).items():
             leverage = np.eye(len(own)) - left[own] @ left[own].T
             if np.linalg.eigvalsh(leverage)[0] < FULL:
                 continue

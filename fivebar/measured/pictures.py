@@ -116,4 +116,4 @@ def _unknowns(axes, found):
 def _round(factor):
     """The nearest of 1, 2, 5 times a power of ten below."""
     power = 10.0 ** np.floor(np.log10(max(factor, 1e-9)))
-    return power * max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9))
+    return power * max((step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)), default=1)

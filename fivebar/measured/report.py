@@ -12,6 +12,7 @@ from .machine import PLACE, UNITS
 if TYPE_CHECKING:
     from .calibration import Calibration
 
+LARGE = 0.01  # of a mean bar
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 
 
@@ -28,7 +29,8 @@ def calibration_text(found: Calibration) -> str:
 def verdict(found: Calibration) -> str:
     """What chi^2 says, "" where sigma is not given."""
     if found.p_value is None:
-        return ""
+        share = found.rms / (sum(found.start[:4]) / 4)
+        return f"THE MISSES ARE LARGE, {share:.1%} of a bar: is all unknown that is not known?" if share > LARGE else ""
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
     if found.fits:
         return f"{chance}: the model fits to the sigma given"

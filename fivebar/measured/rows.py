@@ -120,6 +120,9 @@ def _of_arrays(data, name):
     columns = {key: real_numbers(value, f"{name}[{key!r}]").ravel() for key, value in data.items() if value is not None}
     if missing := [key for key in ("q1", "q2") if key not in columns]:
         raise ValueError(f"{name} has no column {', '.join(missing)}; needed q1, q2 and x, y or distance, to")
+    n = len(columns["q1"])
+    for key in {*MODES, "sigma"} & set(columns):  # one for all rows
+        columns[key] = np.full(n, columns[key][0]) if len(columns[key]) == 1 else columns[key]
     lengths = {key: len(column) for key, column in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"the columns of {name} differ in length: {lengths}")

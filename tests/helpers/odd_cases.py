@@ -278,7 +278,10 @@ CASES = {
             bounds={}, loss="linear", mistakes="raise", units=("rad",),
         ),
         10.0,
-        words=("a mistake in data", "mistakes in data", "its modes are not noted", "does not close", "the open file"),
+        words=(
+            "a mistake in data", "mistakes in data", "its modes are not noted", "does not close", "the open file",
+            "no five-bar fits",
+        ),
         options={"unknown": [("l13",), ("scale", "l11")], "weights": [np.ones(8), np.ones(3)], "loss": ["huber"],
                  "mistakes": ["mend", "keep"], "start": [{"l11": -1.0}, {"d": 0.2}, {"x": 1.0}]},
     ),

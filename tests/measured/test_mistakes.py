@@ -96,6 +96,41 @@ def test_a_row_alone_in_its_mode_is_pointed_at_where_no_modes_are_noted():
         fb.calibrate(LAB, degrees(data, "q1"), GEOMETRY)
 
 
+@pytest.mark.parametrize(
+    "change, asked, words",
+    [
+        (dict(x0=0.2, y0=0.1, turn=0.5), GEOMETRY, "x0, y0, turn should be unknown, too"),
+        (dict(x0=0.2, y0=0.1), GEOMETRY, "x0, y0 should be unknown, too"),
+        (dict(offset1=0.8), LENGTHS, "offset1, offset2 should be unknown, too"),
+    ],
+)
+def test_unknowns_that_were_forgotten_are_named(change, asked, words):
+    rng = np.random.default_rng(10)
+    true = twin(rng, LAB, LENGTHS) | change
+    data = measured(true, 15, rng, 1e-5)
+    for how in ("raise", "mend"):  # there is nothing to mend in the rows
+        with pytest.raises(ValueError, match=f"a mistake in data: {words}"):
+            fb.calibrate(LAB, data, asked, mistakes=how)
+
+
+def test_garbage_is_called_so():
+    rng = np.random.default_rng(11)
+    garbage = {name: rng.standard_normal(10) for name in ("q1", "q2", "x", "y")}
+    with pytest.raises(ValueError, match="no five-bar fits these data"):
+        fb.calibrate(LAB, garbage, GEOMETRY)
+    near = measured(twin(rng, LAB, LENGTHS, spread=6.0), 12, rng, 3e-3)
+    assert "THE MISSES ARE LARGE" in str(fb.calibrate(LAB, near, LENGTHS))
+
+
+def test_a_heading_that_names_the_wrong_unit(tmp_path):
+    _, data = data_of(12)
+    rows = "\n".join(",".join(f"{v:.7f}" for v in row) for row in zip(*data.values()))
+    for head, words in (("q1,q2_deg,x,y", "q2 in rad, not"), ("q1,q2,x (mm),y (mm)", "x and y in m, not")):
+        (tmp_path / "a.csv").write_text(f"{head}\n{rows}\n")
+        with pytest.raises(ValueError, match=f"a mistake in .*a.csv: column {words} in the unit that is stated"):
+            fb.calibrate(LAB, tmp_path / "a.csv", FREE)
+
+
 def test_a_mode_noted_wrong_where_one_coordinate_is_measured():
     rng = np.random.default_rng(5)
     true = twin(rng, LAB, LENGTHS)
