@@ -51,6 +51,21 @@ def test_a_wrong_column_is_named_and_mended(what):
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
 
 
+@pytest.mark.parametrize("what", ["q2 in degrees", "q1 and q2 in degrees", "x in mm"])
+def test_a_wrong_unit_where_one_coordinate_is_measured(what):
+    rng = np.random.default_rng(13)
+    true = twin(rng, LAB, GEOMETRY)
+    data = measured(true, 25, rng, 1e-5)
+    del data["y"]
+    with pytest.raises(ValueError, match=f"a mistake in data: column {what}"):
+        fb.calibrate(LAB, COLUMNS[what](data), GEOMETRY)
+    q, points, assembly, _ = seen(true, poses(true, 20, rng))
+    far = 1e3 * np.hypot(*(points - np.roll(points, -1, axis=0)).T)
+    data = dict(q1=q[:, 0], q2=q[:, 1], distance=far, to=np.roll(np.arange(20), -1) + 1, assembly=assembly)
+    with pytest.raises(ValueError, match="a mistake in data: column distance in mm"):
+        fb.calibrate(LAB, data, GEOMETRY)
+
+
 def test_two_wrong_columns_are_both_named():
     _, data = data_of(2)
     with pytest.raises(ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"):
