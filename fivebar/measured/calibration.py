@@ -175,6 +175,8 @@ class Calibration(Used):
         level = number(level, "level", 0.0, 1.0, above=True)
         if method not in ("linear", "profile") or level >= 1:
             raise ValueError(f"level must be below 1, and method 'linear' or 'profile', not {level}, {method!r}")
+        if method == "profile" and self.loss != "linear":
+            raise ValueError(f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}")
         far = float(ndtri(0.5 + level / 2) if self.absolute else stdtrit(max(self.dof, 1), 0.5 + level / 2))
         if method == "profile":
             return {name: profile(self, name, far) for name in self.unknown}

@@ -221,6 +221,8 @@ def test_robust_losses_pass_over_wrong_rows(loss):
     plain, robust = (fb.calibrate(LAB, data, LENGTHS, loss=each) for each in ("linear", loss))
     assert off(robust, true) < min(8e-5, 0.3 * off(plain, true))
     assert all(abs(robust.values[n] - true[n]) < 5 * robust.sd[n] for n in LENGTHS)
+    with pytest.raises(ValueError, match="method 'profile' is of least squares"):
+        robust.intervals(method="profile")
     assert list(plain.outliers) == ["row 12", "row 4", "row 21"] or set(plain.outliers) == {"row 4", "row 12", "row 21"}
 
 
