@@ -45,7 +45,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _calibrate(arguments):
-    from ..measured.calibrate import DEFAULT, calibrate
+    from ..measured.calibrate import DEFAULT, LOSSES, calibrate, known_names
 
     robot = chosen_robot(arguments)
     if not robot.turns:
@@ -55,6 +55,13 @@ def _calibrate(arguments):
     start = dict(_pair(word, "--start") for word in arguments.start)
     bounds = {name: _limits(limits, name) for name, limits in (_split(w, "--bounds") for w in arguments.bounds)}
     unknown = tuple(name for word in arguments.unknown or DEFAULT for name in word.split(",") if name)
+    try:
+        known_names(unknown, "--unknown")
+        known_names(tuple(start) or DEFAULT, "--start")
+    except ValueError as error:
+        raise UsageError(error) from None
+    if arguments.loss not in LOSSES:
+        raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     found = calibrate(
         robot, arguments.data, unknown, start=start, sigma=arguments.sigma, bounds=bounds, loss=arguments.loss,
         units=arguments.units, mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",

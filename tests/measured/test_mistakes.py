@@ -212,7 +212,9 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
 @pytest.mark.parametrize(
     "words, code, message",
     [
-        (["--unknown", "l13"], 1, "unknown: no 'l13'"),
+        (["--unknown", "l13"], 2, "--unknown: no 'l13'; the known ones are l11"),
+        (["--start", "l13=1"], 2, "--start: no 'l13'"),
+        (["--loss", "l2"], 2, "--loss must be one of linear"),
         (["--start", "x0"], 2, "--start: 'x0' should be NAME=VALUE"),
         (["--start", "x0=a"], 2, "--start x0: 'a' is no number"),
         (["--bounds", "l11=0.1"], 2, "--bounds l11: '0.1' should be LOW:HIGH"),
