@@ -35,6 +35,7 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
             for mistake in found:
                 task = remade(task, mistake.mend(task.rows))
             p = begin(task)
+            break
     if doubt(task, p) > max(SUSPECT * task.bar, 5 * sigma) and (more := more_unknown(task, p)):
         return [*found, more], task, p
     rows_found, p = _rows(task, p, sigma)
@@ -104,6 +105,8 @@ def _in_row(k, change):
 def _modes(task, p, sigma):
     """Rows whose modes are others than they note; of a column that is wrong in most rows, the column."""
     rows = task.rows
+    if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
+        return []  # of what fits nothing no modes are known
     off, sines = np.full(len(rows), np.inf), sines_at(p, rows.q, rows.points)
     off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
     fits = off < max(20 * sigma, 0.02 * task.bar)

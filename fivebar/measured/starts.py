@@ -9,11 +9,12 @@ from .._backend import wrap
 from ..models.dyads import Crank
 from ..models.geometry import reach
 from .fit import Task, noted_assembly
-from .machine import PLACE, bars_off, place, seen, unframe
+from .machine import PLACE, bars_off, frame, place, seen, unframe
 from .rows import Rows
 
 NEAR = 1e-3  # of a mean bar: a leg that misses a point by more is no noise, and weighs less in the start
 FAR = 0.4  # of a length's logarithm from its start: no five-bar is built so wrong
+LAID = 4  # times a frame is laid on the points, each in the mode that was nearer then
 HOLD = 1e-5  # of a start, to itself: less than any noise
 MUCH = 8.0  # rad: a motor of a five-bar turns no more while it is measured
 USUAL = (
@@ -196,14 +197,28 @@ def _all_framed(task, first_place, pairs):
 
 
 def _framed(task, start):
-    """A start with the frames, as far as they are free, that lay the robot's points on the measured ones: in the modes
-    noted, and in either assembly mode."""
+    """A start with the frames, as far as they are free, that lay the robot's points on the measured ones: first in the
+    modes noted, or else in either assembly mode, then each in the one that is nearer."""
     free = set(task.names)
     if not free & {"x0", "y0", "turn", "scale"}:
         return []
-    noted = noted_assembly(start, task.rows)
-    sides = [np.full(len(noted), side) for side in (-1, 1)]
-    return [_laid(task.rows, start.copy(), free, mode) for mode in [noted, *sides] if mode.all()]
+    rows, noted = task.rows, noted_assembly(start, task.rows)
+    found = []
+    for side in (-1, 1):
+        p = _laid(rows, start.copy(), free, np.where(noted, noted, side))
+        for _ in range(LAID):
+            p = _laid(rows, p, free, _nearer(rows, p))
+        found.append(p)
+    return found
+
+
+def _nearer(rows, p):
+    """The assembly mode (n,) in which the robot is nearer to each measured point."""
+    off = []
+    for side in (-1, 1):
+        gap = frame(p, place(p, rows.q, np.full(len(rows), side)).xi) - rows.points
+        off.append(np.nan_to_num(np.hypot(*gap.T), nan=np.inf))
+    return np.where(off[0] <= off[1], -1, 1)
 
 
 def _laid(rows, p, free, mode):

@@ -165,7 +165,7 @@ def columns(task: Task, before: np.ndarray, groups: list) -> list[Mistake]:
         starts = {words: first(tasks[words]) for words in group}
         near = sorted(group, key=lambda words, starts=starts: doubt(tasks[words], starts[words]))[:most]
         promising += [(words, starts[words]) for words in group if words in near]
-    ends = {words: settled(tasks[words], start, 30) for words, start in promising}
+    ends = {words: settled(tasks[words], start) for words, start in promising}
     doubts = {words: doubt(tasks[words], p) for words, p in ends.items()}
     least = min(doubts.values())
     if least > min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
