@@ -118,7 +118,9 @@ def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True
 
 
 def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By how much each leg misses the measured points, |xi - P_i| - l_i2 (n, 2), and its derivatives (n, 2, 13).
+    """By how much each leg misses the measured points, scale (|xi - P_i| - l_i2) (n, 2), and its slopes (n, 2, 13).
+
+    In the metres that were measured: a robot which shrinks as its picture grows misses by as much.
 
     It needs no mode, and there is nothing that it cannot reach: where a calibration begins, and where mistakes are
     looked for.
@@ -138,7 +140,9 @@ def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarr
         own[:, 5 + i], own[:, 7 + i] = -across, -across * q[:, i]
         own[:, 9], own[:, 10] = -(c * u[0] - s * u[1]), -(s * u[0] + c * u[1])
         own[:, 11], own[:, 12] = u[0] * y - u[1] * x, -dot(u, (x, y)) / p[12]
-    return off, derived
+    derived *= p[12]
+    derived[:, :, 12] += off
+    return p[12] * off, derived
 
 
 def sines_at(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> np.ndarray:

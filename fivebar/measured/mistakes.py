@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .fit import Task
-from .machine import bars_off, seen, sines_at
+from .machine import PLACE, bars_off, seen, sines_at
 from .starts import SUSPECT, begin, doubt
 from .wrong_columns import ANGLES, FALLS, PLACES, Mistake, columns, crudely, double, mm, more_unknown, remade, single
 
@@ -108,7 +108,7 @@ def _modes(task, p, sigma):
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
         return []  # of what fits nothing no modes are known
     off, sines = np.full(len(rows), np.inf), sines_at(p, rows.q, rows.points)
-    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
+    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T) / p[PLACE["scale"]]
     fits = off < max(20 * sigma, 0.02 * task.bar)
     real = -np.sign(np.nan_to_num(sines)).astype(np.int8)
     sure = fits[:, None] & (np.abs(np.nan_to_num(sines)) > np.maximum(SURE, 5 * off / task.bar)[:, None])

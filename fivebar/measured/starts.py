@@ -76,7 +76,7 @@ def _best(task, tried):
 
 
 def miss(task: Task, p: np.ndarray) -> float:
-    """Median over the rows with whole points of how far the legs miss them, m; inf where that is no number."""
+    """Median over the rows with whole points of how far the legs miss them, measured m; inf where that is no number."""
     rows = task.rows
     off = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0]
     return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
@@ -91,7 +91,7 @@ def doubt(task: Task, p: np.ndarray) -> float:
         change = np.abs(np.log(p[:5] / task.start[:5]))[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - FAR, 0.0).max()
     spread = np.std(unframe(p, task.rows.points[task.rows.whole]), axis=1).max()
-    return (miss(task, p) + strange) * max(1.0, 0.5 * task.bar / max(spread, 1e-300))
+    return (miss(task, p) / p[PLACE["scale"]] + strange) * max(1.0, 0.5 * task.bar / max(spread, 1e-300))
 
 
 def settled(task: Task, p: np.ndarray, steps: int = 60) -> np.ndarray:

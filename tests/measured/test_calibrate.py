@@ -101,6 +101,19 @@ def test_a_ruler_beside_a_frame_of_unknown_scale():
     assert found.rank == len(unknown) and off(found, true) < 1e-11
 
 
+def test_pixels_of_a_camera_are_metres_of_an_unknown_scale():
+    """Nobody is accused of millimetres; the ratios of lengths are right, and with one length known all are."""
+    rng = np.random.default_rng(22)
+    unknown = ("l12", "l21", "l22", "d", "offset1", "offset2", *FRAME)
+    true = twin(rng, LAB, unknown) | dict(x0=640.0, y0=480.0, turn=3.0, scale=5200.0)
+    q, points, _, working = seen(true, poses(true, 20, rng))
+    points = points + 0.3 * rng.standard_normal(points.shape)
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1], working1=working[:, 0], working2=working[:, 1])
+    found = fb.calibrate(LAB, data, unknown, sigma=0.3)
+    assert found.fits and found.said == () and found.rank == len(unknown)
+    assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in unknown)
+
+
 def test_counts_of_an_encoder():
     rng = np.random.default_rng(10)
     true = twin(rng, LAB, GEOMETRY)
