@@ -19,6 +19,7 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
+    "Calibration": "measured.calibration",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
     "PD": "control.laws",
@@ -33,6 +34,7 @@ _LATER = {
     "Trajectory": "planning.trajectory",
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
+    "calibrate": "measured.calibrate",
     "certify": "paths.certify",
     "check_path": "singularities.path",
     "circle": "planning.trajectory",
@@ -46,12 +48,14 @@ _LATER = {
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
+    "measurement_poses": "measured.poses",
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
     "path": "paths.read",
     "plan": "planning.plan",
     "play": "pictures.play",
     "polynomial": "planning.trajectory",
+    "repeatability": "measured.repeatability",
     "routes": "singularities.passages",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
@@ -59,6 +63,7 @@ _LATER = {
     "singularity_map": "singularities.maps",
     "sweep": "designing.sweeping",
     "time_path": "paths.timing",
+    "tip_error": "measured.tip_error",
 }
 
 
@@ -72,6 +77,11 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .designing.optimum import design
     from .designing.sweeping import sweep
     from .exporting.export import export
+    from .measured.calibrate import calibrate
+    from .measured.calibration import Calibration
+    from .measured.poses import measurement_poses
+    from .measured.repeatability import repeatability
+    from .measured.tip_error import tip_error
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path

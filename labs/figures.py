@@ -256,6 +256,32 @@ def task_2():
     return figure
 
 
+def misses():
+    """The drawing's bars at a pose that a robot with other lengths was measured at."""
+    figure, (axes,) = panels(1, 6.4, 4.6)
+    q = fb.igm(ROBOT, (0.012, 0.128), OUTWARD).q
+    seen = MM * np.array([0.014, 0.154])
+    for name, drive, angle, bar, colour, side in zip("12", ROBOT.drives, q, ROBOT.distal, (LEFT, RIGHT), (-1, 1)):
+        base = MM * np.array([drive.x, 0.0])
+        elbow = base + MM * drive.length * np.array([np.cos(angle), np.sin(angle)])
+        away = (seen - elbow) / np.linalg.norm(seen - elbow)
+        reached = elbow + MM * bar * away
+        turn = np.arctan2(away[1], away[0]) + np.linspace(-0.35, 0.35, 60)
+        axes.plot(*(elbow[:, None] + MM * bar * np.array([np.cos(turn), np.sin(turn)])), color=colour, lw=1, ls="--")
+        axes.plot(*np.array([base, elbow, reached]).T, color=colour, lw=3.5, solid_capstyle="round", zorder=2)
+        axes.plot(*np.array([reached, seen]).T, color=PINK, lw=3.5, zorder=3)
+        axes.plot(*base, "o", color=INK, ms=9, zorder=4)
+        axes.plot(*elbow, "o", color=colour, mfc="white", mew=2, ms=7, zorder=4)
+        label(axes, (reached + seen) / 2, f"$e_{name}$", (10 * side, 12), color=PINK)
+        label(axes, (elbow + reached) / 2, f"$l_{{{name}2}}$", (-14 * side, -8), color=colour)
+        label(axes, (base + elbow) / 2, f"$l_{{{name}1}}$", (18 * side, -4), color=colour)
+        ray(axes, base, (1, 0), 40)
+        arc(axes, base, 20, 0, angle, f"$q_{name} + o_{name}$", 1.9)
+    axes.plot(*seen, "o", color=INK, mfc="white", mew=2, ms=9, zorder=5)
+    label(axes, seen, "measured $(x, y)$", (0, 26))
+    return figure
+
+
 FIGURES = {
     "lab1_geometry": (robot, assembly_modes, working_modes),
     "lab2_kinematics": (velocities,),
@@ -263,6 +289,7 @@ FIGURES = {
     "lab4_singularities": (types, four_bar, locus),
     "lab5_dynamics": (forces,),
     "lab6_control": (profile, error_decay, task_2),
+    "lab8_calibration": (misses,),
 }
 
 

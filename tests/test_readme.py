@@ -42,6 +42,7 @@ def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
     for script in (LABS / "amoro").glob("*.py"):
         shutil.copy(script, tmp_path)
     shutil.copy(DATA / "solutions" / "lab1.py", tmp_path / "my.py")
+    shutil.copy(LABS / "lab8_calibration" / "measured.csv", tmp_path)
     (tmp_path / "submissions").mkdir()
     shutil.copy(LABS / "lab1_geometry" / "student.py", tmp_path / "submissions" / "anna.py")
     words = shlex.split(command)[1:]

@@ -23,6 +23,7 @@ COMMANDS = {
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
     "play": ("play", "a live page: drag the robot, slide its bars, watch the singularities move"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
+    "calibrate": ("calibrate", "a robot as built: lengths and offsets from measurements, and what these cannot tell"),
     "study": ("study", "which physics is worth its cost, measured here"),
     "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),
     "export": ("export", "the robot as MJCF, URDF, SDF, or as C99 for a microcontroller"),

@@ -109,9 +109,9 @@ def _say_what_is_left(entries, left):
 
 
 def hand_out(arguments, lab, secret):
-    """Write each student's own student.py."""
+    """Write each student's own student.py, or the lab's own and the files that tell of his robot."""
     from ..grading.report.outputs import file_name, write_whole
-    from ..grading.variants import id_key, robot_for, with_constants
+    from ..grading.variants import draw_for, id_key, robot_for, with_constants
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
@@ -124,10 +124,14 @@ def hand_out(arguments, lab, secret):
     for line in filter(None, map(str.strip, lines)):
         students.setdefault(id_key(line), line)
     for student in students.values():
-        path = arguments.out / file_name(student) / "student.py"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, with_constants(source, robot_for(student, secret, lab.robot())))
-        print(path)
+        robot = robot_for(student, secret, lab.robot())
+        files = lab.files_for(robot, draw_for(secret, student, lab.name))
+        folder = arguments.out / file_name(student)
+        folder.mkdir(parents=True, exist_ok=True)
+        files = {"student.py": with_constants(source, robot)} if files is None else {"student.py": source, **files}
+        for name, text in files.items():
+            write_whole(folder / name, text)
+            print(folder / name)
 
 
 def _ids(data):

@@ -41,7 +41,7 @@ def robot_is_chosen(arguments):
 def chosen_robot(arguments):
     given = {name: getattr(arguments, name) for name in PARAMETERS if getattr(arguments, name) is not None}
     try:
-        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else _robot_from(arguments.robot)
+        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else robot_from(arguments.robot)
         own = [f.name for f in fields(robot)]
         if foreign := [f"--{name}" for name in given if name not in own]:
             raise UsageError(
@@ -52,7 +52,7 @@ def chosen_robot(arguments):
         raise UsageError(error) from None
 
 
-def _robot_from(path):
+def robot_from(path):
     import json
     import tomllib
 

@@ -120,7 +120,7 @@ def _report(lab, checks, before, home, **rest):
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=(program.robot or robot).parameters, lab_hash=lab.hash(), trouble=trouble or "",
         notes=(
-            *filter(None, [program.remark]), *(_notes(lab, robot, program) or _absent(lab, robot, checks)),
+            *filter(None, [program.remark]), *_about_robot(lab, robot, checks),
             *_old_numpy(program),
         ),
         faults=tuple(checks.trouble), output=student.output,
@@ -135,6 +135,12 @@ def _old_numpy(program):
         place = f"{program.where(reply.line)}, `{reply.source.strip()}`: " if reply.line else ""
         sentence = explained(reply.text, reply.source) or reply.text
         yield f"{place}{sentence} The file is graded as it ran before; the same may stand in other lines."
+
+
+def _about_robot(lab, robot, checks):
+    if lab.hides_robot:
+        return ()
+    return _notes(lab, robot, checks.program) or _absent(lab, robot, checks)
 
 
 def _notes(lab, robot, program):

@@ -6,6 +6,8 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import UsageError
 from ..models.robots import FiveBar, Robot
 from .exercise import Exercise
@@ -43,6 +45,17 @@ class Lab:
     def constants(self) -> dict[str, tuple[str, ...]]:
         """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both are the same."""
         return self._content().get("CONSTANTS", {})
+
+    @property
+    def hides_robot(self) -> bool:
+        """Whether the numbers of a student's robot are what he is to find."""
+        return "HAND_OUT" in self._content()
+
+    def files_for(self, robot: Robot, draw: np.random.Generator) -> dict[str, str] | None:
+        """{name: text} of what a student gets beside student.py about a robot whose numbers he is to find: HAND_OUT of
+        exercises.py; None where the robot's numbers stand in student.py."""
+        make = self._content().get("HAND_OUT")
+        return None if make is None else make(robot, draw)
 
     def hints_from(self) -> str:
         """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is none."""

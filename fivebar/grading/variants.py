@@ -30,6 +30,11 @@ def hidden_seed(secret: bytes, lab: str) -> str:
     return _drawn(secret, "inputs", lab).hex()[:16]
 
 
+def draw_for(secret: bytes, student: str, lab: str) -> np.random.Generator:
+    """What the files of a lab are drawn with that a student gets."""
+    return np.random.default_rng(int.from_bytes(_drawn(secret, "files", lab, student)))
+
+
 def robot_of(secret: bytes, student: str) -> FiveBar:
     """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
 

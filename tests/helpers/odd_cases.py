@@ -29,6 +29,9 @@ TIMED = fb.time_path(ROBOT, fb.path([HOME, (0.08, 0.075)]), torque_limit=0.1, ga
 MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
 STUDY = linkages.study(FOUR_BAR)
 MASSIVE = linkages.Body(1.0, 0.1)
+MEASURED = fb.measurement_poses(ROBOT, 8, criterion="D")
+POINTS = dict(zip(("q1", "q2", "x", "y"), (*MEASURED.q.T, *MEASURED.xi.T)))
+CALIBRATED = fb.calibrate(ROBOT, POINTS)
 ASPECT = fb.aspect(ROBOT, 1)
 JOINTS = dict(zip(("q11", "q12", "q21", "q22"), (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1]))))
 JOINT_RATES = dict(q11D=0.1, q12D=0.2, q21D=0.3, q22D=0.4)
@@ -267,6 +270,43 @@ CASES = {
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),
     "page": Case(fb.page, dict(subject=RUN, path=FOLDER / "page.html", show=None, title=None), 10.0, WORDS_OF_FILES),
+    # what was measured
+    "calibrate": Case(
+        fb.calibrate,
+        dict(
+            robot=ROBOT, data=POINTS, unknown=("l11", "d"), start={"offset1": 0.0}, sigma=1e-5, weights=None,
+            bounds={}, loss="linear", mistakes="raise", units=("rad",),
+        ),
+        10.0,
+        words=(
+            "a mistake in data", "mistakes in data", "its modes are not noted", "does not close", "the open file",
+            "no five-bar fits",
+        ),
+        options={"unknown": [("l13",), ("scale", "l11")], "weights": [np.ones(8), np.ones(3)], "loss": ["huber"],
+                 "mistakes": ["mend", "keep"], "start": [{"l11": -1.0}, {"d": 0.2}, {"x": 1.0}]},
+    ),
+    "Calibration": Case(
+        fb.Calibration,
+        {
+            name: getattr(CALIBRATED, name)
+            for name in ("nominal", "unknown", "rows", "assembly", "start", "p", "weight", "absolute")
+        }, nan=True,
+    ),
+    "measurement_poses": Case(
+        fb.measurement_poses,
+        dict(
+            robot=ROBOT, n=5, unknown=("l11", "l12"), criterion="D", margin=0.3, working=[(-1, -1)],
+            window=(-0.1, 0.1, -0.2, 0.2), start={},
+        ), 10.0, words=("no pose keeps", "keep the margin"), options={"criterion": ["tip"], "n": [1, 12]},
+    ),
+    "tip_error": Case(
+        fb.tip_error,
+        dict(
+            robot=ROBOT, tolerances={"l11": 1e-4}, poses=HOME, working=(-1, -1), samples=50, seed=1,
+            distribution="normal",
+        ), words=("samples",), options={"distribution": ["uniform"]},
+    ),
+    "repeatability": Case(fb.repeatability, dict(points=np.eye(2), commanded=(0.0, 0.1))),
     # linkages
     "lk.Body": Case(linkages.Body, dict(mass=1.0, inertia=0.1, centre=None)),
     "lk.FourBar": Case(linkages.FourBar, SIDES | BODIES | dict(point=(0.1, 0.0), base=(0.0, 0.0), tilt=0.1)),

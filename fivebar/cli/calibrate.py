@@ -1,0 +1,129 @@
+"""`fivebar calibrate`: lengths, joint readings and measuring frame of a robot as built, from a CSV of measurements."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from argparse import _SubParsersAction
+from pathlib import Path
+
+from ..errors import UsageError
+from .robot_options import add_robot_options, chosen_robot
+
+
+def add_parsers(commands: _SubParsersAction) -> None:
+    """Add `calibrate` to the program's commands."""
+    parser = commands.add_parser(
+        "calibrate",
+        description="The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm), q1_deg); or "
+        "distance and to, the number of the row it leads to; perhaps working1, working2, assembly, sigma.",
+    )
+    parser.add_argument("data", metavar="DATA.csv")
+    parser.add_argument(
+        "--unknown", nargs="+", metavar="NAME", default=None,
+        help="of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and offsets)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--start", nargs="+", metavar="NAME=VALUE", default=[], help="known, or to begin with; SI units"
+    )
+    parser.add_argument("--sigma", type=float, metavar="M", help="standard deviation of a measured number, m")
+    parser.add_argument("--bounds", nargs="+", metavar="NAME=LOW:HIGH", default=[], help="of unknowns, SI units")
+    parser.add_argument(
+        "--loss", default="linear", help="linear, soft_l1, huber, cauchy, arctan (default: %(default)s)"
+    )
+    parser.add_argument("--units", nargs="+", metavar="UNIT", default=[], help="without one in the heading: deg, x=mm")
+    parser.add_argument("--mend", action="store_true", help="put right the mistakes found in the data, and say so")
+    parser.add_argument("--keep", action="store_true", help="look for no mistakes in the data")
+    parser.add_argument("--profile", action="store_true", help="95 %% intervals by profile likelihood, too")
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="calibration.png, .json, .txt, and robot.toml go there"
+    )
+    parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+    add_robot_options(parser)
+    parser.set_defaults(run=_calibrate)
+
+
+def _calibrate(arguments):
+    from ..measured.calibrate import DEFAULT, LOSSES, calibrate, known_names
+
+    robot = chosen_robot(arguments)
+    if not robot.turns:
+        raise UsageError("calibrate knows five-bars only, and --robot is a biglide")
+    if arguments.mend and arguments.keep:
+        raise UsageError("--mend and --keep: give one")
+    start = dict(_pair(word, "--start") for word in arguments.start)
+    bounds = {name: _limits(limits, name) for name, limits in (_split(w, "--bounds") for w in arguments.bounds)}
+    unknown = tuple(name for word in arguments.unknown or DEFAULT for name in word.split(",") if name)
+    try:
+        known_names(unknown, "--unknown")
+        known_names(tuple(start) or DEFAULT, "--start")
+    except ValueError as error:
+        raise UsageError(error) from None
+    if arguments.loss not in LOSSES:
+        raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
+    found = calibrate(
+        robot, arguments.data, unknown, start=start, sigma=arguments.sigma, bounds=bounds, loss=arguments.loss,
+        units=arguments.units, mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",
+    )  # fmt: skip
+    text = str(found)
+    profiles = found.intervals(method="profile") if arguments.profile else {}
+    if profiles:
+        lines = [f"{name}: {low:.9g} to {high:.9g}" for name, (low, high) in profiles.items()]
+        text += "\n\n95 % intervals by profile likelihood, SI units:\n" + "\n".join(lines)
+    if arguments.json:
+        print(json.dumps(_as_json(found, profiles), indent=2))
+    else:
+        print(text)
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        found.plot(arguments.out / "calibration.png")
+        found.to_json(arguments.out / "calibration.json")
+        found.to_toml(arguments.out / "robot.toml")
+        (arguments.out / "calibration.txt").write_text(text + "\n", encoding="utf-8")
+        names = ("calibration.png", "calibration.json", "calibration.txt", "robot.toml")
+        print(*(arguments.out / name for name in names), sep="\n", file=sys.stderr if arguments.json else sys.stdout)
+
+
+def _as_json(found, profiles):
+    def plain(x):
+        return float(x) if math.isfinite(x) else None
+
+    def pairs(intervals):
+        return {name: [plain(x) for x in pair] for name, pair in intervals.items()}
+
+    return {
+        "values": found.values, "sd": {name: plain(sd) for name, sd in found.sd.items()},
+        "intervals_95": pairs(found.intervals()), "profile_95": pairs(profiles), "rank": found.rank,
+        "indistinguishable": found.indistinguishable, "hardly": found.hardly, "rows": len(found.rows),
+        "rms_m": found.rms, "rms_before_m": plain(found.rms_before), "leave_one_out_m": plain(found.leave_one_out),
+        "chi2": found.chi2 if found.absolute else None, "dof": found.dof, "p_value": found.p_value, "fits": found.fits,
+        "outliers": found.outliers, "said": found.said, "robot": found.robot.parameters,
+        "correlation": found.correlation.tolist(), "residuals_m": [[plain(x) for x in row] for row in found.residuals],
+    }  # fmt: skip
+
+
+def _split(word, option):
+    name, equals, value = word.partition("=")
+    if not equals:
+        raise UsageError(f"{option}: {word!r} should be NAME=VALUE")
+    return name, value
+
+
+def _pair(word, option):
+    name, value = _split(word, option)
+    return name, _number(value, f"{option} {name}")
+
+
+def _limits(text, name):
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise UsageError(f"--bounds {name}: {text!r} should be LOW:HIGH")
+    return _number(low, f"--bounds {name}"), _number(high, f"--bounds {name}")
+
+
+def _number(text, what):
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{what}: {text!r} is no number") from None

@@ -1,0 +1,1 @@
+"""What was measured on a robot as built: calibration, identification, logs, accuracy."""

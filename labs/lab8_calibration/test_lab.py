@@ -1,0 +1,92 @@
+"""What lab 8 checks; its models are in exercises.py, and a calibration is judged by what it finds."""
+
+from pathlib import Path
+from runpy import run_path
+
+import numpy as np
+import pytest
+
+from fivebar.grading import Exercise
+from fivebar.grading.values import Unfit, read
+
+BUILT = run_path(str(Path(__file__).parent / "exercises.py"))
+NOMINAL, as_built, rows_of = BUILT["NOMINAL"], BUILT["as_built"], BUILT["rows_of"]
+
+FOUND = Exercise("calibrate() -> l11, l12, l21, l22, d, offset1, offset2", None)
+OWN = Exercise("own_robot() -> l11, l12, l21, l22, d", None)
+NAMES = FOUND.returns
+
+
+def some_rows(draw, n=12):
+    """Columns of values and measured rows, not of one robot: the formulas hold for any."""
+    lengths = np.array(NOMINAL)[:, None] * draw.uniform(0.8, 1.2, (7, n))
+    lengths[5:] = draw.uniform(-0.5, 0.5, (2, n))
+    return *lengths, *draw.uniform(-3, 3, (2, n)), *draw.uniform(-0.15, 0.15, (2, n))
+
+
+def numbers(ask, exercise, *row, limit=None):
+    """The numbers that one call gives, as an array; a verdict where it gives others."""
+    value = ask.call(exercise.name, *row)
+    try:
+        found = read(exercise, value)[0]
+    except Unfit as unfit:
+        ask.verdict(0.0, str(unfit))
+    if not np.isfinite(found).all():
+        ask.verdict(0.0, "returned nan or infinity")
+    return found
+
+
+def judge_found(ask, found, truth, tolerance):
+    off = np.abs(np.clip(found, -1e6, 1e6) - truth)
+    good = off <= np.asarray(tolerance)
+    if good.all():
+        return ask.verdict(1.0)
+    worst = int(np.argmax(off / tolerance))
+    unit = (1e3, "mm") if worst < 5 else (180 / np.pi, "degrees")
+    words = f"{NAMES[worst]} is off by {unit[0] * off[worst]:.3g} {unit[1]}"
+    if np.allclose(found, np.array(NOMINAL)[: len(found)], atol=1e-12):
+        words = "these are the numbers of the drawing: nothing was calibrated"
+    return ask.verdict(0.0, words, off=float(off[worst]))
+
+
+@pytest.mark.points(3)
+def test_misses(ask, draw):
+    """misses: any lengths, offsets and points"""
+    ask("misses", *some_rows(draw))
+
+
+@pytest.mark.points(5)
+def test_derivatives(ask, draw):
+    """derivatives: by lengths and offsets, at any point"""
+    ask("derivatives", *some_rows(draw))
+
+
+@pytest.mark.points(2)
+def test_unseen(ask, draw):
+    """unseen: what a picture of unknown scale does not show"""
+    rows = some_rows(draw, 8)
+    ask("unseen", *rows[:7], draw.uniform(0.5, 2.0, 8))
+
+
+@pytest.mark.points(4)
+def test_calibrate_exact(ask, draw):
+    """calibrate: exact points, lengths to 1e-9 m"""
+    truth = np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
+    rows = rows_of(truth, draw, 20, 0.0)
+    found = numbers(ask, FOUND, rows[:, :2].tolist(), rows[:, 2:].tolist())
+    judge_found(ask, found, truth, [1e-9] * 5 + [1e-8] * 2)
+
+
+@pytest.mark.points(2)
+def test_calibrate_noisy(ask, draw):
+    """calibrate: points with noise of 0.05 mm"""
+    truth = np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
+    rows = rows_of(truth, draw, 40, 5e-5)
+    found = numbers(ask, FOUND, rows[:, :2].tolist(), rows[:, 2:].tolist())
+    judge_found(ask, found, truth, [1.5e-4] * 5 + [3e-3] * 2)  # more than 6 standard deviations
+
+
+@pytest.mark.points(4)
+def test_own_robot(ask, robot):
+    """own_robot: the lengths behind your measured.csv, to 0.1 mm"""
+    judge_found(ask, numbers(ask, OWN), as_built(robot)[:5], [1e-4] * 5)

@@ -1,0 +1,65 @@
+"""Lab 8: measured points of a robot of one's own are handed out, and who calibrates it gets full marks."""
+
+import re
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.cli import main
+from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
+
+RIGHT = (SOLUTIONS / "lab8.py").read_text()
+UNKNOWN = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
+
+
+def calibrated(path):
+    found = fb.calibrate(fb.FiveBar(), path, UNKNOWN, sigma=2e-5)
+    assert found.fits and found.rank == 7 and max(found.sd[name] for name in UNKNOWN[:5]) < 2.5e-5
+    return tuple(found.values[name] for name in UNKNOWN[:5])
+
+
+def with_own(numbers):
+    return re.sub(r"(?m)^OWN = .*$", f"OWN = {tuple(round(v, 6) for v in numbers)}", RIGHT)
+
+
+def test_the_points_in_the_lab_are_those_of_the_standard_robot():
+    truth = load("lab8", "exercises").as_built(fb.FiveBar())
+    assert np.abs(np.array(calibrated(FOLDERS["lab8"] / "measured.csv")) - truth[:5]).max() < 1e-4
+
+
+def test_hand_out_calibrate_and_grade(tmp_path, capsys):
+    ids, secret, out = tmp_path / "ids.txt", tmp_path / "secret", tmp_path / "handout"
+    ids.write_text("anna\nbob\n")
+    secret.write_text("a long secret")
+    options = ["--secret-file", str(secret)]
+    assert main(["grade", "lab8", "--hand-out", str(ids), *options, "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("student.py") == printed.count("measured.csv") == 2
+    assert (out / "anna/student.py").read_text() == (FOLDERS["lab8"] / "student.py").read_text()
+    found = {name: calibrated(out / name / "measured.csv") for name in ("anna", "bob")}
+    assert np.abs(np.subtract(found["anna"], found["bob"])).max() > 2e-4
+    for name, numbers, points in (("anna", found["anna"], "20 of 20"), ("bob", found["anna"], "16 of 20")):
+        hand_in = tmp_path / f"{name}.py"
+        hand_in.write_text(with_own(numbers))
+        assert main(["grade", "lab8", str(hand_in), *options]) == 0
+        told = capsys.readouterr().out
+        assert f"total {points} points" in told and "robot of this file" not in told  # nothing gives lengths away
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new", "words"),
+    [
+        ("own_robot", "return OWN", "return 0.09, 0.09, 0.09, 0.09, 0.118", "these are the numbers of the drawing"),
+        ("own_robot", "return OWN", "return [v + 2e-4 for v in OWN]", "is off by 0.2 mm"),
+        ("own_robot", "return OWN", "return OWN[:4]", "4 values where 5"),
+        ("own_robot", "return OWN", "return [float('nan')] * 5", "nan"),
+        ("calibrate", "range(12)", "range(1)", "is off by"),
+        ("calibrate", "range(12)", "range(0)", "these are the numbers of the drawing"),
+        ("calibrate", "return tuple(p)", "return None", "return missing"),
+    ],
+)
+def test_what_falls_short_is_said(function, old, new, words):
+    assert RIGHT.count(old) == 1
+    found = results("lab8", RIGHT.replace(old, new), only=function)
+    assert any(words in verdict.text for _, verdict in found.values()), [verdict.text for _, verdict in found.values()]
