@@ -24,6 +24,7 @@ _LATER = {
     "PD": "control.laws",
     "Path": "paths.curve",
     "Placement": "paths.placement",
+    "Identification": "measured.identification",
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
@@ -43,6 +44,10 @@ _LATER = {
     "dexterous": "singularities.dexterous",
     "export": "exporting.export",
     "from_csv": "planning.samples",
+    "exciting_trajectory": "measured.exciting",
+    "export": "exporting.export",
+    "from_csv": "planning.trajectory",
+    "identify": "measured.identification",
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
@@ -72,6 +77,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .designing.optimum import design
     from .designing.sweeping import sweep
     from .exporting.export import export
+    from .measured.exciting import exciting_trajectory
+    from .measured.identification import Identification, identify
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path
