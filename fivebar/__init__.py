@@ -25,6 +25,7 @@ _LATER = {
     "Path": "paths.curve",
     "Placement": "paths.placement",
     "Identification": "measured.identification",
+    "Identification": "measured.identified",
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
@@ -78,7 +79,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .designing.sweeping import sweep
     from .exporting.export import export
     from .measured.exciting import exciting_trajectory
-    from .measured.identification import Identification, identify
+    from .measured.identification import identify
+    from .measured.identified import Identification
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path

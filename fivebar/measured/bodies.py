@@ -4,7 +4,9 @@ Behind the grouped parameters there are bodies where each distal bar has a mass 
 its inertia about the elbow zz2 + m2 x l (`links`) is at least what its centre of mass asks for, the end-effector keeps
 a payload >= 0, and the drive an inertia >= 0 without the share of the bar that rides on it:
 
-    (zz2 + m2x l) m2 >= (m2x)^2 + my2^2      m - sum m2x / l >= 0      zz1 - (m2 - m2x / l) |P'|^2 >= 0      friction >= 0
+    (zz2 + m2x l) m2 >= (m2x)^2 + my2^2      m - sum m2x / l >= 0      zz1 - (m2 - m2x / l) |P'|^2 >= 0
+
+and friction >= 0.
 
 A convex set; in it Ipopt finds the least of (theta - theta_0)^T C^-1 (theta - theta_0). Of a proximal bar's own mass
 the motors feel nothing, so no first moment is refused.

@@ -9,6 +9,7 @@ matrix, columns scaled to length 1, has the least condition number: random start
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +36,9 @@ WIDEST = 1.0  # rad, of the amplitude's search
 
 @dataclass(frozen=True, eq=False)
 class Excitation(Trajectory):
-    """A Trajectory, as `simulate` takes it, from `exciting_trajectory`; beyond one: robot; working, assembly: its modes;
-    condition: of its regression matrix; peaks: {"rate", "acceleration", "torque": (2,)}, SI; least |sines| and |det A|.
+    """A Trajectory, as `simulate` takes it, from `exciting_trajectory`; beyond one: robot; its modes working, assembly;
+    condition: of its regression matrix; peaks: {"rate", "acceleration", "torque": (2,)}, SI; margin: the least of both
+    |sines| and |det A|; joints: t -> (q, q', q'').
     """
 
     robot: Robot
@@ -45,6 +47,7 @@ class Excitation(Trajectory):
     condition: float
     peaks: dict[str, tuple[float, float]]
     margin: float
+    joints: Callable[[np.ndarray], tuple]
 
     def __repr__(self) -> str:
         words = self.robot.words
@@ -55,15 +58,11 @@ class Excitation(Trajectory):
     def to_csv(self, path: TextFile, step: float = 0.01) -> None:
         """Write it in rows `step` s apart: t, x, y, the joints, and their rates; SI. `fb.from_csv` reads it."""
         t = np.linspace(0.0, self.duration, int(round(self.duration / positive(step, "step"))) + 1)
-        motion = self._motion(t)
-        q = self.robot.continuous(self._joints(t))
+        xi, xi_dot, _ = self(t)
         left, right = self.robot.words.joints
-        names = "t", "x", "y", "x_dot", "y_dot", left, right
         about = {"robot": self.robot.parameters, "working": self.working, "assembly": self.assembly}
-        write(path, "exciting trajectory", about, names, np.column_stack([t, motion[:, :4], q]).tolist())
-
-    def _joints(self, t):
-        return self._motion.joints(t)[0]
+        rows = np.column_stack([t, xi, xi_dot, self.joints(t)[0]]).tolist()
+        write(path, "exciting trajectory", about, ("t", "x", "y", "x_dot", "y_dot", left, right), rows)
 
 
 class _Series:
@@ -109,7 +108,7 @@ def exciting_trajectory(
     period: s, of the Fourier series with so many harmonics, repeated `cycles` times. rate, acceleration: rad/s, rad/s^2
     of either joint; torque: N m of either motor, by the robot's own masses and friction; None: no limit. margin: of
     |sin| of both legs and |det A|, which keeps it within one aspect of these modes. unknown: as of `identify`.
-    seed, starts: of the random shapes; the same seed gives the same motion. ValueError where no motion keeps the limits.
+    seed, starts: of the random shapes; the same seed, the same motion. ValueError where no motion keeps the limits.
     """
     margin = number(margin, "margin", 0.01, 0.9)
     names = linear_names(robot)
@@ -120,8 +119,8 @@ def exciting_trajectory(
     ranked = sorted(shapes, key=search.cost)[:BEST]
     if not np.isfinite(search.cost(ranked[0])):
         raise ValueError(
-            f"no motion was found within these limits: a pose of working modes {working}, assembly {assembly:+d} with |sines| "
-            f"and |det A| above {margin:g}, and a torque that holds it: ask for less margin, or other modes"
+            f"no motion was found within these limits, of working modes {working} and assembly mode {assembly:+d}, "
+            f"with |sines| and |det A| above {margin:g}: ask for less margin, more torque, or other modes"
         )
     best = min((_improved(search, each) for each in ranked), key=search.cost)
     series = search.series(best, search.amplitude(best))
@@ -139,7 +138,16 @@ def exciting_trajectory(
     }
     least = float(min(np.abs(each).min() for each in (*pose.sines, pose.det_A)))
     return Excitation(
-        0.0, period * cycles, series, robot, working, assembly, search.condition(q, q_dot, q_ddot), peaks, least
+        0.0,
+        period * cycles,
+        series,
+        robot,
+        working,
+        assembly,
+        search.condition(q, q_dot, q_ddot),
+        peaks,
+        least,
+        series.joints,
     )
 
 

@@ -1,188 +1,27 @@
-"""What a robot's masses and friction are, by a log of its motion and torques; and what that log cannot tell."""
+"""What a robot's masses and friction are, by logs of its motion and torques; and what these cannot tell."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from ..checks import flag, modes, optional, positive, shown, strings, takes
+from ..checks import flag, modes, optional, positive, strings, takes
 from ..checks import robot as must_be_robot
-from ..described import one_line
-from ..models.parameters import robot_of
 from ..models.robots import Robot
 from ..simulation.logs import Gauges
-from ..tables import STRANGE, BinaryFile, TextFile, saved, written
 from .bodies import consistent as nearest_bodies
-from .regression import Fit, fit, left_out_cost, price, smallest
+from .identified import Identification, Validation
+from .regression import fit, left_out_cost, price, smallest
 from .regressor import ladder, linear_names
 from .rows import Rows
-from .samples import Samples, log_of, samples
-from .suspicions import beyond_the_model, explain
+from .samples import log_of, samples
+from .suspicions import POOR, beyond_the_model, explain
 from .told import EXACT, NEARLY, any_motion, independent, words
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-POOR = 0.3  # of the torque: where a model misses more, what may be wrong with the log is looked for
 SURE = 4.0  # standard deviations, below 0 by which no friction and no mass can be
-
-
-@dataclass(frozen=True, eq=False)
-class Validation:
-    """A second run, of which nothing was used: misfit, as the Identification's; ratio (2,): rms of what is missed of
-    each motor's torque over the noise sigma of the first; t (n,), tau, predicted (n, 2), nan where nothing counts."""
-
-    misfit: float
-    ratio: tuple[float, float]
-    t: np.ndarray
-    tau: np.ndarray
-    predicted: np.ndarray
-
-    def __repr__(self) -> str:
-        return one_line(
-            "Validation", f"misses {100 * self.misfit:.3g} % of the torque, {max(self.ratio):.3g} times the noise"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """A robot identified from logs, from `identify`.
-
-    robot: with the identified parameters; given: the robot it began with. values, sd: by name, of the chosen parameters,
-    SI. chosen, in the order of the ladder; rejected {name: why}; indistinguishable: sentences; said: sentences on the
-    log. noise (2,): N m, of a filtered row of each motor's torque; misfit: share of the torque's rms that is missed;
-    p_value: of all that was left out being 0; cutoff: Hz, of the filters; correlation: of the chosen. t (n,) s, tau,
-    predicted (n, 2) N m: the filtered rows, nan where they do not count. validation: of the second run, or None;
-    bodies: whether the parameters were held to those that bodies can have.
-    """
-
-    robot: Robot
-    given: Robot
-    values: dict[str, float]
-    sd: dict[str, float]
-    chosen: tuple[str, ...]
-    rejected: dict[str, str]
-    indistinguishable: tuple[str, ...]
-    said: tuple[str, ...]
-    noise: tuple[float, float]
-    misfit: float
-    p_value: float
-    cutoff: float
-    correlation: np.ndarray
-    t: np.ndarray
-    tau: np.ndarray
-    predicted: np.ndarray
-    validation: Validation | None = None
-    bodies: bool = False
-
-    def __repr__(self) -> str:
-        second = "" if self.validation is None else f"{max(self.validation.ratio):.3g} times the noise in a second run"
-        missed = f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s"
-        return one_line("Identification", " ".join(self.chosen), missed, second)
-
-    def __str__(self) -> str:
-        return "\n".join(self.lines())
-
-    def lines(self) -> list[str]:
-        """The table and the sentences."""
-        found = [f"{'':8}{'value':>14}{'± 1 sd':>12}"]
-        found += [f"  {name:<6}{value:>14.6g}{self.sd[name]:>12.2g}" for name, value in self.values.items()]
-        noise = " and ".join(f"{each:.3g}" for each in self.noise)
-        unit = self.robot.words.effort_unit
-        found.append(
-            f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s; noise of a row {noise} {unit}"
-        )
-        if self.validation is not None:
-            first, second = self.validation.ratio
-            missed = 100 * self.validation.misfit
-            found.append(
-                f"second run: misses {missed:.3g} %, {first:.3g} and {second:.3g} times the noise of the first"
-            )
-        found.append(f"what was left out is 0 with p = {self.p_value:.2g}")
-        found += [f"left out: {name}: {why}" for name, why in self.rejected.items()]
-        found += [f"not told apart: {sentence}" for sentence in self.indistinguishable]
-        found += [f"of the log: {sentence}" for sentence in self.said]
-        return found
-
-    def plot(self, path: BinaryFile | None = None) -> Figure:
-        """Matplotlib figure of torques measured, predicted and their difference; written to `path` if given."""
-        from ..pictures.plot.identification import identification  # Matplotlib, which no regression needs
-
-        return saved(identification(self), path)
-
-    def to_json(self, path: TextFile) -> None:
-        """Write all of it but the rows, which come from the log."""
-        table = {name: getattr(self, name) for name in _PLAIN}
-        table |= {
-            "robot": self.robot.parameters,
-            "given": self.given.parameters,
-            "correlation": self.correlation.tolist(),
-        }
-        if self.validation is not None:
-            table["validation"] = {"misfit": self.validation.misfit, "ratio": list(self.validation.ratio)}
-        with written(path) as out:
-            json.dump({"fivebar": "identification", **table}, out, indent=2)
-            out.write("\n")
-
-    @classmethod
-    def from_json(cls, path: TextFile) -> Identification:
-        """Read what `to_json` wrote, without rows; ValueError for what is not such a file."""
-        text, name = (
-            (path.read(), getattr(path, "name", "the open file"))
-            if hasattr(path, "read")
-            else (Path(path).read_text("utf-8"), path)
-        )
-        try:
-            table = json.loads(text)
-            if table.pop("fivebar") != "identification":
-                raise ValueError("it is of another kind")
-            table["validation"] = _read_validation(table.get("validation"))
-            for key in ("robot", "given"):
-                table[key] = robot_of(table[key])
-            for key in ("chosen", "indistinguishable", "said", "noise"):
-                table[key] = tuple(table[key])
-            table["correlation"] = np.array(table["correlation"], dtype=float)
-            return cls(**table, t=np.zeros(0), tau=np.zeros((0, 2)), predicted=np.zeros((0, 2)))
-        except STRANGE as error:
-            raise ValueError(
-                f"{name}: not a file written by Identification.to_json: {type(error).__name__}: {error}"
-            ) from None
-
-    def to_toml(self, path: TextFile) -> None:
-        """Write the robot as a file that `fivebar ... --robot FILE.toml` reads."""
-        with written(path) as out:
-            out.write("# identified by fivebar; SI units\n")
-            for name, value in self.robot.parameters.items():
-                shown_value = f"[{value[0]!r}, {value[1]!r}]" if name == "gravity" else repr(value)
-                out.write(f"{name} = {shown_value}" + (f"  # ± {self.sd[name]:.2g}\n" if name in self.sd else "\n"))
-
-
-_PLAIN = (
-    "values",
-    "sd",
-    "chosen",
-    "rejected",
-    "indistinguishable",
-    "said",
-    "noise",
-    "misfit",
-    "p_value",
-    "cutoff",
-    "bodies",
-)
-
-
-def _read_validation(table):
-    if table is None:
-        return None
-    left, right = table["ratio"]
-    return Validation(table["misfit"], (left, right), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
 @takes(
@@ -191,7 +30,8 @@ def _read_validation(table):
 def identify(
     robot: Robot, log: object, *, validate: object | None = None, unknown: Sequence[str] | None = None,
     assembly: int = -1, cutoff: float | None = None, consistent: bool = False, units: Mapping[str, str] | None = None,
-    counts_per_turn: object = None, gear_ratio: object = 1.0, offset: object = (0.0, 0.0), torque_constant: object = None,
+    counts_per_turn: object = None, gear_ratio: object = 1.0, offset: object = (0.0, 0.0),
+    torque_constant: object = None,
 ) -> Identification:  # fmt: skip
     """Inertial parameters and friction of a robot from logs of its motion and torques; gives an Identification.
 
@@ -223,14 +63,19 @@ def identify(
     full = fit(rows, told)
     own = ladder(robot)["masses"]
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
-        explain(robot, logs, assembly, cutoff, full.misfit, _impossible)
+        explain(robot, logs, assembly, cutoff, columns, known, full.misfit, _impossible)
     optional_ = [k for k, column in enumerate(told) if names[column] not in own]
     never = [k for k in optional_ if names[told[k]][0] == "f" and full.theta[k] < 0]
-    kept = smallest(full.theta, full.cov, optional_, price(int(rows.counts.sum()), len(optional_)), never)
-    out = [k for k in optional_ if k not in kept]
+    while True:
+        kept = smallest(full.theta, full.cov, optional_, price(int(rows.counts.sum()), len(optional_)), never)
+        out = [k for k in optional_ if k not in kept]
+        chosen = [column for k, column in enumerate(told) if k not in out]
+        last = fit(rows, chosen)
+        below = [c for c, value in zip(chosen, last.theta) if names[c][0] == "f" and value < 0]
+        if not below:
+            break
+        never += [told.index(c) for c in below if told.index(c) in optional_]
     p_value = float(chi2.sf(left_out_cost(full.theta, full.cov, out), max(len(out), 1)))
-    chosen = [column for k, column in enumerate(told) if k not in out]
-    last = fit(rows, chosen)
     theta = last.theta
     labels = [names[k] for k in chosen]
     if consistent:
@@ -238,13 +83,14 @@ def identify(
     result = _robot(robot, sought, labels, theta, last)
     sd = np.sqrt(np.diag(last.cov))
     values = dict(zip(labels, map(float, theta)))
+    said = [sentence for each in found for sentence in each.said]
+    said += beyond_the_model(robot, result, found, known, labels, theta, last)
     identified = Identification(
         robot=result, given=robot, values=values, sd=dict(zip(labels, map(float, sd))), chosen=tuple(labels),
-        rejected={names[told[k]]: _why(robot, names[told[k]], full, k) for k in out},
-        indistinguishable=tuple(sentences),
-        said=tuple(dict.fromkeys([*(s for each in found for s in each.said), *beyond_the_model(robot, result, found, known, labels, theta, last)])),
-        noise=tuple(map(float, last.sigma)), misfit=last.misfit, p_value=p_value, cutoff=min(each.cutoff for each in found),
-        correlation=last.cov / np.outer(sd, sd), t=rows.t, tau=_shown(rows, rows.tau + rows.W @ known),
+        rejected={names[told[k]]: _why(names[told[k]], full, k) for k in out}, indistinguishable=tuple(sentences),
+        said=tuple(dict.fromkeys(said)), noise=tuple(map(float, last.sigma)), misfit=last.misfit, p_value=p_value,
+        cutoff=min(each.cutoff for each in found), correlation=last.cov / np.outer(sd, sd), t=rows.t,
+        tau=_shown(rows, rows.tau + rows.W @ known),
         predicted=_shown(rows, rows.W @ known + rows.W[:, :, chosen] @ theta), bodies=consistent,
     )  # fmt: skip
     if validate is None:
@@ -282,8 +128,8 @@ def _must_say(rows, found):
     if count.min() < 2 * rows.W.shape[2]:
         why = " ".join(s for each in found for s in each.said)
         raise ValueError(
-            f"only {count[0]} and {count[1]} independent rows of the two motors are left, at least {2 * rows.W.shape[2]} each are "
-            f"needed: log longer, or faster motions{'. ' + why if why else ''}"
+            f"only {count[0]} and {count[1]} independent rows of the two motors are left, and at least "
+            f"{2 * rows.W.shape[2]} of each are needed: log longer, or faster motions{'. ' + why if why else ''}"
         )
 
 
@@ -299,11 +145,12 @@ def _impossible(robot, labels, found):
     ]  # fmt: skip
 
 
-def _why(robot, name, full, k):
+def _why(name, full, k):
     value, sd = full.theta[k], np.sqrt(full.cov[k, k])
     if name[0] == "f" and value < 0:
         return f"friction would be {value:.3g} ± {sd:.2g}, less than none"
-    return f"{value:.3g} ± {sd:.2g} with all others, not told from 0: below about {3.5 * sd:.2g} this log would not show it"
+    least = f"below about {3.5 * sd:.2g} this log would not show it"
+    return f"{value:.3g} ± {sd:.2g} beside all others, not told from 0: {least}"
 
 
 def _robot(robot, sought, labels, theta, found):
@@ -312,8 +159,8 @@ def _robot(robot, sought, labels, theta, found):
         return replace(robot, **values)
     except ValueError as error:
         raise ValueError(
-            f"the log asks for parameters that no robot has ({error}): its torques, modes or lengths are not this robot's, "
-            "or consistent=True holds to what bodies can have"
+            f"the log asks for parameters that no robot has ({error}): its torques, modes or lengths are not this "
+            "robot's; or consistent=True holds to what bodies can have"
         ) from None
 
 

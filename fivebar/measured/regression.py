@@ -1,9 +1,10 @@
 """Weighted linear regression by QR, its honest covariance, and the smallest model that the data do not reject.
 
 Residuals of measured motions may be neither white nor of one size. Standard deviations are those of white residuals, or
-those of Newey and West (1987), which ask for neither, but are too small of few rows: the larger of both. A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of
-as many degrees of freedom where they are 0; each that stays costs log n + 2 log p (the extended BIC of Chen and Chen
-2008, n rows, p candidates). The chosen model has the lowest cost.
+those of Newey and West (1987), which ask for neither, but are too small of few rows: the larger of both. A set R of
+parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as many degrees of freedom where
+they are 0; each that stays costs log n + 3 log p (the extended BIC of Chen and Chen 2008 with gamma = 3/2; n rows, p
+candidates: of 14 that are 0 one stays in about 0.3 % of the logs). The chosen model has the lowest cost.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from .rows import Rows
-
 
 FINEST = 1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
 
@@ -78,7 +78,7 @@ def _meat(scores, breaks):
 
 def price(rows: int, candidates: int) -> float:
     """What a parameter costs that stays."""
-    return float(np.log(max(rows, 2)) + 2 * np.log(max(candidates, 1)))
+    return float(np.log(max(rows, 2)) + 3 * np.log(max(candidates, 1)))
 
 
 def smallest(theta: np.ndarray, cov: np.ndarray, optional: list[int], each: float, forbidden=()) -> list[int]:

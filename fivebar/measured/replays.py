@@ -21,7 +21,6 @@ from ..models.robots import Robot
 from ..pictures.pages import page
 from ..pictures.view import scene
 from ..planning.trajectory import Trajectory
-from ..simulation.comparison import Comparison
 from ..simulation.derivatives import derivatives, spectrum
 from ..simulation.logs import LATE
 from ..simulation.run import Run, columns
@@ -57,9 +56,9 @@ class Replay:
         words = self.measured.robot.words
         missed = self.tau_difference
         rms = np.sqrt(np.nanmean(missed**2, axis=0)) if np.isfinite(missed).any() else (np.nan, np.nan)
-        figures = self.figures
+        apart = [1e6 * self.figures[name] for name in ("rms_error_m", "max_error_m")]
         return "\n".join([
-            f"replay of the {self.by}: apart {1e6 * figures['rms_error_m']:.4g} um rms, {1e6 * figures['max_error_m']:.4g} um at most",
+            f"replay of the {self.by}: apart {apart[0]:.4g} um rms, {apart[1]:.4g} um at most",
             f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms",
             *self.said,
         ])  # fmt: skip

@@ -1,14 +1,14 @@
-"""Logs as samples of a regression: even in time, differentiated, on the robot's loop, with what does not count named."""
+"""Logs as samples of a regression: even in time, differentiated, on the robot's loop; what does not count is named."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ..checks import shown
 from ..models.geometry import dgm
 from ..models.robots import Robot
 from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
@@ -20,6 +20,7 @@ from .rows import Rows, filtered
 MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
 CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
 LONG_AT_LIMIT, AT_LIMIT = 3, 1e-9  # rows in a row whose torque is one of the two extremes: cut off there
+BRIDGED = 3  # rows that may be missing without a stretch ending
 STILL = 10.0  # times what the encoders' noise looks like: less acceleration is no motion
 
 
@@ -44,17 +45,10 @@ class Samples:
 
 def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
     """A Run's or a file's or a mapping's Log, and whether its torques are held from each time to the next."""
+    if isinstance(source, (str, os.PathLike)) and _is_a_run(source):
+        source = Run.from_csv(source)
     if not isinstance(source, Run):
-        if (
-            isinstance(source, (str, bytes))
-            or hasattr(source, "read")
-            or isinstance(source, Mapping)
-            or hasattr(source, "__fspath__")
-        ):
-            return read_log(source, robot, units, gauges), False
-        raise TypeError(
-            f"log must be a Run, a CSV file or a mapping of arrays, or a list of these, not {shown(source)}"
-        )
+        return read_log(source, robot, units, gauges), False
     if type(source.robot) is not type(robot):
         raise ValueError(f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}")
     own = {"t": source.t, "q": source.q, "tau": source.tau}
@@ -66,19 +60,25 @@ def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) 
     return log, source.measured is None
 
 
+def _is_a_run(path):
+    """Whether a file was written by Run.to_csv, whose torques may be held."""
+    with open(path, "rb") as file:
+        return file.read(14) == b"# fivebar run,"
+
+
 def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
     """The Samples of a log. held: a torque stays from its row to the next; cutoff: Hz, None: `spectrum` says."""
     if log.tau is None:
         raise ValueError("the log has no torques (tau1, tau2): without them nothing can be said of masses or friction")
     said, stretches = list(log.said), []
-    for part in log.stretches:
+    for part in _bridged(log, said):
         pairs = {
             name: None if (own := getattr(log, name)) is None else own[part] for name in ("q", "tau", "q_dot", "q_ddot")
         }
         if held and part.stop - part.start > 1:
             tau = pairs["tau"]
             pairs["tau"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])  # the mean about each row
-        t, pairs, away = evenly(log.t[part], pairs)
+        t, pairs, away = evenly(log.t[part], pairs, log.step)
         stretches.append((t, pairs, away))
     uneven = max(away for _, _, away in stretches)
     if uneven > 0.01:
@@ -101,8 +101,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     if not motion:
         longest = max(len(t) for t, *_ in stretches)
         raise ValueError(
-            f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of {cutoff:.3g} Hz ask "
-            f"for {2 * n + 3}: log longer, or give a higher cutoff"
+            f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of {cutoff:.3g} Hz "
+            f"ask for {2 * n + 3}: log longer, or give a higher cutoff"
         )
     if lost:
         said.append(f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives")
@@ -111,6 +111,19 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     return Samples(
         robot, pieces, [rates for _, rates, _ in motion], log.step, cutoff, found.noise, tuple(said), assembly
     )
+
+
+def _bridged(log, said):
+    """The stretches of a log, over gaps of a few rows, whose torques do not count."""
+    parts, bridged = [log.stretches[0]], 0
+    for cut, part in zip(log.cuts, log.stretches[1:]):
+        if cut.missing and cut.end - cut.start < (BRIDGED + 1.5) * log.step:
+            parts[-1], bridged = slice(parts[-1].start, part.stop), bridged + 1
+        else:
+            parts.append(part)
+    if bridged:
+        said.append(f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques")
+    return parts
 
 
 def _rates(pairs, step, cutoff):
@@ -168,8 +181,8 @@ def _pieces(motion, robot, assembly, n, said):
         said.append(f"{open_} of {total} rows do not close the loop of this robot's bars and do not count")
     if near:
         said.append(
-            f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at {first_near:.6g} s) "
-            "and do not count: there, errors become torques"
+            f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
+            f"{first_near:.6g} s) and do not count: there, errors become torques"
         )
     for k, rows in enumerate(cut_off):
         if rows:
@@ -183,14 +196,17 @@ def _pieces(motion, robot, assembly, n, said):
 def refuse_open_log(motion, robot, assembly, open_, total):
     """Say why poses do not close: degrees, or other lengths."""
     q = np.concatenate([rates[0] for _, rates, _ in motion])
-    q, t = q[np.isfinite(q).all(axis=1)], np.concatenate([t for t, *_ in motion])
+    q = q[np.isfinite(q).all(axis=1)]
     message = f"{open_} of {total} rows do not close the loop: the bars of this robot do not reach"
-    if robot.turns and np.isfinite(dgm(robot, np.radians(q), assembly, unreachable="nan").xi).all():
-        raise ValueError(
-            f'{message}; as degrees all of them do: is q in degrees? Then units={{"q1": "deg", "q2": "deg"}}'
-        )
-    if not robot.turns and np.isfinite(dgm(robot, 1e-3 * q, assembly, unreachable="nan").xi).all():
-        raise ValueError(f'{message}; as mm all of them do: is q in mm? Then units={{"q1": "mm", "q2": "mm"}}')
+    unit, factor, most = ("deg", np.pi / 180, 2 * np.pi) if robot.turns else ("mm", 1e-3, 4 * max(robot.distal))
+
+    def closes(q):
+        return np.isfinite(dgm(robot, q, assembly, unreachable="nan").xi).all(axis=1).mean() > 0.999
+
+    if np.abs(q).max() > most and closes(factor * q):
+        raise ValueError(f'{message}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}')
+    if closes(q[:, ::-1]):
+        raise ValueError(f"{message}; with {' and '.join(robot.words.joints)} exchanged all of them do")
     raise ValueError(
         f"{message}: are its lengths, and the zeros of q (offset), those of the robot on the table? fb.calibrate tells"
     )

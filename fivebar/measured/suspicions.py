@@ -6,6 +6,7 @@ are tried beside it: a torque that comes late, a sensor's zero, another gravity.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -20,73 +21,96 @@ from .rows import filtered
 from .samples import samples
 from .told import NEARLY, independent
 
-CLEARER, GOOD, SURE = 0.4, 0.3, 6.0  # of the misfit as it is; of the torque; standard deviations
+CLEARER, SURE = 0.4, 6.0  # of the misfit as it is; standard deviations
+G = 9.81  # m/s^2
+HOPELESS = 0.3  # of the torque
+POOR = 0.05  # of the torque: where a model misses more, what may be wrong with the log is looked for
 RELEVANT = 2e-3  # of the torque's rms, less than which no effect is worth a word
 
 
-def explain(robot: Robot, logs: list, assembly: int, cutoff, misfit: float, impossible) -> None:
-    """Raise the ValueError that names what is wrong with the log, if one suspicion stands out."""
-    best, why = CLEARER * misfit if misfit > GOOD else np.inf, None
-    for motion, change, mode in _motions(robot, assembly):
+def explain(
+    robot: Robot, logs: list, assembly: int, cutoff: float | None, columns: list[int], known: np.ndarray, misfit: float,
+    impossible: Callable,
+) -> None:  # fmt: skip
+    """Raise the ValueError that names what is wrong with the log, if one suspicion stands out.
+
+    columns, known: which parameters are unknown, and the values of the others. impossible(robot, names, fit): names of
+    what comes out as it cannot be.
+    """
+    log, held = max(logs, key=lambda each: len(each[0].t))
+    bound = CLEARER * misfit if misfit > POOR else 1.6 * misfit  # else it fits, but with masses or friction below 0
+    best, why = bound, None
+    for words, mode, own_robot, change in _suspicions(robot, assembly):
         try:
-            found = [samples(replace(log, **change(log)), held, robot, mode, cutoff) for log, held in logs]
+            rows = samples(replace(log, **change(log)), held, own_robot, mode, cutoff).rows
         except ValueError:
             continue
-        rows = [each.rows for each in found]
-        first = max(rows, key=lambda each: len(each.t))
-        told, _ = independent(first.W, list(range(first.W.shape[2])), NEARLY)
+        told, _ = independent(rows.W, columns, NEARLY)
         labels = [linear_names(robot)[k] for k in told]
-        for exchanged, signs in product((False, True), product((1, -1), repeat=2)):
-            torque = _torques(robot, exchanged, signs)
-            if not (motion or torque):
+        for signs in product((1, -1), repeat=2):
+            named = words + _signs(signs)
+            if not named:
                 continue
-            tau = (first.tau[:, ::-1] if exchanged else first.tau) * np.array(signs)
-            own = fit(first, told, np.where(first.counts, tau, 0.0))
-            score = own.misfit * (1 + 0.05 * (len(motion) > 0) + 0.05 * len(torque))
-            if own.misfit < min(GOOD, 0.9 * max(misfit, 1e-9)) and score < best and not impossible(robot, labels, own):
-                best, why = score, (" and ".join([*motion, *torque]), own.misfit)
-            if own.misfit <= 1.001 * misfit and misfit < GOOD and not impossible(robot, labels, own) and why is None:
-                why = " and ".join([*motion, *torque]), own.misfit
+            own = fit(rows, told, np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0))
+            score = own.misfit * (1 + 0.5 * len(named))
+            if score < best and not impossible(robot, labels, own):
+                best, why = score, (" and ".join(named), own.misfit)
     if why is not None:
         raise ValueError(
             f"the model misses {100 * misfit:.3g} % of this log's {robot.words.effort}s"
-            f"{'' if misfit > GOOD else ', but with masses or friction below 0'}; it misses {100 * why[1]:.3g} % if {why[0]}"
+            f"{'' if misfit > POOR else ', but with masses or friction below 0'}; "
+            f"it misses {100 * why[1]:.3g} % if {why[0]}"
         )
 
 
-def _motions(robot, assembly):
-    """([words], log -> changed fields, assembly mode) of what may be wrong with the positions."""
+def _suspicions(robot, assembly):
+    """([words], assembly mode, robot, log -> changed fields) of what may be wrong but for the torques' signs."""
     left, right = robot.words.joints
-    yield [], lambda log: {}, assembly
-    yield [f"the assembly mode is {-assembly:+d}"], lambda log: {}, -assembly
-    yield [f"the columns of {left} and {right} are exchanged"], _exchanged, assembly
+    other = f"the {robot.words.effort}s of the two motors are exchanged"
+    yield [], assembly, robot, lambda log: {}
+    yield [other], assembly, robot, _others
+    yield [f"the assembly mode is {-assembly:+d}"], -assembly, robot, lambda log: {}
+    yield [f"{left} and {right} are exchanged"], assembly, robot, _exchanged
+    yield [f"{left} and {right} and both {robot.words.effort}s are exchanged"], assembly, robot, _both_exchanged
     if robot.turns:
-        yield ["q is in degrees"], lambda log: _scaled(log, np.pi / 180), assembly
-        yield [f"{left} and {right} turn the other way"], lambda log: _scaled(log, -1.0), assembly
+        yield ["q is in degrees"], assembly, robot, lambda log: _scaled(log, np.pi / 180)
+        yield [f"{left} and {right} turn the other way"], assembly, robot, lambda log: _scaled(log, -1.0)
+    for gravity in ((0.0, -G), (0.0, G), (G, 0.0), (-G, 0.0), (0.0, 0.0)):
+        if gravity != robot.gravity:
+            own = replace(robot, gravity=gravity)
+            yield [f"gravity is ({gravity[0]:g}, {gravity[1]:g}) m/s^2"], assembly, own, lambda log: {}
+
+
+def _others(log):
+    return {"tau": log.tau[:, ::-1]}
 
 
 def _exchanged(log):
-    return {
-        name: None if getattr(log, name) is None else getattr(log, name)[:, ::-1] for name in ("q", "q_dot", "q_ddot")
-    }
+    names = ("q", "q_dot", "q_ddot")
+    return {name: None if getattr(log, name) is None else getattr(log, name)[:, ::-1] for name in names}
+
+
+def _both_exchanged(log):
+    return {**_exchanged(log), **_others(log)}
 
 
 def _scaled(log, factor):
-    return {
-        name: None if getattr(log, name) is None else factor * getattr(log, name) for name in ("q", "q_dot", "q_ddot")
-    }
+    names = ("q", "q_dot", "q_ddot")
+    return {name: None if getattr(log, name) is None else factor * getattr(log, name) for name in names}
 
 
-def _torques(robot, exchanged, signs):
-    words = [f"the {robot.words.effort}s of the two motors are exchanged"] if exchanged else []
+def _signs(signs):
     wrong = [f"tau{k + 1}" for k, each in enumerate(signs) if each < 0]
-    return words + ([f"the sign of {' and '.join(wrong)} is the other one"] if wrong else [])
+    return [f"the sign of {' and '.join(wrong)} is the other one"] if wrong else []
 
 
 def beyond_the_model(
     robot: Robot, result: Robot, found: list, known: np.ndarray, labels: list, theta: np.ndarray, last
 ) -> list[str]:
     """Sentences on effects beside the model that the log shows."""
+    if last.misfit > HOPELESS:
+        missed = f"the model misses {100 * last.misfit:.3g} % of the {robot.words.effort}s"
+        return [f"{missed}, and nothing that was tried explains it"]
     names = linear_names(robot)
     whole = known.copy()
     for name, value in zip(labels, theta):
@@ -94,10 +118,11 @@ def beyond_the_model(
     chosen, said = [names.index(name) for name in labels], []
     sample = max(found, key=lambda each: len(each.pieces[0][0]))
     extra = [_effects(result, sample, piece, rates, whole) for piece, rates in zip(sample.pieces, sample.motion)]
-    rows = filtered(
-        [(t, np.concatenate([W[:, :, chosen], more], axis=2), tau - W @ known, counts) for (t, W, tau, counts), more in zip(sample.pieces, extra)],
-        sample.step, sample.cutoff,
-    )  # fmt: skip
+    pieces = [
+        (t, np.concatenate([W[:, :, chosen], more], axis=2), tau - W @ known, counts)
+        for (t, W, tau, counts), more in zip(sample.pieces, extra)
+    ]
+    rows = filtered(pieces, sample.step, sample.cutoff)
     size = np.sqrt((rows.tau**2).sum() / max(rows.counts.sum(), 1))
     count, own = len(chosen), list(range(len(chosen)))
     for k, word in enumerate(_WORDS):
@@ -117,7 +142,8 @@ def beyond_the_model(
 
 def _late(robot, value, sd):
     late = "late" if value < 0 else "early"
-    return f"the {robot.words.effort}s come {1e3 * abs(value):.3g} ± {1e3 * sd:.1g} ms too {late} for the motion: shift their times"
+    size = f"{1e3 * abs(value):.3g} ± {1e3 * sd:.1g} ms"
+    return f"the {robot.words.effort}s come {size} too {late} for the motion: shift their times"
 
 
 def _zero(side):

@@ -87,7 +87,7 @@ class Replay(Protocol):
 
 
 class Identification(Protocol):
-    """Torques measured and predicted, (n, 2) N m at t (n,) s, the share that is missed, and the same of a second run."""
+    """Torques measured and predicted, (n, 2) N m at t (n,) s, the share that is missed; the same of a second run."""
 
     robot: Robot
     t: np.ndarray

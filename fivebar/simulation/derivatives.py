@@ -1,4 +1,4 @@
-"""Rates and accelerations of a sampled motion, without phase: by polynomials of degree 6 through a window about each row.
+"""Rates and accelerations of a sampled motion, without phase: polynomials of degree 6 in a window about each row.
 
 Least squares of a polynomial over 2 n + 1 rows (Savitzky and Golay 1964; Schafer 2011 for its response) is a symmetric
 filter: it shifts nothing in time. Below the cut-off it is as good as exact, above it noise is taken away. The window is
@@ -27,8 +27,8 @@ PARTS = 8  # of a log, over which its spectrum is averaged
 
 @dataclass(frozen=True)
 class Spectrum:
-    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: share of the acceleration's power, where it
-    is above the noise, at frequencies that this sampling rate cannot follow, the larger of both joints."""
+    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: of the acceleration's power, where it is
+    above the noise, the share at frequencies that this sampling rate cannot follow, the larger of both joints."""
 
     cutoff: float
     noise: tuple[float, float]

@@ -11,8 +11,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..checks import number, positive, shown, two_numbers
-from ..columns import COUNTS, METRES, NEWTON_METRES, NO_UNIT, RADIANS, RADIANS_PER_SECOND, RADIANS_PER_SECOND2, SECONDS
-from ..columns import Quantity, read
+from ..columns import (
+    COUNTS,
+    METRES,
+    NEWTON_METRES,
+    RADIANS,
+    RADIANS_PER_SECOND,
+    RADIANS_PER_SECOND2,
+    SECONDS,
+    Quantity,
+    read,
+)
 from ..models.robots import Robot
 from ..tables import TextFile
 
@@ -28,12 +37,13 @@ class Cut(NamedTuple):
     start: float
     end: float
     why: str
+    missing: int  # rows; 0 where time jumps back
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """t (n,) s, increasing; q, tau, q_dot, q_ddot, xi, xi_ref (n, 2), SI, at the joints, None where not logged; step: s,
-    the sampling period; cuts; said: what was done to the rows, as sentences; lines: (n,) where each row is in its file.
+    """t (n,) s, increasing; q, tau, q_dot, q_ddot, xi, xi_ref (n, 2), SI, at the joints, None where not logged; step:
+    s, the sampling period; cuts; said: what was done to the rows, as sentences.
     """
 
     t: np.ndarray
@@ -63,6 +73,9 @@ class Gauges(NamedTuple):
     torque_constant: Any = None
 
 
+AT_THE_JOINTS = Gauges()
+
+
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """The columns of a log, with the names they go by."""
     turns, found = robot.turns, {"t": Quantity(("time", "timestamp", "stamp", "seconds"), SECONDS)}
@@ -76,8 +89,8 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
                 f"encoder{k}", f"motor{k}", f"q_{side}", f"{side}")  # fmt: skip
         found[f"q{k}"] = Quantity(base, q)
         found[f"tau{k}"] = Quantity(
-            (f"torque{k}", f"tau{k}1", f"effort{k}", f"force{k}", f"current{k}", f"i{k}", f"tau_{side}", f"torque_{side}"),
-            effort, False,
+            (f"torque{k}", f"tau{k}1", f"effort{k}", f"force{k}", f"current{k}", f"i{k}", f"tau_{side}",
+             f"torque_{side}"), effort, False,
         )  # fmt: skip
         dots = (f"{j}_dot", f"dq{k}", f"qd{k}", f"vel{k}", f"velocity{k}", f"speed{k}", f"omega{k}", f"qdot{k}")
         found[f"q{k}_dot"] = Quantity(dots, rate, False)
@@ -89,7 +102,7 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
 
 
 def read_log(
-    source: TextFile | Mapping, robot: Robot, units: Mapping[str, str] | None = None, gauges: Gauges = Gauges()
+    source: TextFile | Mapping, robot: Robot, units: Mapping[str, str] | None = None, gauges: Gauges = AT_THE_JOINTS
 ) -> Log:
     """The Log in a CSV file or a mapping of arrays with the columns of `wanted`: t, q1, q2, ..."""
     if isinstance(source, Mapping):
@@ -204,7 +217,8 @@ def _cleaned(t, pairs, robot, said, name, lines):
     again = np.concatenate([[False], np.diff(t[rows]) == 0])
     if again.any():
         said.append(
-            f"{again.sum()} rows repeat the time of the row before and were left out, the first {at(rows[np.argmax(again)])}"
+            f"{again.sum()} rows repeat the time of the row before and were left out, the first "
+            f"{at(rows[np.argmax(again)])}"
         )
         rows = rows[~again]
     t, pairs = t[rows].copy(), {key: None if pair is None else pair[rows] for key, pair in pairs.items()}
@@ -227,11 +241,12 @@ def _cuts(t, step, rows, at, said):
             why = f"time jumps back from {t[k - 1]:.6g} to {t[k]:.6g} s at {at(rows[k])}"
             said.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
             t[k:] += shift
+            lack = 0
         else:
             lack = max(round((t[k] - t[k - 1]) / step) - 1, 1)
             why = f"{lack} row{'s' * (lack > 1)} missing before {at(rows[k])}"
-        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why))
-    gaps = [cut for cut in cuts if "missing" in cut.why]
+        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, lack))
+    gaps = [cut for cut in cuts if cut.missing]
     if gaps:
         where = ", ".join(f"{cut.start:.6g} to {cut.end:.6g} s" for cut in gaps[:3])
         said.append(f"{len(gaps)} gaps in time are not bridged: {where}{' and more' if len(gaps) > 3 else ''}")
@@ -253,16 +268,21 @@ def _unwrap(q, cuts, rows, at, said):
             q[a:b] = np.unwrap(q[a:b], axis=0)
 
 
-def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None]) -> tuple[np.ndarray, dict, float]:
+def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -> tuple[np.ndarray, dict, float]:
     """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on an even grid.
 
-    Where its times are off it, positions and the like by cubic splines through them, torques linearly.
+    Where its times are off it, positions and the like by cubic splines through them, torques linearly; nan where they
+    were not logged.
     """
-    n = len(t)
+    n = int(round((t[-1] - t[0]) / step)) + 1
     even = np.linspace(t[0], t[-1], n)
-    away = float(np.abs(t - even).max() * max(n - 1, 1) / max(t[-1] - t[0], 1e-300))
-    if away <= UNEVEN or n < 4:
-        return even, dict(pairs), away
+    own = (t[-1] - t[0]) / max(n - 1, 1)
+    place = (t - t[0]) / max(own, 1e-300)
+    away = float(np.abs(place - np.round(place)).max())
+    if (n == len(t) and away <= UNEVEN) or len(t) < 4:
+        return (even, dict(pairs), away) if n == len(t) else (t, dict(pairs), away)
+    before = np.clip(np.searchsorted(t, even, side="right") - 1, 0, len(t) - 2)
+    lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
         if pair is None:
@@ -271,4 +291,6 @@ def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None]) -> tuple[np.nd
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
             moved[name] = CubicSpline(t, pair)(even)
+    if moved.get("tau") is not None:
+        moved["tau"] = np.where(lost[:, None], np.nan, moved["tau"])
     return even, moved, away

@@ -43,7 +43,7 @@ def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
 
 def rates_of(log: Log) -> np.ndarray:
     """q' (n, 2) of a log without: zero-phase derivatives between its gaps, at their ends of the last whole window."""
-    stretches = [(part, *evenly(log.t[part], {"q": log.q[part]})[:2]) for part in log.stretches]
+    stretches = [(part, *evenly(log.t[part], {"q": log.q[part]}, log.step)[:2]) for part in log.stretches]
     cutoff = spectrum([pairs["q"] for _, _, pairs in stretches], log.step).cutoff
     found = np.full(log.q.shape, np.nan)
     for part, even, pairs in stretches:
@@ -71,8 +71,8 @@ def _placed(log, robot, assembly, said):
     typical = float(np.nanmedian(away[mode])) if np.isfinite(away[mode]).any() else 0.0
     if typical > APART * max(robot.distal):
         said.append(
-            f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly mode {mode:+d}: another "
-            "mode, frame or other lengths; fb.calibrate tells"
+            f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly mode {mode:+d}: "
+            "another mode, frame or other lengths; fb.calibrate tells"
         )
     lost = ~np.isfinite(log.xi)
     return mode, np.where(lost, found[mode], log.xi)

@@ -85,8 +85,8 @@ class Run(Pictured):
     energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None; torque_limit N m or None; control: the
     controller's own grid, or None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was
     given a tolerance; log: what the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what
-    friction has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`, or None. Of
-    a biglide, q is in m and tau in N.
+    friction has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`, or None.
+    Of a biglide, q is in m and tau in N.
     """
 
     robot: Robot
