@@ -112,7 +112,9 @@ def exciting_trajectory(
     """
     margin = number(margin, "margin", 0.01, 0.9)
     names = linear_names(robot)
-    told, _ = independent(any_motion(robot, assembly), [names.index(n) for n in sought_names(robot, unknown)], EXACT)
+    told, _ = independent(
+        any_motion(robot, assembly, working), [names.index(n) for n in sought_names(robot, unknown)], EXACT
+    )
     search = _Search(robot, period, harmonics, (rate, acceleration, torque), margin, working, assembly, told)
     rng = np.random.default_rng(seed)
     shapes = [search.random(rng) for _ in range(starts)]

@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from ..checks import flag, modes, optional, positive, strings, takes
 from ..checks import robot as must_be_robot
+from ..models.geometry import dgm
 from ..models.robots import Robot
 from ..simulation.logs import Gauges
 from .bodies import consistent as nearest_bodies
@@ -56,7 +57,7 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     rows = replace(rows, tau=rows.tau - rows.W @ known)
     columns = [k for k, name in enumerate(names) if name in sought]
-    told, folded = independent(any_motion(robot, assembly), columns, EXACT)
+    told, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
     sentences = words(robot, folded, everywhere=True)
     told, more = independent(rows.W, told, NEARLY)
     sentences += words(robot, more, everywhere=False)
@@ -111,6 +112,13 @@ def sought_names(robot, unknown):
     if not unknown:
         raise ValueError(f"unknown is empty: name some of {', '.join(names)}")
     return tuple(name for name in names if name in unknown)
+
+
+def _working(robot, first):
+    """The working modes in which the first log spends most of its time."""
+    q = np.concatenate([rates[0] for rates in first.motion])
+    pose = dgm(robot, q[np.isfinite(q).all(axis=1)], first.assembly, unreachable="nan")
+    return tuple(-1 if np.nanmedian(sine) > 0 else 1 for sine in pose.sines)
 
 
 def _joined(parts: Iterable[Rows]) -> Rows:

@@ -39,9 +39,9 @@ class Validation:
 class Identification:
     """A robot identified from logs, from `identify`.
 
-    robot: with the identified parameters; given: the robot it began with. values, sd: by name, of those that were
-    chosen, SI. chosen, in the order of the ladder; rejected {name: why}; indistinguishable: sentences; said: sentences on the
-    log. noise (2,): N m, of a filtered row of each motor's torque; misfit: share of the torque's rms that is missed;
+    robot: with the identified parameters; given: the robot it began with. values, sd: by name, of those chosen, SI.
+    chosen: in the order of the ladder; rejected {name: why}; indistinguishable: sentences; said: sentences on the log.
+    noise (2,): N m, of a filtered row of each motor's torque; misfit: share of the torque's rms that is missed;
     p_value: of all that was left out being 0; cutoff: Hz, of the filters; correlation: of the chosen. t (n,) s, tau,
     predicted (n, 2) N m: the filtered rows, nan where they do not count. validation: of the second run, or None;
     bodies: whether the parameters were held to those that bodies can have.

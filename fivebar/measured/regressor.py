@@ -14,7 +14,7 @@ from ..models.geometry import dgm
 from ..models.kinematics import dkm, dkm2
 from ..models.robots import Robot
 
-BLOCK = 2000  # rows that are evaluated at once
+FEW, BLOCK = 200, 2000  # rows that are evaluated at once, in short motions and in long ones
 
 
 def lengths_of(robot: Robot) -> tuple[str, ...]:
@@ -47,15 +47,15 @@ def linear_names(robot: Robot) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=64)
-def _function(robot, assembly):
-    """(q, q', q'') -> W (2 x p) of BLOCK rows, exact: the derivative of the inverse dynamic model, which is linear."""
+def _function(robot, assembly, block):
+    """(q, q', q'') -> W (2 x p) of so many rows, exact: the derivative of the inverse dynamic model, which is linear."""
     names = linear_names(robot)
     p = casadi.SX.sym("p", len(names))
     q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))
     symbolic = replace(robot, **{name: p[k] for k, name in enumerate(names)})
     tau = inverse_dynamics(dkm2(dkm(dgm(symbolic, q, assembly), q_dot), q_ddot))
     W = casadi.densify(casadi.jacobian(tau, p))
-    return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(BLOCK)
+    return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(block)
 
 
 def regressor(robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int) -> np.ndarray:
@@ -64,10 +64,11 @@ def regressor(robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray
     Of the robot, only its lengths and gravity count.
     """
     plain = replace(robot, **dict.fromkeys(linear_names(robot), 0.0))
-    call, W = Buffered(_function(plain, int(assembly))), np.empty((len(q), 2, len(linear_names(robot))))
-    for first in range(0, len(q), BLOCK):
-        part = slice(first, first + BLOCK)
+    block = FEW if len(q) <= FEW else BLOCK
+    call, W = Buffered(_function(plain, int(assembly), block)), np.empty((len(q), 2, len(linear_names(robot))))
+    for first in range(0, len(q), block):
+        part = slice(first, first + block)
         count = len(q[part])
-        (flat,) = call(*(np.resize(each[part], (BLOCK, 2)) for each in (q, q_dot, q_ddot)))
-        W[part] = flat.reshape(BLOCK, -1, 2).swapaxes(1, 2)[:count]
+        (flat,) = call(*(np.resize(each[part], (block, 2)) for each in (q, q_dot, q_ddot)))
+        W[part] = flat.reshape(block, -1, 2).swapaxes(1, 2)[:count]
     return W

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..models.geometry import dgm
@@ -9,7 +11,7 @@ from ..models.robots import Robot
 from .regressor import linear_names, regressor
 
 EXACT, NEARLY = 1e-7, 2e-4  # of a column, less than which is its own: of any motion, and of this log
-POSES, SEED = 400, 16
+POSES, ENOUGH, SEED, AWAY = 400, 40, 16, 0.05  # AWAY: of a sine from Type 1
 
 
 def independent(W: np.ndarray, columns: list[int], tolerance: float) -> tuple[list[int], dict[int, dict[int, float]]]:
@@ -40,14 +42,18 @@ def independent(W: np.ndarray, columns: list[int], tolerance: float) -> tuple[li
     return kept, folded
 
 
-def any_motion(robot: Robot, assembly: int) -> np.ndarray:
-    """W of motions through poses all over the workspace, of all rates and accelerations, each of size 1."""
+def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarray:
+    """W of motions through poses all over the workspace in these modes, of all rates and accelerations of size 1."""
     rng = np.random.default_rng(SEED)
     reach = sum(robot.distal) + 1e-9
-    q = rng.uniform(-1, 1, (20 * POSES, 2)) * (np.pi if robot.turns else reach)
+    q = rng.uniform(-1, 1, (60 * POSES, 2)) * (np.pi if robot.turns else reach)
     pose = dgm(robot, q, assembly, unreachable="nan")
     good = np.isfinite(pose.xi).all(axis=1) & (np.abs(np.nan_to_num(pose.det_A)) > 0.2)
+    for mode, sine in zip(working, pose.sines):
+        good &= -mode * np.nan_to_num(sine) > AWAY
     q = q[good][:POSES]
+    if len(q) < ENOUGH:
+        raise ValueError(f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode {assembly:+d}")
     return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
 
 

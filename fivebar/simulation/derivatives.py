@@ -27,8 +27,8 @@ PARTS = 8  # of a log, over which its spectrum is averaged
 
 @dataclass(frozen=True)
 class Spectrum:
-    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: of the acceleration's power, where it is
-    above the noise, the share at frequencies that this sampling rate cannot follow, the larger of both joints."""
+    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: of the acceleration's power, where it
+    is above the noise, the share at frequencies that this sampling rate cannot follow, the larger of both joints."""
 
     cutoff: float
     noise: tuple[float, float]

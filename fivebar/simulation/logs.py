@@ -228,7 +228,7 @@ def _cleaned(t, pairs, robot, said, name, lines):
     step = float(np.median(forward))
     cuts = _cuts(t, step, rows, at, said)
     if robot.turns:
-        _unwrap(pairs["q"], cuts, rows, at, said)
+        _unwrap(pairs["q"], rows, at, said)
     return Log(t, **pairs, step=step, cuts=tuple(cuts), said=tuple(said))
 
 
@@ -253,19 +253,15 @@ def _cuts(t, step, rows, at, said):
     return cuts
 
 
-def _unwrap(q, cuts, rows, at, said):
-    """Take the jumps of an angle that was kept within a turn out of it, in place."""
+def _unwrap(q, rows, at, said):
+    """Take the jumps of an angle that was kept within a turn out of it, in place; over gaps too, as whole turns are
+    the same pose."""
     jumps = np.abs(np.diff(q, axis=0)) > np.pi
-    for cut in cuts:
-        jumps[cut.row - 1] = False
     if jumps.any():
         k = int(np.argmax(jumps.any(axis=1))) + 1
-        said.append(
-            f"q jumps by more than half a turn {jumps.sum()} times, the first at {at(rows[k])}: taken for whole turns"
-        )
-        edges = [0, *(cut.row for cut in cuts), len(q)]
-        for a, b in zip(edges, edges[1:]):
-            q[a:b] = np.unwrap(q[a:b], axis=0)
+        first = f"the first at {at(rows[k])}"
+        said.append(f"q jumps by more than half a turn {jumps.sum()} times, {first}: taken for whole turns")
+        q[:] = np.unwrap(q, axis=0)
 
 
 def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -> tuple[np.ndarray, dict, float]:
