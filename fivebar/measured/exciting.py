@@ -11,7 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
+import casadi
 import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import minimize
@@ -19,6 +21,7 @@ from scipy.optimize import minimize
 from ..checks import modes, number, optional, positive, seconds, strings, takes, whole
 from ..checks import robot as must_be_robot
 from ..described import one_line
+from ..models.compiled import Buffered
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import dgm
 from ..models.kinematics import dkm, dkm2
@@ -153,6 +156,16 @@ def exciting_trajectory(
     )
 
 
+@lru_cache(maxsize=16)
+def _checked(robot, assembly):
+    """(q, q', q'') of SAMPLES rows -> det A, both sines, both torques, nan where the robot does not close."""
+    q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))
+    pose = dgm(robot, q, assembly)
+    tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
+    row = casadi.densify(casadi.vertcat(pose.det_A, *pose.sines, tau))
+    return casadi.Function("checked", [q, q_dot, q_ddot], casadi.cse([row])).map(SAMPLES)
+
+
 def _improved(search, shape):
     found = minimize(search.cost, shape, method="Nelder-Mead", options={"maxfev": STEPS, "adaptive": True})
     return min((shape, found.x), key=search.cost)
@@ -168,6 +181,7 @@ class _Search:
         self.free = [null_space(row[None]) for row in (k, k * k)]
         self.t = np.linspace(0, period, SAMPLES, endpoint=False)
         self.known = {}
+        self.call = Buffered(_checked(robot, assembly))
 
     def random(self, rng):
         """A shape whose centre is a pose of the modes."""
@@ -187,18 +201,21 @@ class _Search:
         return _Series(self.robot, self.assembly, self.period, centre, amplitude * own / size)
 
     def keeps(self, q, q_dot, q_ddot):
-        """Whether a motion keeps to all limits."""
+        """Whether a motion of SAMPLES rows, or of less or more, keeps to all limits."""
         for values, limit in zip((q_dot, q_ddot), self.limits):
             if limit is not None and np.abs(values).max() > limit:
                 return False
-        pose = dgm(self.robot, q, self.assembly, unreachable="nan")
-        if not np.isfinite(pose.xi).all() or np.abs(pose.det_A).min() < self.margin:
-            return False
-        if any((-mode * sine).min() < self.margin for mode, sine in zip(self.working, pose.sines)):
-            return False
-        if self.limits[2] is None:
-            return True
-        return np.abs(inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))).max() <= self.limits[2]
+        rows = -(-len(q) // SAMPLES) * SAMPLES
+        whole = (np.resize(each, (rows, 2)) for each in (q, q_dot, q_ddot))
+        for part in zip(*(np.split(each, rows // SAMPLES) for each in whole)):
+            (found,) = self.call(*part)
+            if not (found[:, 0] * -self.assembly >= self.margin).all():  # nan too, where it does not close
+                return False
+            if not (-found[:, 1:3] * self.working >= self.margin).all():
+                return False
+            if self.limits[2] is not None and not (np.abs(found[:, 3:]) <= self.limits[2]).all():
+                return False
+        return True
 
     def amplitude(self, shape):
         """The largest that keeps to the limits, 0 where none does; the motion grows with it."""

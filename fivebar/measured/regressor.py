@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import casadi
 import numpy as np
@@ -17,38 +17,47 @@ from ..models.robots import Robot
 FEW, BLOCK = 200, 2000  # rows that are evaluated at once, in short motions and in long ones
 
 
-def lengths_of(robot: Robot) -> tuple[str, ...]:
-    """Names of what is no load: bars and base."""
-    return tuple(f.name for f in fields(robot) if f.name[0] == "l" or f.name == "d")
-
-
 def ladder(robot: Robot) -> dict[str, tuple[str, ...]]:
     """Rungs of the robot's physics with their parameters, those in which the torque is linear, from below."""
-    names = [f.name for f in fields(robot) if f.name not in (*lengths_of(robot), "gravity")]
-    own = [f.name for f in fields(robot)[: robot.lab] if f.name in names]
-    turning = list(robot.turning_names)
-    rungs = {"masses": own, "gravity": [], "viscous friction": [], "dry friction": [], "turning bars": turning}
-    rungs["elbows' friction"] = []
-    for name in names:
-        if name in own or name in turning:
+    return _ladder(type(robot))
+
+
+@cache
+def _ladder(kind):
+    own = tuple(f.name for f in fields(kind)[: kind.lab] if not _is_a_length(f.name))
+    rungs = {
+        "masses": own,
+        "gravity": (),
+        "viscous friction": (),
+        "dry friction": (),
+        "turning bars": kind.turning_names,
+    }
+    rungs["elbows' friction"] = ()
+    for f in fields(kind)[kind.lab :]:
+        if f.name == "gravity" or f.name in kind.turning_names:
             continue
-        if name[0] == "m":
-            rungs["gravity"].append(name)
-        elif name[:2] == "fs":
-            rungs["dry friction"].append(name)
-        else:
-            rungs["elbows' friction" if len(name) == 4 else "viscous friction"].append(name)
-    return {rung: tuple(own) for rung, own in rungs.items()}
+        rung = "gravity" if f.name[0] == "m" else "dry friction" if f.name[:2] == "fs" else "viscous friction"
+        rungs["elbows' friction" if len(f.name) == 4 and f.name[0] == "f" else rung] += (f.name,)
+    return rungs
+
+
+def _is_a_length(name):
+    return name[0] == "l" or name == "d"
 
 
 def linear_names(robot: Robot) -> tuple[str, ...]:
     """The parameters in which the torque is linear, rung by rung."""
-    return tuple(name for own in ladder(robot).values() for name in own)
+    return _linear_names(type(robot))
+
+
+@cache
+def _linear_names(kind):
+    return tuple(name for own in _ladder(kind).values() for name in own)
 
 
 @lru_cache(maxsize=64)
 def _function(robot, assembly, block):
-    """(q, q', q'') -> W (2 x p) of so many rows, exact: the derivative of the inverse dynamic model, which is linear."""
+    """(q, q', q'') -> W (2 x p) of so many rows: the derivative of the inverse dynamic model, exact as it is linear."""
     names = linear_names(robot)
     p = casadi.SX.sym("p", len(names))
     q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))

@@ -105,6 +105,10 @@ def read_log(
     source: TextFile | Mapping, robot: Robot, units: Mapping[str, str] | None = None, gauges: Gauges = AT_THE_JOINTS
 ) -> Log:
     """The Log in a CSV file or a mapping of arrays with the columns of `wanted`: t, q1, q2, ..."""
+    if units is not None and not (
+        isinstance(units, Mapping) and all(isinstance(each, str) for pair in units.items() for each in pair)
+    ):
+        raise TypeError(f"units must be a dict {{name: unit}}, not {shown(units)}")
     if isinstance(source, Mapping):
         values, said, name, lines = _arrays(source, robot, units or {}), (), "the log", None
     elif isinstance(source, (str, os.PathLike)) or hasattr(source, "read"):
@@ -173,7 +177,8 @@ def _arrays(source, robot, units):
 
 def _both(value, name):
     """(left, right) of a number for both motors, or of two."""
-    return (number(value, name),) * 2 if np.ndim(value) == 0 else two_numbers(value, name)
+    several = isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim)
+    return two_numbers(value, name) if several else (number(value, name),) * 2
 
 
 def _gauged(pairs, gauges, robot):

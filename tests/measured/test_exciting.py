@@ -1,4 +1,4 @@
-"""Exciting motions: within their limits at every time, at rest at both ends, better than what chance or a circle gives."""
+"""Exciting motions: within their limits at every time, at rest at both ends, better than what chance gives."""
 
 import numpy as np
 import pytest
@@ -49,5 +49,3 @@ def test_a_biglide_and_what_cannot_be():
         fb.exciting_trajectory(ROBOT, torque=0.01, starts=2)
     with pytest.raises(ValueError, match="margin must be finite and from 0.01 to 0.9"):
         fb.exciting_trajectory(ROBOT, margin=0.0)
-    with pytest.raises(ValueError, match="hardly a pose in working modes|no motion was found"):
-        fb.exciting_trajectory(fb.ROBOTS["hoang-2015"].robot, margin=0.89, starts=1)

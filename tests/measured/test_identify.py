@@ -1,4 +1,4 @@
-"""Identification: the regression against the models, logs of simulated robots, what a log cannot tell, bodies, files."""
+"""Identification: the regression against the models, simulated robots, what a log cannot tell, bodies, files."""
 
 import time
 from dataclasses import replace
@@ -59,7 +59,7 @@ def test_the_chosen_set_has_the_lowest_cost_of_all_sets():
         theta = rng.normal(size=7) * rng.choice([0.0, 1.5], 7) + np.linalg.cholesky(cov) @ rng.normal(size=7)
         kept = smallest(theta, cov, list(range(7)), price)
 
-        def cost(inside):
+        def cost(inside, theta=theta, cov=cov, price=price):
             return left_out_cost(theta, cov, [k for k in range(7) if k not in inside]) + price * len(inside)
 
         every = [[k for k in range(7) if mask >> k & 1] for mask in range(2**7)]
@@ -148,7 +148,7 @@ def test_bodies_are_held_to_and_change_nothing_where_they_are_there():
     found = consistent(case.known, names, np.array([0.001, 0.002, -0.1, -0.02, -0.5]), cov)
     zz1, zz2, m, fv1, zz12 = found
     assert m >= 0 and fv1 >= 0 and zz1 > 0
-    # a bar of mass m2 with centre x: zz12 = zz - m2 x l >= m2 x^2 - m2 x l >= -m2 l^2 / 4, and m2 l^2 / 4 is in zz1 and m
+    # a bar of mass m2, centre at x: zz12 = zz - m2 x l >= m2 x^2 - m2 x l >= -m2 l^2 / 4, and m2 is in zz1 and m
     assert zz12 >= -0.25 * (m + zz1 / case.known.l11**2) * case.known.l12**2 - 1e-9
 
 

@@ -61,12 +61,12 @@ def test_the_smallest_sufficient_model_of_robots_on_the_ladder(record_property):
     record_property("right", right / ROBOTS)
     record_property("outside", outside)
     record_property("z", float(z.std()))
+    worst = np.abs(z).max()
     print(
-        f"\n{right} of {ROBOTS} right; {len(z)} values: sd {z.std():.3f}, {outside:.2%} outside 3 sd, worst {np.abs(z).max():.2f}"
+        f"\n{right} of {ROBOTS} right; {len(z)} values: sd {z.std():.3f}, {outside:.2%} outside 3 sd, worst {worst:.2f}"
     )
-    print(
-        f"second run, missed over what the truth misses: median {np.median(ratios):.3f}, 99 % {np.quantile(ratios, 0.99):.3f}; wrong: {dict(wrong)}"
-    )
+    spread = f"median {np.median(ratios):.3f}, 99 % {np.quantile(ratios, 0.99):.3f}"
+    print(f"second run, missed over what the truth misses: {spread}; wrong: {dict(wrong)}")
     assert right >= 0.95 * ROBOTS - 1 * (ROBOTS < 100)
     assert outside <= 0.006 + 1 / len(z)
     assert 0.8 < z.std() < 1.15

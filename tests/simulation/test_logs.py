@@ -61,12 +61,14 @@ def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
     [
         lambda: fb.Run.from_log(RUN.t, *RUN.q.T, *RUN.tau.T),
         lambda: fb.Run.from_log(COLUMNS, robot=ROBOT),
-        lambda: fb.Run.from_log({"t": 1e3 * RUN.t, "q": np.degrees(RUN.q), "tau": RUN.tau}, units={"t": "ms", "q1": "deg", "q2": "deg"}),
+        lambda: fb.Run.from_log(
+            {"t": 1e3 * RUN.t, "q": np.degrees(RUN.q), "tau": RUN.tau}, units={"t": "ms", "q1": "deg", "q2": "deg"}
+        ),
         lambda: fb.Run.from_log(
             RUN.t, *((RUN.q - [0.1, 0.2]) * [-50, 50] * 4096 / (2 * np.pi)).T, *(RUN.tau / [-50, 50] / 0.062).T,
             counts_per_turn=4096, gear_ratio=(-50, 50), offset=(0.1, 0.2), torque_constant=0.062,
         ),
-        lambda: fb.Run.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)", 1e3, 180 / np.pi, 1e3)),
+        lambda: fb.Run.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")),
     ],
     ids=["arrays", "mapping", "units", "counts", "csv"],
 )  # fmt: skip
@@ -80,8 +82,8 @@ def test_the_same_run_from_logs_in_all_forms(made):
     assert run.measured is not None and RUN.measured is None
 
 
-def csv_of(header, ms, deg, mNm):
-    rows = np.column_stack([ms * RUN.t, deg * RUN.q, mNm * RUN.tau])
+def csv_of(header):
+    rows = np.column_stack([1e3 * RUN.t, np.degrees(RUN.q), 1e3 * RUN.tau])
     return io.StringIO(header + "\n" + "\n".join(";".join(repr(float(v)) for v in row) for row in rows))
 
 
