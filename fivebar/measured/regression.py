@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from .rows import Rows
+from .filtering import Rows
 
 FINEST = 1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
 

@@ -175,7 +175,7 @@ def _stretches(whole, t, restart):
         starts = [first, *(k for k in range(first + 1, end) if late[k])]
         for a, b in zip(starts, [*starts[1:], end]):
             while b - a >= SHORTEST:
-                last = b if restart is None else min(b, int(np.searchsorted(t, t[a] + restart)) + 1)
+                last = b if restart is None else min(b, max(int(np.searchsorted(t, t[a] + restart)) + 1, a + SHORTEST))
                 yield a, last
                 if last >= b:
                     break

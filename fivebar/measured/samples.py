@@ -15,7 +15,7 @@ from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..simulation.logs import Gauges, Log, evenly, read_log
 from ..simulation.run import Run
 from .regressor import linear_names, regressor
-from .rows import Rows, filtered
+from .filtering import Rows, filtered
 
 MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
 CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
@@ -26,7 +26,7 @@ STILL = 10.0  # times what the encoders' noise looks like: less acceleration is 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """pieces: (t, W, tau, counts) as `rows.filtered` has them; poses (q, q', q''), for models of another kind; step s;
+    """pieces: (t, W, tau, counts) as `filtering.filtered` has them; poses (q, q', q''), for models of another kind; step s;
     cutoff Hz; noise (2,), of q; said: sentences on the log."""
 
     robot: Robot

@@ -17,7 +17,7 @@ from ..models.geometry import dgm
 from ..models.robots import Robot
 from .regression import fit
 from .regressor import linear_names
-from .rows import filtered
+from .filtering import filtered
 from .samples import samples
 from .told import NEARLY, independent
 

@@ -147,7 +147,7 @@ def _arrays(source, robot, units):
             continue
         try:
             array = np.array(given, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{name} must be numbers, not {shown(given)}") from None
         if name in (*PAIRS, "xi", "xi_ref"):
             if array.ndim != 2 or array.shape[1] != 2:
