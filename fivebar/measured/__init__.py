@@ -1,1 +1,1 @@
-"""What was measured: logs, calibration, identification."""
+"""What was measured on a robot as built: calibration, identification, logs, accuracy."""

@@ -37,7 +37,7 @@ STARTS, BEST, STEPS = 120, 3, 250  # random shapes, of which so many are improve
 WIDEST = 1.0  # rad, of the amplitude's search
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Excitation(Trajectory):
     """A Trajectory, as `simulate` takes it, from `exciting_trajectory`; beyond one: robot; its modes working, assembly;
     condition: of its regression matrix; peaks: {"rate", "acceleration", "torque": (2,)}, SI; margin: the least of both
@@ -143,17 +143,9 @@ def exciting_trajectory(
     }
     least = float(min(np.abs(each).min() for each in (*pose.sines, pose.det_A)))
     return Excitation(
-        0.0,
-        period * cycles,
-        series,
-        robot,
-        working,
-        assembly,
-        search.condition(q, q_dot, q_ddot),
-        peaks,
-        least,
-        series.joints,
-    )
+        0.0, period * cycles, series, robot=robot, working=working, assembly=assembly,
+        condition=search.condition(q, q_dot, q_ddot), peaks=peaks, margin=least, joints=series.joints,
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=16)

@@ -14,10 +14,10 @@ from ..models.geometry import dgm
 from ..models.robots import Robot
 from ..simulation.logs import Gauges
 from .bodies import consistent as nearest_bodies
+from .filtering import Rows
 from .identified import Identification, Validation
 from .regression import fit, left_out_cost, price, smallest
 from .regressor import ladder, linear_names
-from .filtering import Rows
 from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 from .told import EXACT, NEARLY, any_motion, independent, words

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..described import one_line
+from ..described import one_line, table
 from ..models.parameters import robot_of
 from ..models.robots import Robot
 from ..tables import STRANGE, BinaryFile, TextFile, saved, written
@@ -70,6 +70,9 @@ class Identification:
         second = "" if self.validation is None else f"{max(self.validation.ratio):.3g} times the noise in a second run"
         missed = f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s"
         return one_line("Identification", " ".join(self.chosen), missed, second)
+
+    def _repr_html_(self) -> str:
+        return table(repr(self), {name: f"{value:.6g} ± {self.sd[name]:.2g}" for name, value in self.values.items()})
 
     def __str__(self) -> str:
         return "\n".join(self.lines())

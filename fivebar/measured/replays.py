@@ -13,7 +13,7 @@ from scipy.interpolate import make_splrep
 from ..checks import a_callable, one_of, optional, positive, takes
 from ..checks import robot as must_be_robot
 from ..control.laws import ComputedTorque
-from ..described import one_line
+from ..described import Pictured, one_line
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
@@ -38,7 +38,7 @@ MOST_STEP = 1e-3  # s, from row to row of what is simulated under a controller
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class Replay(Pictured):
     """measured: the run that was; simulated: a Run on its times, with xi of the measured as its reference, so that its
     error is the difference; by: "torques" or "reference"; said: sentences on where the simulation began anew, or ended.
     """

@@ -14,8 +14,8 @@ from ..models.robots import Robot
 from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..simulation.logs import Gauges, Log, evenly, read_log
 from ..simulation.run import Run
-from .regressor import linear_names, regressor
 from .filtering import Rows, filtered
+from .regressor import linear_names, regressor
 
 MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
 CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
@@ -26,8 +26,8 @@ STILL = 10.0  # times what the encoders' noise looks like: less acceleration is 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """pieces: (t, W, tau, counts) as `filtering.filtered` has them; poses (q, q', q''), for models of another kind; step s;
-    cutoff Hz; noise (2,), of q; said: sentences on the log."""
+    """pieces: (t, W, tau, counts) as `filtering.filtered` has them; motion: their (q, q', q''); step s; cutoff Hz;
+    noise (2,), of q; said: sentences on the log; assembly: the mode."""
 
     robot: Robot
     pieces: list[tuple]

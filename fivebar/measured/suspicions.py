@@ -15,9 +15,9 @@ import numpy as np
 from ..models.dynamics import gravity_torques
 from ..models.geometry import dgm
 from ..models.robots import Robot
+from .filtering import filtered
 from .regression import fit
 from .regressor import linear_names
-from .filtering import filtered
 from .samples import samples
 from .told import NEARLY, independent
 

@@ -8,9 +8,9 @@ import pytest
 
 import fivebar as fb
 from fivebar.measured.bodies import consistent
+from fivebar.measured.filtering import filtered
 from fivebar.measured.regression import left_out_cost, smallest
 from fivebar.measured.regressor import ladder, linear_names, regressor
-from fivebar.measured.filtering import filtered
 from tests.helpers.synthetic_logs import RUNGS, case_of, motion_of, torques_of
 
 ALL = case_of(3, RUNGS["all"])
