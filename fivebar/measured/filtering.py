@@ -21,7 +21,7 @@ COVERED = 0.2  # of a row's weight that must be of samples that count
 class Rows:
     """W (n, 2 motors, p), tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2): the weight of the
     samples that count, by whose root both sides are divided, so that all rows are as noisy; breaks: first row of each
-    piece; share: of the samples, per motor, that count."""
+    piece; share: of the samples, per motor, that count; gain: of white noise from a sample to a row."""
 
     W: np.ndarray
     tau: np.ndarray
@@ -30,6 +30,7 @@ class Rows:
     cover: np.ndarray
     breaks: tuple[int, ...]
     share: tuple[float, float]
+    gain: float
 
 
 def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
@@ -59,4 +60,6 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
         used, total = used + counts.sum(axis=0), total + n
     W, tau, keep, t, cover = (np.concatenate(each) for each in zip(*parts))
     share = used / max(total, 1)
-    return Rows(W, tau, keep, t, cover, tuple(breaks), (float(share[0]), float(share[1])))
+    return Rows(
+        W, tau, keep, t, cover, tuple(breaks), (float(share[0]), float(share[1])), float(np.linalg.norm(kernel))
+    )

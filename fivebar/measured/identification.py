@@ -128,7 +128,7 @@ def _joined(parts: Iterable[Rows]) -> Rows:
         n += len(each.t)
     share = np.mean([each.share for each in parts], axis=0)
     whole = (np.concatenate([getattr(each, name) for each in parts]) for name in ("W", "tau", "counts", "t", "cover"))
-    return Rows(*whole, tuple(breaks), (float(share[0]), float(share[1])))
+    return Rows(*whole, tuple(breaks), (float(share[0]), float(share[1])), parts[0].gain)
 
 
 def _must_say(rows, found):

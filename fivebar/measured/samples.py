@@ -27,7 +27,8 @@ STILL = 10.0  # times what the encoders' noise looks like: less acceleration is 
 @dataclass(frozen=True, eq=False)
 class Samples:
     """pieces: (t, W, tau, counts) as `filtering.filtered` has them; motion: their (q, q', q''); step s; cutoff Hz;
-    noise (2,), of q; said: sentences on the log; assembly: the mode."""
+    noise (2,), of q; said: sentences on the log; assembly: the mode; tau_noise (2,): N m, of a sample of each torque.
+    """
 
     robot: Robot
     pieces: list[tuple]
@@ -36,7 +37,8 @@ class Samples:
     cutoff: float
     noise: tuple[float, float]
     said: tuple[str, ...]
-    assembly: int = -1
+    assembly: int
+    tau_noise: tuple[float, float]
 
     @property
     def rows(self) -> Rows:
@@ -109,7 +111,15 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     _must_move(motion, found.noise, cutoff, log.step, robot)
     pieces = _pieces(motion, robot, assembly, n, said)
     return Samples(
-        robot, pieces, [rates for _, rates, _ in motion], log.step, cutoff, found.noise, tuple(said), assembly
+        robot,
+        pieces,
+        [rates for _, rates, _ in motion],
+        log.step,
+        cutoff,
+        found.noise,
+        tuple(said),
+        assembly,
+        _white(motion),
     )
 
 
@@ -136,15 +146,30 @@ def _rates(pairs, step, cutoff):
     return q, q_dot, q_ddot
 
 
+def rough(step: float, cutoff: float) -> float:
+    """1/s^2: what of white noise of positions in rows `step` s apart is left of accelerations below the cut-off."""
+    return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
+
+
+def _white(motion):
+    """Standard deviation of each torque's noise, by its fourth differences, in which no motion is left."""
+    tau = max((tau for *_, tau in motion), key=len)
+    found = []
+    for column in tau.T:
+        rough = np.diff(column[np.isfinite(column)], 4)
+        # of white noise their variance is 70 times its own; the median, as jumps are not noise
+        found.append(float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0)
+    return found[0], found[1]
+
+
 def _must_move(motion, noise, cutoff, step, robot):
     """Refuse a motor that stands: its inertia would be that of its encoder's noise."""
-    omega = 2 * np.pi * cutoff
     for k, name in enumerate(robot.words.joints):
         second = np.concatenate([rates[2][:, k] for _, rates, _ in motion])
         q = np.concatenate([rates[0][:, k] for _, rates, _ in motion])
         moves = np.sqrt(np.nanmean(second**2))
-        looks = noise[k] * np.sqrt(2 * step * omega**4 * cutoff / 5)
-        if not moves > max(STILL * looks, 1e-9 * omega * omega * max(np.nanmax(np.abs(q)), 1e-6)):
+        looks = noise[k] * rough(step, cutoff)
+        if not moves > max(STILL * looks, 1e-9 * (2 * np.pi * cutoff) ** 2 * max(np.nanmax(np.abs(q)), 1e-6)):
             span = np.nanmax(q) - np.nanmin(q)
             raise ValueError(
                 f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of {moves:.3g} "

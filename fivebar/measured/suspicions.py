@@ -12,18 +12,20 @@ from itertools import product
 
 import numpy as np
 
-from ..models.dynamics import gravity_torques
+from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import dgm
+from ..models.kinematics import dkm
 from ..models.robots import Robot
 from .filtering import filtered
 from .regression import fit
 from .regressor import linear_names
-from .samples import samples
+from .samples import rough, samples
 from .told import NEARLY, independent
 
 CLEARER, SURE = 0.4, 6.0  # of the misfit as it is; standard deviations
 G = 9.81  # m/s^2
 HOPELESS = 0.3  # of the torque
+NOISY, POORER = 3.0, 0.01  # times the noise; of the torque
 POOR = 0.05  # of the torque: where a model misses more, what may be wrong with the log is looked for
 RELEVANT = 2e-3  # of the torque's rms, less than which no effect is worth a word
 
@@ -137,7 +139,23 @@ def beyond_the_model(
         brings = abs(value) * np.sqrt((column**2).sum() / max(rows.counts.sum(), 1))
         if abs(value) > SURE * sd and brings > RELEVANT * size:
             said.append(word(robot, value, sd))
+    above = last.sigma / np.maximum(_noise(result, sample, rows.gain), 1e-300)
+    if last.misfit > POORER and above.max() > NOISY:
+        times = " and ".join(f"{each:.3g}" for each in above)
+        said.append(
+            f"what the model misses is {times} times the noise of this log: it does not have all of this robot "
+            "(lengths, zeros of q, backlash, a bend)"
+        )
     return said
+
+
+def _noise(robot, sample, gain):
+    """N m, of a row of each motor: what its torque's and the encoders' noise make."""
+    q = np.concatenate([rates[0][counts.any(axis=1)] for rates, (*_, counts) in zip(sample.motion, sample.pieces)])
+    pose = dgm(robot, q[:: max(len(q) // 100, 1)], sample.assembly)
+    M, _ = dynamic_model(dkm(pose, (0.0, 0.0)))
+    inertia = np.sqrt(np.mean(M**2, axis=0)) @ (np.array(sample.noise) * rough(sample.step, sample.cutoff))
+    return np.hypot(np.array(sample.tau_noise) * gain, inertia)
 
 
 def _late(robot, value, sd):

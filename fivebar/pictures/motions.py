@@ -23,6 +23,7 @@ class Run(Protocol):
     energy: np.ndarray
     xi_ref: np.ndarray | None
     torque_limit: float | None
+    measured: Any
     events: tuple
     error: np.ndarray
     q_error: np.ndarray

@@ -89,6 +89,12 @@ def test_wrapped_angles_lost_rows_gaps_and_a_restart():
     assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
 
 
+def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_noise():
+    found = fb.identify(replace(ROBOT, l11=0.85 * ROBOT.l11), LOG)
+    assert any("times the noise of this log" in sentence for sentence in found.said)
+    assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).said)
+
+
 def test_other_lengths_and_other_robots():
     with pytest.raises(ValueError, match="do not close the loop.*fb.calibrate|misses|no robot has"):
         fb.identify(replace(ROBOT, l12=0.4 * ROBOT.l12, l22=0.4 * ROBOT.l22), LOG)
