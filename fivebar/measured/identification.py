@@ -53,7 +53,7 @@ def identify(
     sought = sought_names(robot, unknown)
     found = [samples(own, held, robot, assembly, cutoff) for own, held in logs]
     rows = _joined([each.rows for each in found])
-    _must_say(rows, found)
+    _must_say(rows, found, 2 * len(sought))
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     rows = replace(rows, tau=rows.tau - rows.W @ known)
     columns = [k for k, name in enumerate(names) if name in sought]
@@ -131,13 +131,13 @@ def _joined(parts: Iterable[Rows]) -> Rows:
     return Rows(*whole, tuple(breaks), (float(share[0]), float(share[1])), parts[0].gain)
 
 
-def _must_say(rows, found):
+def _must_say(rows, found, least):
     count = rows.counts.sum(axis=0)
-    if count.min() < 2 * rows.W.shape[2]:
+    if count.min() < least:
         why = " ".join(s for each in found for s in each.said)
         raise ValueError(
             f"only {count[0]} and {count[1]} independent rows of the two motors are left, and at least "
-            f"{2 * rows.W.shape[2]} of each are needed: log longer, or faster motions{'. ' + why if why else ''}"
+            f"{least} of each are needed: log longer, or faster motions{'. ' + why if why else ''}"
         )
 
 
