@@ -16,12 +16,14 @@ from ..simulation.logs import Gauges
 from .bodies import consistent as nearest_bodies
 from .filtering import Rows
 from .identified import Identification, Validation
+from .noisy_columns import bias
 from .regression import fit, left_out_cost, price, smallest
 from .regressor import ladder, linear_names
 from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 from .told import EXACT, NEARLY, any_motion, independent, words
 
+BIASED, LOWERED, LOWER, ENOUGH = 0.3, 0.7, 8, 8  # sd; of the cut-off, so often; rows of a motor for each unknown
 SURE = 4.0  # standard deviations, below 0 by which no friction and no mass can be
 
 
@@ -41,8 +43,9 @@ def identify(
     validate: a second run, only predicted. unknown: names, None: all that the torque is linear in; the masses stay in
     the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`).
     assembly: the mode of all logs. cutoff: Hz, of all filters; None: where the motion sinks into its noise
-    (`derivatives`). consistent: hold to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one;
-    counts_per_turn, gear_ratio, offset, torque_constant: as `Run.from_log`.
+    (`derivatives`), or lower, until that noise bends no value by more than 0.3 sd (`noisy_columns`). consistent: hold
+    to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one; counts_per_turn, gear_ratio, offset,
+    torque_constant: as `Run.from_log`.
     ValueError for a log that says nothing or is not of this robot: what is wrong with it, as far as it can be told.
     """
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
@@ -51,17 +54,30 @@ def identify(
         raise ValueError("identify needs at least one log")
     names = linear_names(robot)
     sought = sought_names(robot, unknown)
-    found = [samples(own, held, robot, assembly, cutoff) for own, held in logs]
-    rows = _joined([each.rows for each in found])
-    _must_say(rows, found, 2 * len(sought))
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
-    rows = replace(rows, tau=rows.tau - rows.W @ known)
     columns = [k for k, name in enumerate(names) if name in sought]
-    told, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
+
+    def prepared(at):
+        found = [samples(own, held, robot, assembly, at) for own, held in logs]
+        rows = _joined([each.rows for each in found])
+        return found, replace(rows, tau=rows.tau - rows.W @ known)
+
+    found, rows = prepared(cutoff)
+    _must_say(rows, found, 2 * len(sought))
+    base, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
     sentences = words(robot, folded, everywhere=True)
-    told, more = independent(rows.W, told, NEARLY)
-    sentences += words(robot, more, everywhere=False)
+    told, more = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
+    for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
+        if bias(found, told, full).max() < BIASED:
+            break
+        lower = prepared(LOWERED * min(each.cutoff for each in found))
+        if lower[1].counts.sum(axis=0).min() < ENOUGH * len(columns):
+            break
+        found, rows = lower
+        told, more = independent(rows.W, base, NEARLY)
+        full = fit(rows, told)
+    sentences += words(robot, more, everywhere=False)
     own = ladder(robot)["masses"]
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
         explain(robot, logs, assembly, cutoff, columns, known, full.misfit, _impossible)

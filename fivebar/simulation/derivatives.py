@@ -6,7 +6,8 @@ the longest that still gets position, rate and acceleration of a sine at the cut
 
 The cut-off is where the motion sinks into its noise: with P(f) the spectrum of second differences of q, and the noise
 of an encoder white, the level of P over that of white noise at high frequencies is its floor; the motion ends at the
-highest frequency where P is more than ABOVE times as high.
+highest frequency where P is more than ABOVE times as high; or at WIDER times that below which NEARLY all of its
+acceleration is, as torques are products of few of its waves, and beyond these there is only noise to learn from.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from scipy.signal import correlate, welch
 DEGREE, FIDELITY, MOST = 6, 1e-3, 500  # MOST: rows on either side
 ABOVE = 6.0  # times the floor
 HIGHEST = 1 / 12  # of the sampling rate: what a cut-off may be at most, and more than it is too fast for the sampling
+NEARLY, WIDER = 1 - 1e-4, 4.0  # of the acceleration's power; times the frequency below which that is
 PARTS = 8  # of a log, over which its spectrum is averaged
 
 
@@ -56,7 +58,9 @@ def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
     highest = max((f[np.flatnonzero(column)[-1]] for column in clear.T if column.any()), default=0.0)
     signal = np.where(clear, power, 0.0)
     beyond = signal[f > HIGHEST * rate].sum(axis=0) / np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
-    cutoff = float(np.clip(1.2 * highest, 4 * f[1], HIGHEST * rate))
+    share = np.cumsum(signal, axis=0) / np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
+    nearly = max((f[np.argmax(column >= NEARLY)] for column in share.T), default=0.0)
+    cutoff = float(np.clip(min(1.2 * highest, WIDER * nearly), 4 * f[1], HIGHEST * rate))
     noise = np.sqrt(floor * rate / 2)
     return Spectrum(cutoff, (float(noise[0]), float(noise[1])), float(beyond.max()))
 

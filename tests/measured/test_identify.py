@@ -118,6 +118,17 @@ def test_naive_differences_fail_where_the_filter_does_not():
     assert abs(found.values["m"] / truth - 1) < 0.01
 
 
+def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
+    """Of nearly dependent columns, noise of the encoders is the first to be seen: values far off for their sd."""
+    case = case_of(21, RUNGS["heavy bars, gravity, friction"], 16.0, encoder=2e-4, torque=1e-3)
+    off = {}
+    for cutoff in (None, 40.0):
+        found = fb.identify(case.known, case.log, cutoff=cutoff)
+        off[cutoff] = max(abs(found.values[n] - getattr(case.robot, n)) / found.sd[n] for n in found.chosen)
+        assert (found.cutoff < 8.0) is (cutoff is None)
+    assert off[None] < 4 < off[40.0]
+
+
 def test_what_no_motion_shows_and_what_this_log_does_not():
     plain = case_of(0, RUNGS["plain"], 8.0)
     found = fb.identify(plain.known, plain.log)

@@ -63,9 +63,8 @@ def test_the_smallest_sufficient_model_of_robots_on_the_ladder(record_property):
     record_property("outside", outside)
     record_property("z", float(z.std()))
     worst = np.abs(z).max()
-    print(
-        f"\n{seed} drawn, {right} of the {ROBOTS} that belong here right; {len(z)} values: sd {z.std():.3f}, {outside:.2%} outside 3 sd, worst {worst:.2f}"
-    )
+    print(f"\n{seed} drawn, {right} of the {ROBOTS} that belong here right")
+    print(f"{len(z)} values: sd {z.std():.3f}, {outside:.2%} outside 3 sd, worst {worst:.2f}")
     spread = f"median {np.median(ratios):.3f}, 99 % {np.quantile(ratios, 0.99):.3f}"
     print(f"second run, missed over what the truth misses: {spread}; wrong: {dict(wrong)}")
     assert right >= 0.95 * ROBOTS - 1 * (ROBOTS < 100)
