@@ -44,8 +44,8 @@ def identify(
     the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`).
     assembly: the mode of all logs. cutoff: Hz, of all filters; None: where the motion sinks into its noise
     (`derivatives`), or lower, until that noise bends no value by more than 0.3 sd (`noisy_columns`). consistent: hold
-    to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one; counts_per_turn, gear_ratio, offset,
-    torque_constant: as `Run.from_log`.
+    to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one; counts_per_turn, gear_ratio,
+    offset, torque_constant: as `Run.from_log`.
     ValueError for a log that says nothing or is not of this robot: what is wrong with it, as far as it can be told.
     """
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
