@@ -2,8 +2,8 @@
 
 A robot belongs here if its log can show each parameter that it has: more than SHOWN standard deviations of the fit of
 those parameters alone. Of others, no method could say that they are there. With FIVEBAR_NIGHTLY=1, 1000 robots. Of 450
-(466 drawn) 447 were right, 0.34 % of 3833 values outside 3 sd, and a second run was missed by 1.017 (median), 1.67 (99 %)
-of what the truth misses of it.
+(466 drawn) 447 were right, 0.34 % of 3833 values outside 3 sd, and a second run was missed by 1.017 (median), 1.67
+(99 %) of what the truth misses of it.
 """
 
 import os
