@@ -23,6 +23,7 @@ _LATER = {
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
     "PD": "control.laws",
+    "Identification": "measured.identified",
     "Path": "paths.curve",
     "Placement": "paths.placement",
     "Plan": "planning.plans",
@@ -43,8 +44,10 @@ _LATER = {
     "crossing_polynomial": "planning.crossing",
     "design": "designing.optimum",
     "dexterous": "singularities.dexterous",
+    "exciting_trajectory": "measured.exciting",
     "export": "exporting.export",
     "from_csv": "planning.samples",
+    "identify": "measured.identification",
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
@@ -82,6 +85,9 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .measured.poses import measurement_poses
     from .measured.repeatability import repeatability
     from .measured.tip_error import tip_error
+    from .measured.exciting import exciting_trajectory
+    from .measured.identification import identify
+    from .measured.identified import Identification
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path

@@ -1,6 +1,6 @@
 """The house's rules, late imports included; what only a type checker reads is not.
 
-1. A room is a folder of the package; it imports only from rooms on floors below its own, with four exceptions by name.
+1. A room is a folder of the package; it imports only from rooms on floors below its own, with five exceptions by name.
 2. What starts with an underscore is not used outside its room.
 3. No file imports itself by way of others.
 4. `import fivebar` loads NumPy and nothing heavier.
@@ -31,11 +31,12 @@ FLOORS = [
 ]
 HEIGHT = {room: height for height, floor in enumerate(FLOORS) for room in floor}
 DOORS = {"", "__main__", "plot", "view", "pages"}  # give names on, hold nothing
-# A study and a map show themselves: where that is asked for, and only then, they look up.
+# A study and a map show themselves, and a run is replayed: where that is asked for, and only then, they look up.
 UPWARD = {
     ("linkages.study", "pictures.pages"),
     ("linkages.study", "pictures.plot.linkages"),
     ("linkages.study", "pictures.view"),
+    ("simulation.run", "measured.replays"),
     ("singularities.maps", "pictures.pages"),
 }
 

@@ -39,6 +39,11 @@ def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
     reference = fb.line((0.09, 0.068), (0.05, 0.0), 4.0)
     rows = [f"{t / 10!r},{x!r},{y!r}" for t in range(41) for x, y in [reference(t / 10)[0].tolist()]]
     (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]))
+    circle = fb.circle((0.05, 0.09), 0.02, 1.0)
+    log = fb.simulate(
+        fb.FiveBar(), fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0), circle, control_period=0.002, step=0.002
+    )
+    log.to_csv(tmp_path / "log.csv")
     for script in (LABS / "amoro").glob("*.py"):
         shutil.copy(script, tmp_path)
     shutil.copy(DATA / "solutions" / "lab1.py", tmp_path / "my.py")

@@ -26,6 +26,7 @@ COMMANDS = {
     "calibrate": ("calibrate", "a robot as built: lengths and offsets from measurements, and what these cannot tell"),
     "study": ("study", "which physics is worth its cost, measured here"),
     "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),
+    "identify": ("identify", "masses and friction of a robot, from logs of its motion and torques"),
     "export": ("export", "the robot as MJCF, URDF, SDF, or as C99 for a microcontroller"),
     "sweep": ("sweep", "figures of merit of many designs, on this machine or a Dask cluster"),
     "design": ("design", "the best robot for a task, or the Pareto front of two or three goals"),

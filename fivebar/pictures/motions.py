@@ -1,4 +1,4 @@
-"""What pictures ask of what they show: a run, several, or a plan; all of these are made in rooms above."""
+"""What pictures ask of what they show: a run, several, a plan, a log; all of these are made in rooms above."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class Run(Protocol):
     energy: np.ndarray
     xi_ref: np.ndarray | None
     torque_limit: float | None
+    measured: Any
     events: tuple
     error: np.ndarray
     q_error: np.ndarray
@@ -73,3 +74,25 @@ class TimedPath(Protocol):
     def accelerations(self, t: np.ndarray) -> Accelerations: ...
     def tau(self, t: np.ndarray) -> np.ndarray: ...
     def pen(self, t: np.ndarray) -> np.ndarray: ...
+
+
+class Replay(Protocol):
+    """A run and its simulation on the same times, and how far apart they were."""
+
+    measured: Run
+    simulated: Run
+    by: str
+    figures: dict[str, float]
+    difference: np.ndarray
+    tau_difference: np.ndarray
+
+
+class Identification(Protocol):
+    """Torques measured and predicted, (n, 2) N m at t (n,) s, the share that is missed; the same of a second run."""
+
+    robot: Robot
+    t: np.ndarray
+    tau: np.ndarray
+    predicted: np.ndarray
+    misfit: float
+    validation: object | None

@@ -71,6 +71,11 @@ def field_scale(data: Map) -> Scale:
     return Scale("rising" if field == "manipulability" else "falling", 0.0, high or 1.0, words=words)
 
 
+def largest_of(values: np.ndarray) -> float:
+    """The size of the largest that is a number, 0 where none is."""
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+
+
 def readable(largest: float, unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which numbers up to `largest` read well."""
     return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))

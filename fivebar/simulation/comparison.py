@@ -82,10 +82,11 @@ def peak_name(robot: Robot) -> str:
 
 def _figures(run):
     size, log = np.linalg.norm(run.error, axis=1), run.log
+    size = size[np.isfinite(size)] if run.measured is not None else size  # not in the gaps of a log
     nan = float("nan")
     figures = {
         "rms_error_m": float(np.sqrt(np.mean(size**2))), "max_error_m": float(size.max()),
-        "final_error_m": float(size[-1]), peak_name(run.robot): np.abs(run.tau).max(axis=0).tolist(),
+        "final_error_m": float(size[-1]), peak_name(run.robot): _peaks(run),
         "saturated_s": nan,
         "median_solve_s": nan, "p99_solve_s": nan, "fallbacks": nan,
     }  # fmt: skip
@@ -96,6 +97,12 @@ def _figures(run):
         figures["p99_solve_s"] = float(np.percentile(log.solve_time, 99))
         figures["fallbacks"] = int(np.count_nonzero(log.status))
     return figures
+
+
+def _peaks(run):
+    if run.measured is None:
+        return np.abs(run.tau).max(axis=0).tolist()
+    return [float(np.abs(tau[np.isfinite(tau)]).max(initial=0.0)) for tau in run.tau.T]
 
 
 def _number(value):

@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..checks import modes
+from ..checks import robot as must_be_robot
 from ..described import Pictured, one_line
 from ..models.four_joints import seen_rates
 from ..models.geometry import igm
 from ..models.loads import potential
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
-from ..models.robots import Robot
+from ..models.robots import FiveBar, Robot
 from ..pictures.pages import page
 from ..pictures.skeleton import elbows, joints
 from ..pictures.view import scene
 from ..singularities.margins import Singularity
 from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
+from .logs import Gauges, read_log
+from .measured_runs import run_fields
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
+
+    from ..measured.replays import Replay
 
 
 class Event(NamedTuple):
@@ -47,6 +55,15 @@ class Control(NamedTuple):
     applied: np.ndarray
 
 
+class Measured(NamedTuple):
+    """What is known of a run from a log: gaps, (from, to, why) s; said: what was done to its rows; rates: whether q_dot
+    was logged, and not differentiated. At each gap there is a row of nan."""
+
+    gaps: tuple = ()
+    said: tuple = ()
+    rates: bool = False
+
+
 def has_friction(robot: Robot) -> bool:
     physics = physics_of(robot)
     return physics is not None and physics.rubs
@@ -68,7 +85,8 @@ class Run(Pictured):
     energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None; torque_limit N m or None; control: the
     controller's own grid, or None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was
     given a tolerance; log: what the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what
-    friction has taken (after fixed steps by Simpson's rule), or None without. Of a biglide, q is in m and tau in N.
+    friction has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`, or None.
+    Of a biglide, q is in m and tau in N.
     """
 
     robot: Robot
@@ -85,10 +103,11 @@ class Run(Pictured):
     step_error: float | None = None
     log: object | None = None
     friction_loss: np.ndarray | None = None
+    measured: Measured | None = None
 
     def __repr__(self) -> str:
         tracked = self.xi_ref is not None
-        error = f"error at most {1e6 * np.linalg.norm(self.error, axis=1).max():.4g} um" if tracked else ""
+        error = f"error at most {1e6 * np.nanmax(np.linalg.norm(self.error, axis=1)):.4g} um" if tracked else ""
         crossings = f"{len(self.events)} crossings" if self.events else ""
         return one_line("Run", self.robot.words.title, f"{self.t[-1]:g} s in {len(self.t)} rows", error, crossings)
 
@@ -175,6 +194,8 @@ class Run(Pictured):
         }
         if self.step_error is not None:
             about["step_error"] = self.step_error
+        if self.measured is not None:
+            about["measured"] = self.measured._asdict()
         if self.control is not None:
             about["control"] = self.control._asdict()
         table = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T, self.energy]
@@ -183,6 +204,50 @@ class Run(Pictured):
         if has_friction(self.robot):
             table.append(np.full(len(self.t), np.nan) if self.friction_loss is None else self.friction_loss)
         write(path, "run", about, columns(self.robot, self.xi_ref is not None), np.column_stack(table).tolist())
+
+    @classmethod
+    def from_log(
+        cls, t: object, q1: ArrayLike | None = None, q2: ArrayLike | None = None, tau1: ArrayLike | None = None,
+        tau2: ArrayLike | None = None, *, robot: Robot | None = None, assembly: int | None = None,
+        units: Mapping[str, str] | None = None, counts_per_turn: object = None, gear_ratio: object = 1.0,
+        offset: object = (0.0, 0.0), torque_constant: object = None, **more: ArrayLike,
+    ) -> Run:  # fmt: skip
+        """The Run of a log of a robot on a table: its rows as they are, differentiated, its gaps marked by rows of nan.
+
+        t: (n,) s, with q1, q2 and perhaps tau1, tau2 (n,), and `more` of q1_dot, q2_dot, x, y, x_ref, y_ref; or instead
+        of all a mapping of these, or a CSV file with these columns in any units that its header names.
+        robot: of which it is, the lab's by default; assembly: its mode, None: the one that fits x and y, or -1.
+        units: {"q1": "deg"} of columns without one. counts_per_turn: of an encoder, where q is in counts; gear_ratio:
+        turns of it for a turn of the joint, < 0 where it turns the other way; offset: rad, of the joint beyond the
+        encoder's 0; torque_constant: N m of the motor for a unit of tau (N m/A), gear_ratio times as much at the joint.
+        Each of these a number, or two. Rows without a time or a position, gaps, restarts and jumps of whole turns are
+        named in Run.measured.said. ValueError for what is no motion.
+        """
+        source = t
+        if q1 is not None or q2 is not None or not (isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")):
+            source = {"t": t, "q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
+        elif more or tau1 is not None or tau2 is not None:
+            raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join([*more, 'tau1', 'tau2'])}")
+        robot = FiveBar() if robot is None else must_be_robot(robot, "robot")
+        log = read_log(source, robot, units, Gauges(counts_per_turn, gear_ratio, offset, torque_constant))
+        found = run_fields(log, robot, None if assembly is None else modes(1)(assembly, "assembly"))
+        events = tuple(Event(*each) for each in found.pop("events"))
+        measured = Measured(found.pop("gaps"), found.pop("said"), log.q_dot is not None)
+        return cls(robot=robot, **found, events=events, measured=measured)
+
+    def replay(
+        self, robot: Robot | None = None, by: str = "torques", controller: Callable | None = None,
+        restart: float | None = None,
+    ) -> Replay:  # fmt: skip
+        """This run beside a simulation of the same torques, or of the same reference: a Replay.
+
+        robot: that is simulated, None: the run's own. by: "torques", from the state at the start and after each gap,
+        and again every `restart` s, as nothing holds an open loop to what was measured; or "reference", the run's
+        xi_ref, or where it went, under a controller (None: computed torque).
+        """
+        from ..measured.replays import replay  # simulates: from a floor above
+
+        return replay(self, self.robot if robot is None else robot, by, controller, restart)
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Run:
@@ -202,6 +267,7 @@ class Run(Pictured):
 def _known(about):
     """The fields of a Run that are in the comment line of its file."""
     limit, error, control = about["torque_limit"], about.get("step_error"), about.get("control")
+    measured = about.get("measured")
     return {
         "robot": robot_of(about["robot"]),
         "torque_limit": limit if limit is None else float(limit),
@@ -211,7 +277,13 @@ def _known(about):
             for t, kind, margin, before, after in about["events"]
         ),
         "control": control if control is None else _control(**control),
+        "measured": measured if measured is None else _measured(**measured),
     }
+
+
+def _measured(gaps, said, rates):
+    gaps = tuple((float(low), float(high), str(why)) for low, high, why in gaps)
+    return Measured(gaps, tuple(map(str, said)), bool(rates))
 
 
 def _control(t, **pairs):

@@ -32,6 +32,8 @@ MASSIVE = linkages.Body(1.0, 0.1)
 MEASURED = fb.measurement_poses(ROBOT, 8, criterion="D")
 POINTS = dict(zip(("q1", "q2", "x", "y"), (*MEASURED.q.T, *MEASURED.xi.T)))
 CALIBRATED = fb.calibrate(ROBOT, POINTS)
+LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duration=0.5, step=2e-3)
+LOG = {"t": LOG.t, "q": LOG.q, "tau": LOG.tau}
 ASPECT = fb.aspect(ROBOT, 1)
 JOINTS = dict(zip(("q11", "q12", "q21", "q22"), (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1]))))
 JOINT_RATES = dict(q11D=0.1, q12D=0.2, q21D=0.3, q22D=0.4)
@@ -269,6 +271,26 @@ CASES = {
         ), 20.0, ("robots", "controllers", "starts"), options=HUGE_NUMBERS,
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),
+    # logs
+    "identify": Case(
+        fb.identify,
+        dict(
+            robot=ROBOT, log=LOG, validate=None, unknown=["zz1", "zz2", "m"], assembly=-1, cutoff=None,
+            consistent=False, units=None, counts_per_turn=None, gear_ratio=1.0, offset=(0.0, 0.0), torque_constant=None,
+        ), 20.0, ("the log", "a log", "the model misses", "hardly", "rows", "samples a second", "known are", *LOG,
+                  *WORDS_OF_FILES),
+        options={"log": [{"t": [0, 1]}, {"t": np.arange(9.0), "q": np.ones((9, 2)), "tau": np.ones((9, 2))}, RUN]},
+    ),
+    "exciting_trajectory": Case(
+        fb.exciting_trajectory,
+        dict(
+            robot=ROBOT, period=2.0, cycles=1, harmonics=2, rate=9.0, acceleration=None, torque=None, margin=0.3,
+            working=(-1, -1), assembly=-1, unknown=["zz1", "zz2", "m"], seed=0, starts=1,
+        ), 30.0, ("no motion was found", "hardly a pose", "no parameter"),
+    ),
+    "Identification": Case(
+        fb.Identification, {name: None for name in fb.Identification.__dataclass_fields__}, nan=True
+    ),
     "page": Case(fb.page, dict(subject=RUN, path=FOLDER / "page.html", show=None, title=None), 10.0, WORDS_OF_FILES),
     # what was measured
     "calibrate": Case(

@@ -70,7 +70,7 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
         run, broken = _sampled(name, run, keep)
         computed = {key: QUANTITIES[key].of(run) for key in show}
-        notes += words + (broken or gaps(name, computed))
+        notes += words + (broken or gaps(name, computed)) + list(getattr(run.measured, "said", ()))
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
         reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]

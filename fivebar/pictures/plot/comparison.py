@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from ..style import COLOURS, INK, finish, readable
+from ..style import COLOURS, INK, finish, largest_of, readable
 
 if TYPE_CHECKING:
     from ..motions import Comparison
@@ -51,7 +51,7 @@ def _errors(axes, compared, styles):
 
 def _torques(axes, runs, styles, motor, side):
     words = next(iter(runs.values())).robot.words
-    scale, unit = readable(max(np.abs(run.tau).max() for run in runs.values()), words.effort_unit)
+    scale, unit = readable(max(largest_of(run.tau) for run in runs.values()), words.effort_unit)
     for name, run in runs.items():
         label = name
         if run.torque_limit is not None:

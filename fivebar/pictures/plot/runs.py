@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..skeleton import run_body
-from ..style import INK, LEFT, PALE, REFERENCE, RIGHT, finish, readable, robot_title
+from ..style import INK, LEFT, PALE, REFERENCE, RIGHT, finish, largest_of, readable, robot_title
 from .pose_panels import draw_robot
 
 if TYPE_CHECKING:
@@ -49,13 +49,16 @@ def _path(axes, run):
 
 def _errors(axes, run):
     size = np.linalg.norm(run.error, axis=1)
-    largest, rms = size.max(), np.sqrt(np.mean(size**2))
+    known = size[np.isfinite(size)]  # not in the gaps of a log
+    if not len(known):
+        raise ValueError("a run whose error is nowhere known cannot be drawn")
+    largest, rms = known.max(), np.sqrt(np.mean(known**2))
     scale, unit = readable(largest, "m")
     for k, (name, colour) in enumerate((("x", LEFT), ("y", RIGHT))):
         axes.plot(run.t, scale * run.error[:, k], color=colour, lw=1.2, label=name)
     axes.plot(run.t, scale * size, color=INK, lw=1.6, label="distance")
     axes.axhline(scale * rms, color=INK, lw=1, ls="--", label=f"RMS {scale * rms:.3g} {unit}")
-    peak = int(size.argmax())
+    peak = int(np.nanargmax(size))
     axes.plot(run.t[peak], scale * largest, "o", color=INK, ms=5, label=f"maximum {scale * largest:.3g} {unit}")
     _crossings(axes, run)
     finish(axes, 5, ylabel=f"error ({unit})", title="tracking error of the end-effector")
@@ -63,7 +66,7 @@ def _errors(axes, run):
 
 def _torques(axes, run):
     words = run.robot.words
-    scale, unit = readable(np.abs(run.tau).max(), words.effort_unit)
+    scale, unit = readable(largest_of(run.tau), words.effort_unit)
     for k, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.step(run.t, scale * run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
     if run.torque_limit is not None:

@@ -1,0 +1,249 @@
+"""Logs as samples of a regression: even in time, differentiated, on the robot's loop; what does not count is named."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ..models.geometry import dgm
+from ..models.robots import Robot
+from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
+from ..simulation.logs import Gauges, Log, evenly, read_log
+from ..simulation.run import Run
+from .filtering import Rows, filtered
+from .regressor import linear_names, regressor
+
+MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
+CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
+LONG_AT_LIMIT, AT_LIMIT = 3, 1e-9  # rows in a row whose torque is one of the two extremes: cut off there
+BRIDGED = 3  # rows that may be missing without a stretch ending
+STILL = 10.0  # times what the encoders' noise looks like: less acceleration is no motion
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """pieces: (t, W, tau, counts) as `filtering.filtered` has them; motion: their (q, q', q''); step s; cutoff Hz;
+    noise (2,), of q; said: sentences on the log; assembly: the mode; tau_noise (2,): N m, of a sample of each torque.
+    """
+
+    robot: Robot
+    pieces: list[tuple]
+    motion: list[tuple]
+    step: float
+    cutoff: float
+    noise: tuple[float, float]
+    said: tuple[str, ...]
+    assembly: int
+    tau_noise: tuple[float, float]
+
+    @property
+    def rows(self) -> Rows:
+        return filtered(self.pieces, self.step, self.cutoff)
+
+
+def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
+    """A Run's or a file's or a mapping's Log, and whether its torques are held from each time to the next."""
+    if isinstance(source, (str, os.PathLike)) and _is_a_run(source):
+        source = Run.from_csv(source)
+    if not isinstance(source, Run):
+        return read_log(source, robot, units, gauges), False
+    if type(source.robot) is not type(robot):
+        raise ValueError(f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}")
+    own = {"t": source.t, "q": source.q, "tau": source.tau}
+    if source.measured is not None and source.measured.rates:
+        own["q_dot"] = source.q_dot
+    whole = np.isfinite(source.q).all(axis=1)
+    own = {name: values[whole] for name, values in own.items()}
+    log = read_log(own, robot)
+    return log, source.measured is None
+
+
+def _is_a_run(path):
+    """Whether a file was written by Run.to_csv, whose torques may be held."""
+    with open(path, "rb") as file:
+        return file.read(14) == b"# fivebar run,"
+
+
+def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
+    """The Samples of a log. held: a torque stays from its row to the next; cutoff: Hz, None: `spectrum` says."""
+    if log.tau is None:
+        raise ValueError("the log has no torques (tau1, tau2): without them nothing can be said of masses or friction")
+    said, stretches = list(log.said), []
+    for part in _bridged(log, said):
+        pairs = {
+            name: None if (own := getattr(log, name)) is None else own[part] for name in ("q", "tau", "q_dot", "q_ddot")
+        }
+        if held and part.stop - part.start > 1:
+            tau = pairs["tau"]
+            pairs["tau"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])  # the mean about each row
+        t, pairs, away = evenly(log.t[part], pairs, log.step)
+        stretches.append((t, pairs, away))
+    uneven = max(away for _, _, away in stretches)
+    if uneven > 0.01:
+        said.append(f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by cubic splines")
+    found = spectrum([pairs["q"] for _, pairs, _ in stretches], log.step)
+    rate = 1 / log.step
+    if found.fast > 0.02:
+        raise ValueError(
+            f"{100 * found.fast:.0f} % of the acceleration is at frequencies above {HIGHEST * rate:.3g} Hz, which "
+            f"{rate:.4g} samples a second cannot follow: log faster, or move slower"
+        )
+    cutoff = found.cutoff if cutoff is None else cutoff
+    if not 0 < cutoff <= HIGHEST * rate * (1 + 1e-9):
+        raise ValueError(
+            f"cutoff = {cutoff:g} Hz must be above 0 and at most {HIGHEST * rate:.4g} Hz, 1/12 of the sampling rate"
+        )
+    n = half_window(cutoff, log.step)
+    motion = [(t, _rates(pairs, log.step, cutoff), pairs["tau"]) for t, pairs, _ in stretches if len(t) > 2 * n + 2]
+    lost = sum(len(t) for t, *_ in stretches) - sum(len(t) for t, *_ in motion)
+    if not motion:
+        longest = max(len(t) for t, *_ in stretches)
+        raise ValueError(
+            f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of {cutoff:.3g} Hz "
+            f"ask for {2 * n + 3}: log longer, or give a higher cutoff"
+        )
+    if lost:
+        said.append(f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives")
+    _must_move(motion, found.noise, cutoff, log.step, robot)
+    pieces = _pieces(motion, robot, assembly, n, said)
+    return Samples(
+        robot,
+        pieces,
+        [rates for _, rates, _ in motion],
+        log.step,
+        cutoff,
+        found.noise,
+        tuple(said),
+        assembly,
+        _white(motion),
+    )
+
+
+def _bridged(log, said):
+    """The stretches of a log, over gaps of a few rows, whose torques do not count."""
+    parts, bridged = [log.stretches[0]], 0
+    for cut, part in zip(log.cuts, log.stretches[1:]):
+        if cut.missing and cut.end - cut.start < (BRIDGED + 1.5) * log.step:
+            parts[-1], bridged = slice(parts[-1].start, part.stop), bridged + 1
+        else:
+            parts.append(part)
+    if bridged:
+        said.append(f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques")
+    return parts
+
+
+def _rates(pairs, step, cutoff):
+    """(q, q', q''): of what was logged the same polynomials; else their derivatives."""
+    q, q_dot, q_ddot = derivatives(pairs["q"], step, cutoff)
+    if pairs["q_dot"] is not None:
+        q_dot, q_ddot, _ = derivatives(pairs["q_dot"], step, cutoff)
+    if pairs["q_ddot"] is not None:
+        q_ddot, _, _ = derivatives(pairs["q_ddot"], step, cutoff)
+    return q, q_dot, q_ddot
+
+
+def rough(step: float, cutoff: float) -> float:
+    """1/s^2: what of white noise of positions in rows `step` s apart is left of accelerations below the cut-off."""
+    return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
+
+
+def _white(motion):
+    """Standard deviation of each torque's noise, by its fourth differences, in which no motion is left."""
+    tau = max((tau for *_, tau in motion), key=len)
+    found = []
+    for column in tau.T:
+        rough = np.diff(column[np.isfinite(column)], 4)
+        # of white noise their variance is 70 times its own; the median, as jumps are not noise
+        found.append(float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0)
+    return found[0], found[1]
+
+
+def _must_move(motion, noise, cutoff, step, robot):
+    """Refuse a motor that stands: its inertia would be that of its encoder's noise."""
+    for k, name in enumerate(robot.words.joints):
+        second = np.concatenate([rates[2][:, k] for _, rates, _ in motion])
+        q = np.concatenate([rates[0][:, k] for _, rates, _ in motion])
+        moves = np.sqrt(np.nanmean(second**2))
+        looks = noise[k] * rough(step, cutoff)
+        if not moves > max(STILL * looks, 1e-9 * (2 * np.pi * cutoff) ** 2 * max(np.nanmax(np.abs(q)), 1e-6)):
+            span = np.nanmax(q) - np.nanmin(q)
+            raise ValueError(
+                f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of {moves:.3g} "
+                f"{robot.words.unit}/s^2 where its noise alone makes {looks:.3g}: move both motors"
+            )
+
+
+def _pieces(motion, robot, assembly, n, said):
+    names, pieces, total, near, open_ = linear_names(robot), [], 0, 0, 0
+    dry = [names.index(name) for name in ("fs1", "fs2")]
+    rms = np.sqrt(np.nanmean(np.concatenate([rates[1] for _, rates, _ in motion]) ** 2, axis=0))
+    extremes = [(np.nanmin(column), np.nanmax(column)) for column in np.concatenate([tau for *_, tau in motion]).T]
+    first_near, cut_off = None, np.zeros(2, dtype=int)
+    for t, (q, q_dot, q_ddot), tau in motion:
+        known = np.isfinite(q).all(axis=1)
+        pose = dgm(robot, np.where(known[:, None], q, 0.0), assembly, unreachable="nan")
+        closes = np.isfinite(pose.xi).all(axis=1)
+        det = np.where(closes, pose.det_A, 0.0)
+        singular = known & closes & (np.abs(det) < MARGIN)
+        if first_near is None and singular.any():
+            first_near = t[int(np.argmax(singular))]
+        total, near, open_ = total + known.sum(), near + singular.sum(), open_ + (known & ~closes).sum()
+        W = regressor(robot, q, q_dot, q_ddot, assembly)
+        good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
+        creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n + 1, 1)))
+        limits = np.stack([_at_limit(tau[:, k], *extremes[k]) for k in (0, 1)], axis=1)
+        cut_off += limits.sum(axis=0)
+        for k in (0, 1):
+            W[:, k, dry[k]] = np.sign(np.nan_to_num(q_dot[:, k]))
+        pieces.append((t, np.nan_to_num(W), tau, good[:, None] & ~creeps & ~limits & np.isfinite(tau)))
+    if open_ > 0.02 * total:
+        refuse_open_log(motion, robot, assembly, open_, total)
+    if open_:
+        said.append(f"{open_} of {total} rows do not close the loop of this robot's bars and do not count")
+    if near:
+        said.append(
+            f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
+            f"{first_near:.6g} s) and do not count: there, errors become torques"
+        )
+    for k, rows in enumerate(cut_off):
+        if rows:
+            said.append(
+                f"tau{k + 1} stays at its largest value in {rows} rows ({extremes[k][1]:.4g} or {extremes[k][0]:.4g} "
+                f"{robot.words.effort_unit}), as if it were cut off there: these rows do not count"
+            )
+    return pieces
+
+
+def refuse_open_log(motion, robot, assembly, open_, total):
+    """Say why poses do not close: degrees, or other lengths."""
+    q = np.concatenate([rates[0] for _, rates, _ in motion])
+    q = q[np.isfinite(q).all(axis=1)]
+    message = f"{open_} of {total} rows do not close the loop: the bars of this robot do not reach"
+    unit, factor, most = ("deg", np.pi / 180, 2 * np.pi) if robot.turns else ("mm", 1e-3, 4 * max(robot.distal))
+
+    def closes(q):
+        return np.isfinite(dgm(robot, q, assembly, unreachable="nan").xi).all(axis=1).mean() > 0.999
+
+    if np.abs(q).max() > most and closes(factor * q):
+        raise ValueError(f'{message}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}')
+    if closes(q[:, ::-1]):
+        raise ValueError(f"{message}; with {' and '.join(robot.words.joints)} exchanged all of them do")
+    raise ValueError(
+        f"{message}: are its lengths, and the zeros of q (offset), those of the robot on the table? fb.calibrate tells"
+    )
+
+
+def _at_limit(tau, low, high):
+    """Where a torque stays at one of its two extremes."""
+    size = max(abs(low), abs(high), 1e-300)
+    flat = (np.abs(tau - high) <= AT_LIMIT * size) | (np.abs(tau - low) <= AT_LIMIT * size)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
+    kept = np.zeros(len(tau), dtype=bool)
+    for first, end in zip(edges[::2], edges[1::2]):
+        if end - first >= LONG_AT_LIMIT:
+            kept[first:end] = True
+    return kept

@@ -1,0 +1,104 @@
+"""Logs with mistakes: each is named, or what was done about it is said."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from tests.helpers.synthetic_logs import RUNGS, case_of
+
+CASE = case_of(5, RUNGS["gravity, friction"], 12.0)
+LOG, ROBOT = CASE.log, CASE.known
+T, Q, TAU = LOG["t"], LOG["q"], LOG["tau"]
+
+
+def clipped(tau):
+    limit = 0.85 * np.abs(tau).max(axis=0)
+    return np.clip(tau, -limit, limit)
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "words"),
+    [
+        ({"tau": TAU * [-1, 1]}, {}, "if the sign of tau1 is the other one"),
+        ({"tau": -TAU}, {}, "masses or friction below 0; .* if the sign of tau1 and tau2 is the other one"),
+        ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
+        ({"q": np.degrees(Q)}, {}, 'as deg all of them do: units={"q1": "deg", "q2": "deg"}'),
+        ({}, {"assembly": 1}, "if the assembly mode is -1"),
+        ({"q": np.column_stack([Q[:, 0], np.full(len(T), Q[0, 1])])}, {}, "q21 hardly moves: .* move both motors"),
+        ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
+        ({"tau": None}, {}, "the log has no torques"),
+        ({"tau": 0 * TAU}, {}, "tau1 stays at its largest value"),
+        ({}, {"unknown": ["mass"]}, "no parameter 'mass'; the torque is linear in zz1, zz2, m"),
+        ({}, {"cutoff": 200.0}, "at most 83.33 Hz"),
+        ({"speed": T}, {}, "no column 'speed'; the known ones are t, q1"),
+        ({"q": Q[:-1]}, {}, "q1 has 12000 rows, and t 12001"),
+        ({}, {"units": {"q1": "furlong"}}, "q1=furlong: known are rad, deg"),
+        ({}, {"gear_ratio": 0.0}, "gear_ratio must not be 0"),
+    ],
+)
+def test_what_is_wrong_is_named(change, options, words):
+    with pytest.raises(ValueError, match=words.replace("{", r"\{").replace("}", r"\}")):
+        fb.identify(ROBOT, {**LOG, **change}, **options)
+
+
+def test_gravity_that_the_robot_does_not_have_is_named():
+    with pytest.raises(ValueError, match=r"if gravity is \(0, -9.81\) m/s\^2"):
+        fb.identify(replace(ROBOT, gravity=(0.0, 0.0)), LOG)
+
+
+@pytest.mark.parametrize("every", [100, 300])
+def test_too_slow_a_log_is_refused(every):
+    with pytest.raises(ValueError, match="samples a second cannot follow|are left"):
+        fb.identify(ROBOT, {name: values[::every] for name, values in LOG.items()})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"q": (Q + np.pi) % (2 * np.pi) - np.pi + [2 * np.pi, 0]}, ""),
+        ({"tau": np.roll(TAU, 5, axis=0)}, "the torques come (4.9|5)[0-9.]* ± 0.[0-9]+ ms too late"),
+        ({"tau": TAU + [0.1, 0.0]}, "tau1 is off by 0.[01][0-9.]* ± .* sensor's zero"),
+        ({"tau": clipped(TAU)}, "stays at its largest value in .* these rows do not count"),
+        ({"t": T + np.random.default_rng(0).uniform(-2e-4, 2e-4, len(T))}, "off an even grid"),
+    ],
+)
+def test_what_was_done_about_it_is_said(change, words):
+    found = fb.identify(ROBOT, {**LOG, **change})
+    assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words or "zero" in words
+    if words:
+        assert any(re.search(words, sentence) for sentence in found.said)
+    assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.03 if "late" in words else 0.01)
+
+
+def test_wrapped_angles_lost_rows_gaps_and_a_restart():
+    rng = np.random.default_rng(1)
+    half = np.where(Q > Q.mean(axis=0), -2 * np.pi, 0.0)
+    keep = np.sort(rng.choice(len(T), int(0.93 * len(T)), replace=False))
+    keep = keep[(keep < 3000) | (keep > 3300)]
+    t, q, tau = T[keep].copy(), (Q + half)[keep], TAU[keep].copy()
+    t[7000:] -= 4.0
+    q[500], tau[2000:2010], t[900] = np.nan, np.nan, np.nan
+    found = fb.identify(ROBOT, {"t": t, "q": q, "tau": tau})
+    said = " | ".join(found.said)
+    for words in ("rows without a time", "without both joints' positions", "jumps by more than half a turn",
+                  "a restart", "gaps in time are not bridged", "were bridged by cubic splines"):  # fmt: skip
+        assert words in said
+    assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
+
+
+def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_noise():
+    found = fb.identify(replace(ROBOT, l11=0.85 * ROBOT.l11), LOG)
+    assert any("times the noise of this log" in sentence for sentence in found.said)
+    assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).said)
+
+
+def test_other_lengths_and_other_robots():
+    with pytest.raises(ValueError, match="do not close the loop.*fb.calibrate|misses|no robot has"):
+        fb.identify(replace(ROBOT, l12=0.4 * ROBOT.l12, l22=0.4 * ROBOT.l22), LOG)
+    with pytest.raises(TypeError, match="a log is a Run, a CSV file or a mapping"):
+        fb.identify(ROBOT, 5)
+    with pytest.raises(ValueError, match="at least one log"):
+        fb.identify(ROBOT, [])
