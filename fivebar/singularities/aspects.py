@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
 
 from .._backend import real_numbers
 from ..checks import instance, shown, takes
@@ -25,6 +26,8 @@ from .regions import Arc, beside, crossings, inside, off_border, roomiest
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
 ROUNDING = 1e-13  # of det A and the sines
+CLOSE = 1e-7  # of the robot's size: corners nearer than this are one, where that is needed
+LONG = 0.02  # of the robot's size: of an arc that bounds more than a sliver
 SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
 
 
@@ -177,6 +180,20 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
+    try:
+        found = list(_proved(robot, edges, working, det_A, sin))
+    except ArithmeticError:
+        if det_A == sin == 0:
+            raise
+        # With margins of rounding errors' size, as 1e-8, corners can lie closer together than they are known.
+        found = list(_proved(robot, _joined(edges, CLOSE * size), working, det_A, sin))
+    for assembly, area, boundary in found:
+        yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
+
+
+def _proved(robot, edges, working, det_A, sin):
+    """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one is not wholly."""
+    size, levels = _size(robot), {}
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
@@ -189,7 +206,27 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
                 f"in working modes {working} a boundary was lost: around ({z[0].real:.6g}, {z[0].imag:.6g}) m det A or "
                 "the sines are on both sides of it; please report this robot"
             )
-        yield int(signs[0]), area, boundary, isolated[crossings(boundary, isolated)]
+        for arc in (arc for loop in boundary for arc in loop if not arc.locus.circle):
+            key = id(arc.locus), min(arc.start, arc.end)
+            levels[key] = levels.get(key, 0) + 1
+        yield int(signs[0]), area, boundary
+    if det_A:  # of a curve of det A one side is inside, the other is not
+        for arc, *_ in edges:
+            sides = levels.get((id(arc.locus), arc.start), 0)
+            if not arc.locus.circle and (sides > 1 or (sides < 1 and np.abs(np.diff(arc.z)).sum() > LONG * size)):
+                raise ArithmeticError(
+                    f"in working modes {working} a region at the curve of det A around ({arc.z[0].real:.6g}, "
+                    f"{arc.z[0].imag:.6g}) m was lost or is two; please report this robot"
+                )
+
+
+def _joined(edges, near):
+    """The edges with vertices that are nearer than this to one another as one, without those that are as short."""
+    vertices = list({vertex: None for _, *both in edges for vertex in both})
+    z = np.array([vertex.z for vertex in vertices])
+    group = connected_components(np.abs(z[:, None] - z) < near, directed=False)[1]
+    one = {vertex: vertices[int(np.argmax(group == own))] for vertex, own in zip(vertices, group)}
+    return [(arc, one[a], one[b]) for arc, a, b in edges if np.abs(np.diff(arc.z)).sum() >= near]
 
 
 def _edges(pieces, touches):

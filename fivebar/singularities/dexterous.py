@@ -43,8 +43,8 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     """
     if not robot.turns:
         raise ValueError(
-            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change, so that "
-            "its regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
+            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change: its "
+            "regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
         )
     if max(det_A, sin) >= 1:
         return ()  # curves alone
