@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import connected_components
 
 from .._backend import real_numbers
 from ..checks import instance, shown, takes
@@ -26,7 +25,6 @@ from .regions import Arc, beside, crossings, inside, off_border, roomiest
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
 ROUNDING = 1e-13  # of det A and the sines
-CLOSE = 1e-7  # of the robot's size: corners nearer than this are one, where that is needed
 LONG = 0.02  # of the robot's size: of an arc that bounds more than a sliver
 SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
 
@@ -180,14 +178,7 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
-    try:
-        found = list(_proved(robot, edges, working, det_A, sin))
-    except ArithmeticError:
-        if det_A == sin == 0:
-            raise
-        # With margins of rounding errors' size, as 1e-8, corners can lie closer together than they are known.
-        found = list(_proved(robot, _joined(edges, CLOSE * size), working, det_A, sin))
-    for assembly, area, boundary in found:
+    for assembly, area, boundary in _proved(robot, edges, working, det_A, sin):
         yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
 
 
@@ -218,15 +209,6 @@ def _proved(robot, edges, working, det_A, sin):
                     f"in working modes {working} a region at the curve of det A around ({arc.z[0].real:.6g}, "
                     f"{arc.z[0].imag:.6g}) m was lost or is two; please report this robot"
                 )
-
-
-def _joined(edges, near):
-    """The edges with vertices that are nearer than this to one another as one, without those that are as short."""
-    vertices = list({vertex: None for _, *both in edges for vertex in both})
-    z = np.array([vertex.z for vertex in vertices])
-    group = connected_components(np.abs(z[:, None] - z) < near, directed=False)[1]
-    one = {vertex: vertices[int(np.argmax(group == own))] for vertex, own in zip(vertices, group)}
-    return [(arc, one[a], one[b]) for arc, a, b in edges if np.abs(np.diff(arc.z)).sum() >= near]
 
 
 def _edges(pieces, touches):

@@ -28,7 +28,7 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     outer, holes, small = [], [], {}
     for cycle in _cycles(sides, corners, size):
         loop = tuple(sides[k] for k in cycle)
-        area, part = _area(loop), parts[corners[cycle[0]]]
+        area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
         if area > SLIVER * size**2:
             outer.append((area, part, [loop]))
         elif area < -SLIVER * size**2:
@@ -51,12 +51,6 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
             inner[owner] += area
     found = [(area + hole, tuple(loops)) for (area, _, loops), hole in zip(outer, inner)]
     return [(area, loops) for area, loops in found if area > SLIVER * size**2]
-
-
-def _area(loop):
-    """By line integrals, and straight on where arcs meet in corners that were joined."""
-    ends, starts = np.array([side.z[-1] for side in loop]), np.array([side.z[0] for side in (*loop[1:], loop[0])])
-    return sum(side.moment for side in loop) + float((ends.conj() * starts).imag.sum()) / 2
 
 
 def _swept(loop):

@@ -131,16 +131,21 @@ class FourBarMotion:
         t, owners = np.array(guesses), np.array(owners)
         cranks, turns = (np.array(each)[owners] for each in zip(*ways))
         motion = replace(self, mirrored=False) if self.mirrored else self
+        best, least = t, np.full(len(t), np.inf)
         for _ in range(ROUNDS):
             (e1, e2, u), rates = motion(t)
             relative = u / (np.where(cranks == 0, e1, e2) * turns)
+            off = np.where(relative.real > 0, np.abs(relative.imag), np.inf)
+            better = off < least  # where two values are one the slope is 0, and Newton's steps lead away in the end
+            if not better.any():
+                break
+            best, least = np.where(better, t, best), np.minimum(off, least)
             slope = relative.real * (rates[2] - np.where(cranks == 0, rates[0], rates[1]))
             step = np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
-            met = (np.abs(relative.imag) < 1e-12) & (relative.real > 0)
-            if (met | (np.abs(relative.imag) > 0.1)).all() and np.abs(step[met]).max(initial=0) < 1e-15:
-                break
-            t = t - step
-        return [sorted({float(x % self.period) for x in t[met & (owners == k)]}) for k in range(len(ways))]
+            t = np.where(better, t - step, best)
+        return [
+            sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]}) for k in range(len(ways))
+        ]
 
     def _diagonals(self, crank, turn):
         """Squares of the diagonal at which crank and coupler, as one bar, close a triangle."""

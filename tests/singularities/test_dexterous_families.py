@@ -11,12 +11,13 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
+from fivebar.singularities.dexterous import LEAST
 from fivebar.singularities.locus import MODES
 from tests.singularities.test_aspect_families import FAMILIES, agree, det_a, grid, parallel_touch, robots
 
 
 def drawn(robot, rng):
-    several = 0, 0.001, 0.1, 0.3, 0.5, 0.6, 0.8, 0.95, rng.uniform(), 10 ** rng.uniform(-9, 0)
+    several = 0, 0.001, 0.1, 0.3, 0.5, 0.6, 0.8, 0.95, rng.uniform(), 10 ** rng.uniform(-4, 0)
     return rng.choice(several), rng.choice(several)
 
 
@@ -69,7 +70,7 @@ def corner(robot, rng):
 def test_regions_are_those_of_a_flood_fill(family, margins):
     rng = np.random.default_rng(sum(map(ord, family.__name__ + margins.__name__)))
     for robot in robots(family)[:: 1 if margins is drawn else 3]:
-        k, s = map(float, margins(robot, rng))
+        k, s = (float(each) * (each >= LEAST) for each in margins(robot, rng))
         found = fb.dexterous(robot, det_A=k, sin=s)
         x, y, step = grid(robot)
         kept = np.ones((len(x), len(y)), dtype=bool)
