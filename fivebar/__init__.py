@@ -20,7 +20,9 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
     "ComputedTorque": "control.laws",
+    "Bars": "singularities.bars",
     "FeedForward": "control.laws",
+    "Keep": "singularities.keep",
     "PD": "control.laws",
     "Path": "paths.curve",
     "Placement": "paths.placement",
@@ -93,9 +95,11 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .simulation.run import Run
     from .simulation.simulate import simulate
     from .singularities.aspects import aspect, aspects
+    from .singularities.bars import Bars
     from .singularities.dexterous import dexterous
     from .singularities.disc import largest_disc
     from .singularities.distance import locus_distance
+    from .singularities.keep import Keep
     from .singularities.loci import singularity_loci
     from .singularities.maps import singularity_map
     from .singularities.passages import routes

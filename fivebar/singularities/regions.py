@@ -5,6 +5,7 @@ Points are complex numbers, x + i y, m.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -219,17 +220,23 @@ def _left_of_nearest(arcs, z):
 
 
 def roomiest(
-    loops: tuple, obstacles: np.ndarray, area: float, count: int = 1, samples: int = 500
+    loops: tuple,
+    obstacles: np.ndarray,
+    area: float,
+    count: int = 1,
+    samples: int = 500,
+    walls: Sequence = (),
+    allowed: Callable | None = None,
 ) -> list[tuple[complex, float]]:
     """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
 
     At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary, of a thin face
-    more: good to their spacing.
+    more: good to their spacing. walls: arcs that are kept off too; allowed: points (n,) -> where one may be, bool (n,).
     """
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
     spacing = max(min(length / samples, area / length), length / (8 * samples))
-    border = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
+    border = np.concatenate([*(arc.dense(spacing) for arc in (*arcs, *walls)), obstacles])
     try:
         diagram = Voronoi(np.stack([border.real, border.imag], axis=-1))
     except QhullError:  # a face so flat that it has no inside
@@ -244,7 +251,8 @@ def roomiest(
     found = []
     for first in range(0, len(order), 256):
         chunk = order[first : first + 256]
-        for k in chunk[crossings(loops, z[chunk])]:
+        chunk = chunk[crossings(loops, z[chunk])]
+        for k in chunk if allowed is None else chunk[allowed(z[chunk])]:
             if all(abs(z[k] - other) > 0.5 * room for other, room in found):
                 found.append((complex(z[k]), float(distance[k])))
                 if len(found) == count:
