@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from .._backend import finite_numbers
 from ..checks import instance, not_negative, shown
 from ..models.geometry import Pose
 from ..models.robots import FiveBar
@@ -30,17 +31,20 @@ class Bars:
     post_layers: tuple[int, ...] = (1,)
 
     def __post_init__(self) -> None:
-        widths = self.widths if np.ndim(self.widths) else (self.widths,) * 4
-        for name, value in (("widths", widths), ("layers", self.layers)):
-            if np.shape(value) != (4,):
-                raise ValueError(f"Bars: {name} must be four, of the bars 11, 12, 21 and 22, not {shown(value)}")
-        layers = [*self.layers, *np.atleast_1d(self.post_layers)]
-        if not all(isinstance(layer, int | np.integer) and not isinstance(layer, bool) for layer in layers):
-            raise ValueError(f"Bars: layers must be whole numbers, not {shown((self.layers, self.post_layers))}")
-        object.__setattr__(self, "widths", tuple(not_negative(each, "Bars: widths") for each in widths))
-        object.__setattr__(self, "layers", tuple(map(int, self.layers)))
+        widths = finite_numbers(self.widths, "Bars: widths")
+        widths = np.full(4, widths) if widths.ndim == 0 else widths
+        layers = finite_numbers(self.layers, "Bars: layers")
+        posts = np.atleast_1d(finite_numbers(self.post_layers, "Bars: post_layers"))
+        for name, value, given in (("widths", widths, self.widths), ("layers", layers, self.layers)):
+            if value.shape != (4,):
+                raise ValueError(f"Bars: {name} must be four, of the bars 11, 12, 21 and 22, not {shown(given)}")
+        for name, value, given in (("layers", layers, self.layers), ("post_layers", posts, self.post_layers)):
+            if value.ndim != 1 or (value != np.round(value)).any():
+                raise ValueError(f"Bars: {name} must be whole numbers, not {shown(given)}")
+        object.__setattr__(self, "widths", tuple(not_negative(each, "Bars: widths") for each in widths.tolist()))
+        object.__setattr__(self, "layers", tuple(map(int, layers)))
         object.__setattr__(self, "posts", not_negative(self.posts, "Bars: posts"))
-        object.__setattr__(self, "post_layers", tuple(map(int, np.atleast_1d(self.post_layers))))
+        object.__setattr__(self, "post_layers", tuple(map(int, posts)))
 
     def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
         """How far apart what must not meet is, m, (*batch,) by words; below 0 it meets, nan where the pose is."""

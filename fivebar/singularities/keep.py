@@ -75,6 +75,30 @@ class Keep:
             found |= self.bars.rooms(pose)
         return found
 
+    def smooth(self, pose: Pose, length: float) -> list:
+        """Rooms without kinks, >= 0 where it is kept, of symbols too: of joints, half-planes and a convex region.
+
+        length: m, what distances are divided by.
+        """
+        found, (x, y) = [], pose.point
+        for leg, limits in enumerate(self.joints or ()):
+            if limits and pose.robot.turns:
+                middle, half = sum(limits) / 2, (limits[1] - limits[0]) / 2
+                ux, uy = pose.legs[leg].direction
+                found.append(ux * math.cos(middle) + uy * math.sin(middle) - math.cos(half))
+            elif limits:
+                q = pose.legs[leg].q
+                found += [(q - limits[0]) / length, (limits[1] - q) / length]
+        planes = list(self.half_planes)
+        if self.region:
+            z = np.array(self.region) @ (1, 1j)
+            side = np.roll(z, -1) - z
+            turns = (side.conj() * np.roll(side, -1)).imag
+            if (turns >= 0).all() or (turns <= 0).all():
+                inward = 1j * side / np.abs(side) * (1 if turns.sum() > 0 else -1)
+                planes += [(n.real, n.imag, (n.conjugate() * a).real) for n, a in zip(inward.tolist(), z.tolist())]
+        return [*found, *((a * x + b * y - c) / length for a, b, c in planes)]
+
     def kept(self, pose: Pose) -> np.ndarray:
         """Whether all is kept: bool (*batch,), False where the pose is nan."""
         rooms = list(self.rooms(pose).values())
@@ -96,7 +120,7 @@ def off_sides(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
 def _joints(joints):
     if joints is None:
         return None
-    if len(joints) != 2:
+    if not isinstance(joints, tuple | list) or len(joints) != 2:
         raise ValueError(f"Keep: joints must be two ranges (low, high) or None, not {shown(joints)}")
     found = []
     for name, limits in zip(("q11", "q21"), joints):
@@ -113,6 +137,8 @@ def _joints(joints):
 
 
 def _half_planes(planes):
+    if not isinstance(planes, tuple | list | np.ndarray):
+        raise ValueError(f"Keep: half_planes must be a list of (a, b, c), not {shown(planes)}")
     values = finite_numbers(planes, "Keep: half_planes") if len(planes) else np.empty((0, 3))
     if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(f"Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}")
