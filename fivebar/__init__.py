@@ -51,6 +51,7 @@ _LATER = {
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
     "path": "paths.read",
+    "place": "paths.place",
     "plan": "planning.plan",
     "play": "pictures.play",
     "polynomial": "planning.trajectory",
@@ -77,6 +78,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path
+    from .paths.place import place
     from .paths.placement import Placement
     from .paths.read import path
     from .paths.timed_path import TimedPath
