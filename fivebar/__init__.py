@@ -21,7 +21,9 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 _LATER = {
     "Calibration": "measured.calibration",
     "ComputedTorque": "control.laws",
+    "Bars": "singularities.bars",
     "FeedForward": "control.laws",
+    "Keep": "singularities.keep",
     "PD": "control.laws",
     "Identification": "measured.identified",
     "Path": "paths.curve",
@@ -55,6 +57,7 @@ _LATER = {
     "locus_distance": "singularities.distance",
     "page": "pictures.pages",
     "path": "paths.read",
+    "place": "paths.place",
     "plan": "planning.plan",
     "play": "pictures.play",
     "polynomial": "planning.trajectory",
@@ -91,6 +94,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path
+    from .paths.place import place
     from .paths.placement import Placement
     from .paths.read import path
     from .paths.timed_path import TimedPath
@@ -109,9 +113,11 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .simulation.run import Run
     from .simulation.simulate import simulate
     from .singularities.aspects import aspect, aspects
+    from .singularities.bars import Bars
     from .singularities.dexterous import dexterous
     from .singularities.disc import largest_disc
     from .singularities.distance import locus_distance
+    from .singularities.keep import Keep
     from .singularities.loci import singularity_loci
     from .singularities.maps import singularity_map
     from .singularities.passages import routes

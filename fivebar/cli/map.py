@@ -27,6 +27,8 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument(
         "--nodes", type=int, default=401, metavar="N", help="of the grid, a side (default: %(default)s)"
     )
+    parser.add_argument("--det-A", type=float, metavar="K", help="show the dexterous regions with |det A| >= K")
+    parser.add_argument("--sin", type=float, metavar="S", help="show the dexterous regions with both |sin q_i2| >= S")
     parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
     parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
@@ -39,6 +41,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _map(arguments):
     from ..singularities.aspects import aspects
+    from ..singularities.dexterous import dexterous
     from ..singularities.path import check_path
 
     robot = chosen_robot(arguments)
@@ -51,7 +54,11 @@ def _map(arguments):
         raise UsageError("--graph needs a five-bar: the aspects of a biglide are strips without ends")
     if arguments.path and arguments.space == "joint":
         raise UsageError("--path is drawn in task space only")
+    levels = {name: value for name, value in (("det_A", arguments.det_A), ("sin", arguments.sin)) if value is not None}
+    if levels and arguments.space == "joint":
+        raise UsageError("--det-A and --sin are of task space only")
     try:
+        regions = dexterous(robot, **levels) if levels else None
         path = from_csv(arguments.path) if arguments.path else None
         shape = (arguments.nodes, arguments.nodes)
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
@@ -61,7 +68,7 @@ def _map(arguments):
         print(f"{arguments.path}: {sentence}", file=sys.stderr)
     found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
-    _draw(data, path, arguments.out)
+    _draw(data, path, regions, arguments.out)
     if arguments.graph:
         from ..pictures.plot.graph import aspect_graph
 
@@ -71,26 +78,34 @@ def _map(arguments):
     if arguments.page:
         data.page(arguments.page)
     if arguments.json:
-        print(json.dumps(_as_json(found, checks), indent=2))
+        print(json.dumps(_as_json(found, checks) | _levels_as_json(regions, levels), indent=2))
         return
     if found is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
-        print("aspect  working  assembly    area (mm²)")
-    for part in found or ():
-        print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
+        _table("aspect", found)
+    if regions is not None:
+        _table("region", regions)
+        if not regions:
+            print("no pose keeps these margins", file=sys.stderr)
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print(*filter(None, (arguments.out, arguments.graph, arguments.data, arguments.page)), sep="\n")
 
 
-def _draw(data, path, out):
+def _table(name, parts):
+    print(f"{name}  working  assembly    area (mm²)")
+    for part in parts:
+        print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
+
+
+def _draw(data, path, regions, out):
     import numpy as np
 
     from ..pictures.plot.maps import singularity_map as picture
 
     points = path(np.linspace(path.start, path.start + path.duration, 1001))[0] if path else None
-    saved(picture(data, points), out)
+    saved(picture(data, points, regions), out)
 
 
 def _verdict(check):
@@ -106,11 +121,18 @@ def _verdict(check):
     return text
 
 
-def _as_json(found, checks):
-    parts = [
+def _parts_as_json(found):
+    return [
         dict(number=a.number, working=a.working, assembly=a.assembly, area_m2=a.area, point_m=a.point.tolist())
         for a in found or ()
     ]
+
+
+def _levels_as_json(regions, levels):
+    return {} if regions is None else {"dexterous": levels | {"regions": _parts_as_json(regions)}}
+
+
+def _as_json(found, checks):
     paths = [
         dict(
             working=mode, reachable=check.reachable, singularity_free=check.singularity_free, leaves_s=check.leaves,
@@ -119,7 +141,7 @@ def _as_json(found, checks):
         )
         for mode, check in checks
     ]  # fmt: skip
-    return {"aspects": None if found is None else parts, "path": paths}
+    return {"aspects": None if found is None else _parts_as_json(found), "path": paths}
 
 
 def _signs(modes):

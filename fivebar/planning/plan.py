@@ -13,10 +13,12 @@ from numpy.typing import ArrayLike
 from ..checks import modes, optional, shown, takes, text
 from ..checks import robot as must_be_robot
 from ..models.geometry import Pose, igm
+from ..singularities.keep import Keep
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
 from .plans import Mesh, Plan
 from .problem import (
+    LOOKED_AT,
     Limits,
     PlanError,
     Problem,
@@ -26,6 +28,7 @@ from .problem import (
     limit_of,
     number,
     point_of,
+    refuse_broken,
     refuse_massless,
     refuse_stops,
 )
@@ -42,7 +45,6 @@ GUESSING = 60  # iterations of IPOPT from one of several first guesses
 LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
-LOOKED_AT = 401  # times of a plan that failed, for what may be wrong with it
 
 
 @takes(robot=must_be_robot, working=optional(modes(2)), method=text)
@@ -53,7 +55,7 @@ def plan(
     joint_speed_limit: ArrayLike | None = None, acceleration_limit: float | None = None,
     workspace: ArrayLike | None = None, serial_margin: float | None = None, parallel_margin: float | None = None,
     working: tuple[int, int] | None = None, method: str = "legendre-gauss", degree: int = 3, intervals: int = 20,
-    tolerance: float = 1e-3, max_time: float = 30.0,
+    tolerance: float = 1e-3, max_time: float = 30.0, keep: Keep | None = None,
 ) -> Plan:  # fmt: skip
     """Plan an optimal motion, through singularities where that is better or the only way: Plan.
 
@@ -75,12 +77,19 @@ def plan(
     tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
         nodes (torque and acceleration never are).
     max_time: s.
+    keep: what else must be kept. Its least sines, joint limits, half-planes and convex region are limits of the
+        program; whether bars meet, and a region that is not convex, is asked of the plan: PlanError where it is broken.
     ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
     """
     began = time.perf_counter()
     free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
     if serial_margin is None and not free:
         serial_margin = 0.05
+    if keep is not None:
+        if not isinstance(keep, Keep):
+            raise TypeError(f"plan: keep must be a Keep, not {shown(keep)}")
+        serial_margin = max(serial_margin or 0.0, keep.sin) or None
+        parallel_margin = max(parallel_margin or 0.0, keep.det_A) or None
     limits = Limits(
         limit_of(torque_limit, "torque_limit", (1, 2)), limit_of(joint_speed_limit, "joint_speed_limit", (1, 2)),
         limit_of(acceleration_limit, "acceleration_limit", (1,)), box(workspace),
@@ -104,12 +113,12 @@ def plan(
             raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (Problem(robot, stops, None, weights, limits, rule), paths, length) for stops, paths, length in ways
+            (Problem(robot, stops, None, weights, limits, rule, keep), paths, length) for stops, paths, length in ways
         ]
-        return _best(problems, intervals, tolerance, max_time, began)
+        return refuse_broken(_best(problems, intervals, tolerance, max_time, began), tolerance)
     working = working or (-1, -1)
     start, goal = (point_of(point, working, name) for point, name in ((start, "start"), (goal, "goal")))
-    problem = Problem(robot, checked_stops(start, goal, duration, via), working, weights, limits, rule)
+    problem = Problem(robot, checked_stops(start, goal, duration, via), working, weights, limits, rule, keep)
     refuse_massless(problem)
     refuse_stops(problem)
     sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
@@ -119,7 +128,8 @@ def plan(
             "torque has no bound"
         )
     guess, durations = first_guess(problem)
-    return _Search(problem, tolerance, max_time, began).run(_mesh(intervals, durations), durations, guess)
+    found = _Search(problem, tolerance, max_time, began).run(_mesh(intervals, durations), durations, guess)
+    return refuse_broken(found, tolerance)
 
 
 def _mesh(intervals, durations):

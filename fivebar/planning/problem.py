@@ -17,6 +17,7 @@ from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
 from ..models.physics import physics_of, smoothed
+from ..singularities.keep import Keep
 from .coordinates import BarCoordinates, TaskCoordinates
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 # rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it
 # does; four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
 SLOW = 0.05
+LOOKED_AT = 401  # times of a plan, for what may be wrong with it
 OBJECTIVES = ("effort", "time", "jerk")
 
 
@@ -66,6 +68,7 @@ class Problem:
     weights: dict[str, float]
     limits: Limits
     scheme: Scheme
+    keep: Keep | None = None
 
     @property
     def length(self) -> float:
@@ -179,6 +182,9 @@ def refuse_stops(problem: Problem) -> None:
         except (UnreachableError, SingularityError) as error:
             error.args = (f"plan: {name}: {error}",)
             raise
+        for what, room in (problem.keep.rooms(pose) if problem.keep else {}).items():
+            if room < -1e-12:
+                raise PlanError(f"plan: infeasible: {name} itself does not keep {what}: by {-room:.3g}", {what: -room})
         found = problem.violations(pose.xi, sines=problem.signed_sines(pose))
         if found["serial"] <= 0:
             q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
@@ -186,6 +192,25 @@ def refuse_stops(problem: Problem) -> None:
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
             raise PlanError(f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found)
+
+
+def refuse_broken(plan: Plan, tolerance: float) -> Plan:
+    """The plan; PlanError where it breaks what is to be kept by more than the tolerance of a bar's length, or rad."""
+    keep = plan.problem.keep
+    if keep is None:
+        return plan
+    t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
+    with np.errstate(all="ignore"):
+        rooms = keep.rooms(plan.problem.accelerations(plan.motion(t)).rates.pose)
+    found = {}
+    for name, room in rooms.items():
+        k = int(np.argmin(room))
+        if -room[k] > tolerance * (1.0 if name.startswith(("|", "joint")) else plan.problem.length):
+            found[f"{name} (t = {t[k]:.4g} s)"] = float(-room[k])
+    if found:
+        broken = ", ".join(f"{name}: by {by:.3g}" for name, by in found.items())
+        raise PlanError(f"plan: the best motion found does not keep {broken}; it is attached as .plan", found, plan)
+    return plan
 
 
 def pairs_of(via: Iterable) -> list[tuple]:

@@ -122,7 +122,7 @@ class Program:
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
         robot = _point(self).map(int(points))
-        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot = robot(*self.at_points)
+        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot, self.kept = robot(*self.at_points)
         self.constraints, self.lower, self.upper = [], [], []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
@@ -167,6 +167,8 @@ class Program:
         if limits.acceleration is not None:
             part = self.rows(rule.to_bezier, self.xi_ddot) * (self.length / self.time**2 / limits.acceleration)
             self.keep(ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf)
+        if self.kept.numel():
+            self.keep(self.kept, 0.0, np.inf)
         if limits.workspace is not None:
             self.keep(self.xi, *(np.array(limits.workspace).T / self.length), "workspace")
 
@@ -283,5 +285,6 @@ def _point(program):
         program, [units / time**k * symbol for k, symbol in enumerate(scaled[:3])], scaled[3]
     )
     sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
-    motion = time * acc.rates.q_dot, acc.rates.pose.xi / length, acc.xi_ddot * (time**2 / length)
+    rooms = problem.keep.smooth(acc.rates.pose, length) if problem.keep else []
+    motion = time * acc.rates.q_dot, acc.rates.pose.xi / length, acc.xi_ddot * (time**2 / length), ca.vertcat(*rooms)
     return ca.Function("point", scaled, ca.cse([residual, tau / program.torque, sines, *motion]))

@@ -15,7 +15,7 @@ from ..checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
-from .faces import faces
+from .faces import SLIVER, faces
 from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
@@ -25,6 +25,7 @@ from .regions import Arc, beside, crossings, inside, off_border, roomiest
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
 ROUNDING = 1e-13  # of det A and the sines
+LONG = 0.02  # of the robot's size: of an arc that bounds more than a sliver
 SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
 
 
@@ -108,7 +109,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         for working in MODES
         if working not in loci.everywhere
     ]
-    if areas and max(areas) - min(areas) > SAME_AREA * max(areas):
+    if areas and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * _size(robot) ** 2:
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
@@ -177,6 +178,13 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
+    for assembly, area, boundary in _proved(robot, edges, working, det_A, sin):
+        yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
+
+
+def _proved(robot, edges, working, det_A, sin):
+    """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one is not wholly."""
+    size, levels = _size(robot), {}
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
@@ -189,7 +197,18 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
                 f"in working modes {working} a boundary was lost: around ({z[0].real:.6g}, {z[0].imag:.6g}) m det A or "
                 "the sines are on both sides of it; please report this robot"
             )
-        yield int(signs[0]), area, boundary, isolated[crossings(boundary, isolated)]
+        for arc in (arc for loop in boundary for arc in loop if not arc.locus.circle):
+            key = id(arc.locus), min(arc.start, arc.end)
+            levels[key] = levels.get(key, 0) + 1
+        yield int(signs[0]), area, boundary
+    if det_A:  # of a curve of det A one side is inside, the other is not
+        for arc, *_ in edges:
+            sides = levels.get((id(arc.locus), arc.start), 0)
+            if not arc.locus.circle and (sides > 1 or (sides < 1 and np.abs(np.diff(arc.z)).sum() > LONG * size)):
+                raise ArithmeticError(
+                    f"in working modes {working} a region at the curve of det A around ({arc.z[0].real:.6g}, "
+                    f"{arc.z[0].imag:.6g}) m was lost or is two; please report this robot"
+                )
 
 
 def _edges(pieces, touches):

@@ -11,6 +11,8 @@ from .leg_circles import LegCircles
 from .level_curves import LevelCurves
 from .loci import singularity_loci
 
+LEAST = 1e-4  # of a margin that is not 0: with less, corners can be closer together than rounding tells apart
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DexterousRegion(Aspect):
@@ -37,14 +39,14 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     Sorted and numbered as `aspects` are, which they are with 0 and 0; () where no pose keeps both. Their boundaries are
     exact: det A = sin(phi2 - phi1) = +-k fixes the distance of the elbows, so the end-effector is on the coupler curve
     of a four-bar, and the sine of an elbow fixes the distance from a base joint. ValueError for margins outside [0, 1]
-    and for a biglide, whose regions have no ends. ArithmeticError where a region fails its proof: no such robot is
-    known.
-    Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles 2001 (isoconditioning loci).
+    and for a biglide, whose regions have no ends; ArithmeticError where a region fails its proof, which is known only
+    of margins below 1e-4 with bars whose sums vanish. Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles
+    2001 (curves of constant det A).
     """
     if not robot.turns:
         raise ValueError(
-            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change, so that "
-            "its regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
+            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change: its "
+            "regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
         )
     if max(det_A, sin) >= 1:
         return ()  # curves alone
@@ -58,4 +60,9 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     def active(working):
         return None if working in singular else [*circles.pieces, *levels.pieces(working)]
 
-    return numbered(parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin))
+    try:
+        return numbered(parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin))
+    except ArithmeticError as error:
+        if any(0 < margin < LEAST for margin in (det_A, sin)):
+            raise ArithmeticError(f"{error}; margins of 0 or above {LEAST:g} may help") from None
+        raise

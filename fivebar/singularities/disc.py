@@ -5,14 +5,17 @@ It is searched on samples of the whole aspect, for the global optimum, then solv
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from itertools import combinations
 
 import numpy as np
 
-from ..checks import instance, not_negative, takes
+from ..checks import instance, not_negative, optional, takes
 from .aspects import Aspect
+from .keep import Keep
 from .regions import Arc, roomiest
+from .walls import kept_at, walls
 
 CANDIDATES = 4  # of the search, that are solved for exactly
 
@@ -25,24 +28,60 @@ class Disc:
     radius: float
 
 
-@takes(aspect=instance(Aspect))
-def largest_disc(aspect: Aspect, margin: float = 0.0) -> Disc:
+@dataclass(frozen=True, eq=False, repr=False)
+class Walled(Aspect):
+    """An aspect within which something must be kept: walls, arcs across which it is not; allowed: where it is."""
+
+    walls: tuple = ()
+    allowed: Callable | None = None
+
+
+def walled(aspect: Aspect, keep: Keep | None) -> Aspect:
+    """The aspect with the walls of what must be kept in it."""
+    if keep is None:
+        return aspect
+    own = [getattr(aspect, each.name) for each in fields(Aspect)]
+    arcs = walls(aspect.robot, aspect.working, keep)
+    return Walled(*own, tuple(arcs), kept_at(aspect.robot, aspect.working, keep))
+
+
+@takes(aspect=instance(Aspect), keep=optional(instance(Keep)))
+def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Disc:
     """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
 
-    Its center is the point farthest from the boundary: there the disc touches three arcs, or two on opposite sides.
+    keep: what else is kept all over the disc, by the same margin. Its center is the point farthest from the boundary:
+    there the disc touches three arcs, or two on opposite sides; exactly, but for where bars touch, 1e-6 of the robot.
     ValueError where no disc keeps the margin.
     """
     margin = checked_margin(margin)
+    aspect = walled(aspect, keep)
     best, room = None, 0.0
-    for z, coarse in roomiest(aspect.boundary, punctures(aspect), aspect.area, CANDIDATES):
+    own = dict(walls=aspect.walls, allowed=aspect.allowed) if isinstance(aspect, Walled) else {}
+    for z, coarse in roomiest(aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **own):
         if coarse <= room:
             break  # samples are never nearer than the boundary itself
         polished = _polished(aspect, z)
         if room_at(aspect, polished) > room:
             best, room = polished, room_at(aspect, polished)
+    if room and isinstance(aspect, Walled) and keep.bars:
+        room = _kept_room(aspect, best, room)
     if room <= margin:
         raise ValueError(too_narrow(aspect, "disc", margin, room))
     return Disc(np.array([best.real, best.imag]), room - margin)
+
+
+def _kept_room(aspect, z, room):
+    """The radius up to which all is kept on rings around a point: traced walls end short of the limit of reach."""
+    ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
+    radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0.01, 99))
+    broken = [k for k, radius in enumerate(radii) if not aspect.allowed(z + radius * ring).all()]
+    if not broken:
+        return room
+    high, low = radii[broken[-1]], radii[broken[-1] + 1] if broken[-1] + 1 < len(radii) else 0.0
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if aspect.allowed(z + middle * ring).all() else (low, middle)
+    return float(low)
 
 
 def checked_margin(margin: float) -> float:
@@ -50,9 +89,8 @@ def checked_margin(margin: float) -> float:
 
 
 def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:
-    return (
-        f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: "
-        f"its roomiest point is {room:.6g} m from the next singularity"
+    return f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: " + (
+        f"its roomiest point is {room:.6g} m from the next singularity" if room else "nothing of it is kept"
     )
 
 
@@ -61,7 +99,8 @@ def punctures(aspect: Aspect) -> np.ndarray:
 
 
 def arcs_of(aspect: Aspect) -> list[Arc]:
-    return [arc for loop in aspect.boundary for arc in loop]
+    """All that bounds it, walls too."""
+    return [*(arc for loop in aspect.boundary for arc in loop), *getattr(aspect, "walls", ())]
 
 
 def room_at(aspect: Aspect, z: complex) -> float:

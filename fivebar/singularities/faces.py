@@ -10,7 +10,6 @@ from .locus import Vertex
 from .regions import Arc, inside
 
 SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding errors
-ROUNDING = 1e-15  # of the size's square, of an area
 
 
 def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
@@ -26,13 +25,21 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     sides = [
         side for arc, *_ in edges for side in (arc, arc.reversed)
     ]  # side k starts at corners[k], its twin is k ^ 1
-    outer, holes = [], []
+    outer, holes, small = [], [], {}
     for cycle in _cycles(sides, corners, size):
         loop = tuple(sides[k] for k in cycle)
         area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
         if area > SLIVER * size**2:
             outer.append((area, part, [loop]))
-        elif area < ROUNDING * size**2:
+        elif area < -SLIVER * size**2:
+            holes.append((area, part, loop))
+        else:
+            small.setdefault(part, []).append((_swept(loop), area, loop))
+    # What all of it is small has one cycle around it, a hole in what is around; the others are rounding errors.
+    large = {part for _, part, _ in holes}
+    for part, loops in small.items():
+        if part not in large:
+            _, area, loop = min(loops, key=lambda each: each[0])
             holes.append((area, part, loop))
     inner = [0.0] * len(outer)
     for area, part, loop in holes:
@@ -44,6 +51,13 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
             inner[owner] += area
     found = [(area + hole, tuple(loops)) for (area, _, loops), hole in zip(outer, inner)]
     return [(area, loops) for area, loops in found if area > SLIVER * size**2]
+
+
+def _swept(loop):
+    """The area about one of its points, of a loop so small that integrals about the origin are rounding errors."""
+    z = np.concatenate([side.z[:-1] for side in loop])
+    z = z - z[0]
+    return float((z.conj() * np.roll(z, -1)).imag.sum())
 
 
 def _cycles(sides, corners, size):
@@ -77,5 +91,5 @@ def _around(sides, outgoing, size):
         between = curves if sides[ahead].locus.circle[1] > 0 else []
         return [ahead, *between, back, *(curves if not between else [])]
     # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are told apart.
-    radius = min(1e-3 * size, 0.3 * min(np.abs(sides[k].z - sides[k].z[0]).max() for k in outgoing))
+    radius = min(1e-3 * size, 0.3 * min(sides[k].extent for k in outgoing))
     return sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))

@@ -13,6 +13,8 @@ import numpy as np
 
 from .._backend import EPS, cos, is_symbolic, sin, sqrt, where_zero
 
+ROUNDS = 8  # of Newton's steps, at most; two do but where two solutions are nearly one
+
 
 @dataclass(frozen=True, eq=False)
 class Turning:
@@ -39,12 +41,14 @@ class Turning:
                 crossings += [angle % (2 * math.pi), (angle + math.pi) % (2 * math.pi)]
         return crossings
 
-    def meets(self, crank: int, turn: complex) -> list[float]:
-        """Values of t at which the coupler is turned by this unit vector against crank 0 or 1."""
-        if self.turns[crank] == self.turns[2]:
-            return []
-        angle = np.angle(turn * self.start[crank] / self.start[2])
-        return [float((angle if self.turns[2] else -angle) % (2 * math.pi))]
+    def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
+        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against that crank."""
+        found = []
+        for crank, turn in ways:
+            angle = np.angle(turn * self.start[crank] / self.start[2])
+            once = self.turns[crank] != self.turns[2]
+            found.append([float((angle if self.turns[2] else -angle) % (2 * math.pi))] if once else [])
+        return found
 
     @property
     def flat(self) -> list[float]:
@@ -107,40 +111,53 @@ class FourBarMotion:
             own += t[np.abs(self._other_sine(t)[0]) < 1e-12].tolist()
         return [t % self.period for t in own]
 
-    def meets(self, crank: int, turn: complex) -> list[float]:
-        """Values of t at which the coupler is turned by this unit vector against crank 0 or 1; a double one may come twice.
+    def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
+        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against that crank.
 
-        Crank and coupler are one bar there, which closes a triangle with the base and the other crank.
+        Crank and coupler are one bar there, which closes a triangle with the base and the other crank. A double value
+        may come as two.
         """
+        guesses, owners = [], []
         if self.mirrored:
-            crank, turn = 1 - crank, -complex(turn).conjugate()
-        if crank == 0:
-            squares = [abs(self.r1 + self.c * turn) ** 2]
-        else:
-            bar = self.r2 - self.c * turn
-            if self.base * abs(bar) == 0:
-                return []
-            cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
-            cosine = min(max(cosine, -1.0), 1.0)
-            e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
-            squares = [abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())]
+            ways = [(1 - crank, -complex(turn).conjugate()) for crank, turn in ways]
         low = min((self.base - self.r2) ** 2 + self.slack[0][0], (self.base + self.r2) ** 2)
-        guesses = []
-        for w in squares:
-            t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
-            guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
-        t = np.array(guesses)
-        for _ in range(6):
-            relative, rate = self._relative(t, crank, turn)
-            slope = relative.real * rate
-            t = t - np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
-        relative, _ = self._relative(t, crank, turn)
-        return sorted({float(x % self.period) for x in t[(np.abs(relative.imag) < 1e-12) & (relative.real > 0)]})
+        for k, (crank, turn) in enumerate(ways):
+            for w in self._diagonals(crank, turn):
+                t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
+                guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+                owners += [k] * 4
+        if not guesses:
+            return [[] for _ in ways]
+        t, owners = np.array(guesses), np.array(owners)
+        cranks, turns = (np.array(each)[owners] for each in zip(*ways))
+        motion = replace(self, mirrored=False) if self.mirrored else self
+        best, least = t, np.full(len(t), np.inf)
+        for _ in range(ROUNDS):
+            (e1, e2, u), rates = motion(t)
+            relative = u / (np.where(cranks == 0, e1, e2) * turns)
+            off = np.where(relative.real > 0, np.abs(relative.imag), np.inf)
+            better = off < least  # where two values are one the slope is 0, and Newton's steps lead away in the end
+            if not better.any():
+                break
+            best, least = np.where(better, t, best), np.minimum(off, least)
+            slope = relative.real * (rates[2] - np.where(cranks == 0, rates[0], rates[1]))
+            step = np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
+            t = np.where(better, t - step, best)
+        return [
+            sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]}) for k in range(len(ways))
+        ]
 
-    def _relative(self, t, crank, turn):
-        """The coupler's direction against a crank's turned by `turn`, and the rate of their angle, not mirrored."""
-        (e1, e2, u), rates = (self if not self.mirrored else replace(self, mirrored=False))(t)
-        return u / ((e1, e2)[crank] * turn), rates[2] - rates[crank]
+    def _diagonals(self, crank, turn):
+        """Squares of the diagonal at which crank and coupler, as one bar, close a triangle."""
+        if crank == 0:
+            return [abs(self.r1 + self.c * turn) ** 2]
+        bar = self.r2 - self.c * turn
+        if self.base * abs(bar) == 0:
+            return []
+        cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
+        cosine = min(max(cosine, -1.0), 1.0)
+        e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
+        return [abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())]
 
     @property
     def flat(self) -> list[float]:

@@ -18,7 +18,7 @@ import numpy as np
 from .._backend import EPS
 from ..models.robots import FiveBar
 from .five_bar_loci import NEAR, SHORTEST, CouplerCurve
-from .four_bar_motion import closures
+from .four_bar_motion import Turning, closures
 from .leg_circles import LegCircles
 from .locus import Locus, Vertex, pieces_of
 from .margins import Singularity
@@ -53,9 +53,8 @@ class LevelCurves:
             first = complex(elbows).conjugate() / abs(elbows)
             bars = (0, 1), (2, first), (1, 1), (2, first * turn)
             kind = f"{word} {'+' if sign > 0 else '-'}" if k else word if apart else "self-motion"
-            found += [
-                (kind, CouplerCurve(robot, each, bars)) for each in closures(robot.d, robot.l11, apart, robot.l21)
-            ]
+            motions = closures(robot.d, robot.l11, apart, robot.l21)
+            found += [(kind, CouplerCurve(robot, each, bars)) for each in motions if not (k and _extreme(each))]
         return tuple(found)
 
     def pieces(self, working: tuple[int, int]) -> list[Locus]:
@@ -84,10 +83,12 @@ class LevelCurves:
     def _cuts(self, kind, chain, working):
         """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
         found = [(t, ()) for t in chain.motion.flat] if self.det_A else []
-        for leg, side in product((0, 1), (1, -1)):
-            turn = complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
-            relative = turn / chain.bars[1 + 2 * leg][1] * chain.bars[2 * leg][1]
-            found += [(t, (leg, side)) for t in chain.motion.meets(leg, relative)]
+        circles = list(product((0, 1), (1, -1)))
+        ways = [
+            (leg, self._turn(working, leg, side) / chain.bars[1 + 2 * leg][1] * chain.bars[2 * leg][1])
+            for leg, side in circles
+        ]
+        found += [(each, circle) for circle, own in zip(circles, chain.motion.meets(ways)) for each in own]
         if not found:
             return [], []
         found.sort()
@@ -105,6 +106,10 @@ class LevelCurves:
         vertices = [self._vertex(kind, places[g[0]], {found[k][1] for k in g} - {()}) for g in groups]
         return [float(t[g[0]]) for g in groups], vertices
 
+    def _turn(self, working, leg, side):
+        """By what the distal bar of a leg is turned against the proximal one on that circle."""
+        return complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
+
     def _one(self, found, places, k, m, period):
         """Whether two cuts are one: a circle that is touched, or the corner of two."""
         apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
@@ -119,8 +124,7 @@ class LevelCurves:
             if circle:
                 leg, side = circle
                 drive, bar = self.robot.drives[leg], self.robot.distal[leg]
-                turn = complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
-                z[k] = drive.x + bars[2 * leg][k] * (drive.length + bar * turn)
+                z[k] = drive.x + bars[2 * leg][k] * (drive.length + bar * self._turn(working, leg, side))
         return z
 
     def _vertex(self, kind, z, circles):
@@ -142,3 +146,9 @@ class LevelCurves:
         """Vertices of the circles: where two cross or touch, and those of no radius."""
         ends = {vertex for piece in self.circles.pieces for vertex in piece.vertices}
         return (*self.circles.touches, *ends)
+
+
+def _extreme(motion):
+    """Whether the robot turns as a whole with its elbows as far apart as they can be, or as near: all around det A is
+    on one side of what it is there."""
+    return isinstance(motion, Turning) and all(motion.turns) and all(complex(e).imag == 0 for e in motion.start)

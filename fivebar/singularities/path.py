@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from .._backend import EPS, check_modes
+from ..checks import instance, optional, shown, takes
 from ..checks import robot as must_be_robot
-from ..checks import shown, takes
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
 from ..models.robots import Biglide, FiveBar
 from .criterion import force_at, largest_force
+from .keep import Keep
+from .kept_paths import Broken, broken
 from .locus import divided
 from .margins import Singularity
 
@@ -38,7 +40,7 @@ class PathCheck:
     robot with gravity or heavy bars t_s . the whole force that the motion asks for there, `models.loads`), and
     criterion_holds whether it is 0, as exactly as the path is given, so that the torque stays finite; min_margin: the
     smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and
-    min_margin_time.
+    min_margin_time; broken: of what was to be kept, what is not: its name, the time, by how much at most and when.
     """
 
     reachable: bool
@@ -52,18 +54,21 @@ class PathCheck:
     criterion_holds: bool | None
     min_margin: float
     min_margin_time: float
+    broken: tuple[Broken, ...] = ()
 
 
-@takes(robot=must_be_robot)
+@takes(robot=must_be_robot, keep=optional(instance(Keep)))
 def check_path(
-    robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None
-) -> PathCheck:
+    robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None,
+    keep: Keep | None = None,
+) -> PathCheck:  # fmt: skip
     """Check a trajectory in one working mode: PathCheck.
 
     path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
     working: (2,), +1 or -1. tolerance: share of the largest inertial force on the path up to which the criterion counts
     as 0; by default the path's own `error`, at least 1e-6. A plan has one: its bars carry the inertial force but for a
     defect of this share, and at the crossing, where they can give nothing along t_s, t_s . m xi'' is all defect.
+    keep: what the motion must keep, as far as it is reachable.
     A margin is a smooth function of time of which 2049 samples are taken with its rate, more where it may reach 0
     between them; then its zeros are found to rounding, double ones as zeros of the rate.
     Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not finite at a time,
@@ -91,8 +96,9 @@ def check_path(
         found.append(list(_zeros(parallel, inner, TOUCH)))
     first = min((zeros[0] for zeros in found if zeros), key=lambda zero: zero.time, default=None)
     margin, margin_time = _smallest(robot, path, modes, start, end) if end > start else (0.0, start)
+    out = broken(robot, path, modes, keep, np.linspace(start, end, SAMPLES)) if keep and end > start else ()
     if first is None:
-        return PathCheck(True, True, None, None, None, Singularity.NONE, False, None, None, margin, margin_time)
+        return PathCheck(True, True, None, None, None, Singularity.NONE, False, None, None, margin, margin_time, out)
     kind = Singularity.NONE
     for k, zeros in enumerate(found):
         if zeros and zeros[0].time - first.time <= 1e-9 * (stop - start):
@@ -103,7 +109,7 @@ def check_path(
         criterion = float(cross(pose.u2[0], force_at(pose, *(each[0] for each in path(np.array([first.time]))[1:]))))
         holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
     return PathCheck(
-        leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time
+        leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time, out
     )
 
 

@@ -5,6 +5,7 @@ Points are complex numbers, x + i y, m.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from .roots import rising_zeros
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 TAIL = (np.polynomial.legendre.legvander(NODES, 11) * WEIGHTS[:, None] * (np.arange(12) + 0.5))[:, 10:]
 HALVINGS = 60  # of a panel where speed and direction change in a small part of it, at most
+SHORT = 1e-6  # of the robot's size: arcs beside which nothing is asked
 PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
 
 
@@ -145,8 +147,18 @@ class Arc:
         on, tangent = self.curve(s)
         return ((on - z) * tangent.conj()).real
 
+    @property
+    def extent(self) -> float:
+        """As far as `leaves` goes: from the start to the farthest point, of a circle beyond the arc's end."""
+        if self.locus.circle:
+            return 2 * float(np.abs(self.tangent(self.start)))
+        return float(np.abs(self.z - self.z[0]).max())
+
     def leaves(self, radius: float) -> complex:
-        """The first point of the arc at this distance from its start."""
+        """The first point of the arc, of a circle also beyond its end, at this distance from its start."""
+        if self.locus.circle:
+            step = 2 * np.arcsin(radius / self.extent)
+            return complex(self.at(self.start + (step if self.start < self.end else -step)))
         outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
         low, high = self.s[max(outside - 1, 0)], self.s[outside]
         for _ in range(5):
@@ -174,19 +186,25 @@ def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
 
 def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops, exactly."""
+    found, near = roughly_inside(loops, z)
+    if near.any():
+        found[near] = _left_of_nearest([arc for loop in loops for arc in loop], z[near])
+    return found
+
+
+def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the arcs may differ."""
     arcs = [arc for loop in loops for arc in loop]
     found = crossings(loops, z)
+    steps = [np.abs(np.diff(arc.z)).max() for arc in arcs]
     # A polyline that turns by 1 degree is nearer to its arc than a hundredth of its longest step.
-    doubtful = 0.02 * max(np.abs(np.diff(arc.z)).max() for arc in arcs)
+    doubtful = 0.02 * max(steps)
     near = np.zeros(len(z), dtype=bool)
-    for arc in arcs:
+    for arc, step in zip(arcs, steps):
         for first in range(0, len(z), 4096):
             part = z[first : first + 4096]
-            step = np.abs(np.diff(arc.z)).max()
             near[first : first + 4096] |= np.abs(arc.z - part[:, None]).min(axis=1) <= doubtful + 0.51 * step
-    if near.any():
-        found[near] = _left_of_nearest(arcs, z[near])
-    return found
+    return found, near
 
 
 def _left_of_nearest(arcs, z):
@@ -202,17 +220,23 @@ def _left_of_nearest(arcs, z):
 
 
 def roomiest(
-    loops: tuple, obstacles: np.ndarray, area: float, count: int = 1, samples: int = 500
+    loops: tuple,
+    obstacles: np.ndarray,
+    area: float,
+    count: int = 1,
+    samples: int = 500,
+    walls: Sequence = (),
+    allowed: Callable | None = None,
 ) -> list[tuple[complex, float]]:
     """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
 
     At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary, of a thin face
-    more: good to their spacing.
+    more: good to their spacing. walls: arcs that are kept off too; allowed: points (n,) -> where one may be, bool (n,).
     """
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
     spacing = max(min(length / samples, area / length), length / (8 * samples))
-    border = np.concatenate([*(arc.dense(spacing) for arc in arcs), obstacles])
+    border = np.concatenate([*(arc.dense(spacing) for arc in (*arcs, *walls)), obstacles])
     try:
         diagram = Voronoi(np.stack([border.real, border.imag], axis=-1))
     except QhullError:  # a face so flat that it has no inside
@@ -227,7 +251,8 @@ def roomiest(
     found = []
     for first in range(0, len(order), 256):
         chunk = order[first : first + 256]
-        for k in chunk[crossings(loops, z[chunk])]:
+        chunk = chunk[crossings(loops, z[chunk])]
+        for k in chunk if allowed is None else chunk[allowed(z[chunk])]:
             if all(abs(z[k] - other) > 0.5 * room for other, room in found):
                 found.append((complex(z[k]), float(distance[k])))
                 if len(found) == count:
@@ -237,13 +262,16 @@ def roomiest(
 
 def beside(loops: tuple, size: float) -> np.ndarray:
     """Points (n,) inside the loops, off places on each arc; at least one, however thin they are."""
-    found = []
+    found = [np.empty(0, dtype=complex)]
     for loop in loops:
         for arc in loop:
-            on, tangent = arc.curve(arc.start + np.array([0.2, 0.5, 0.8]) * (arc.end - arc.start))
-            found.append(on + 0.05j * np.abs(np.diff(arc.z)).sum() * tangent / np.abs(tangent))
+            length = np.abs(np.diff(arc.z)).sum()
+            if length > SHORT * size:  # at a corner where circles touch, rounding is as large as what is between them
+                on, tangent = arc.curve(arc.start + np.array([0.2, 0.5, 0.8]) * (arc.end - arc.start))
+                found.append(on + 0.05j * length * tangent / np.abs(tangent))
     z = np.concatenate(found)
-    z = z[inside(loops, z)]
+    within, near = roughly_inside(loops, z)
+    z = z[within & ~near] if (within & ~near).any() else z[inside(loops, z)]
     return z if len(z) else np.array([off_border(loops, size)[0]])
 
 

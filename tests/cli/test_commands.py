@@ -111,6 +111,23 @@ def test_map_of_task_2(tmp_path, capsys):
     assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(3.17259107746439, abs=1e-9)
 
 
+def test_map_of_dexterous_regions(tmp_path, capsys):
+    options = ["--out", str(tmp_path / "map.svg"), "--nodes", "21", "--det-A", "0.3", "--sin", "0.2"]
+    assert main(["map", *options]) == 0
+    assert "region  working" in (printed := capsys.readouterr().out)
+    assert f"10       --         +    {1e6 * fb.dexterous(fb.FiveBar(), 0.3, 0.2)[9].area:.4f}" in printed
+    assert main(["map", *options, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["dexterous"]
+    assert (found["det_A"], found["sin"], len(found["regions"])) == (0.3, 0.2, 10)
+    for argv, message in (
+        (["--sin", "2"], "sin must be from 0 to 1"),
+        (["--det-A", "0.1", "--robot", "biglide"], "strips without ends"),
+        (["--det-A", "0.1", "--space", "joint"], "--det-A and --sin are of task space only"),
+    ):
+        assert main(["map", "--out", str(tmp_path / "map.svg"), *argv]) == 2
+        assert message in capsys.readouterr().err
+
+
 def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
     out = str(tmp_path / "map.png")
     assert main(["map", "--space", "joint", "--out", out, "--nodes", "41", "--data", str(tmp_path / "map.npz")]) == 0

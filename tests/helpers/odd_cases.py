@@ -35,6 +35,7 @@ CALIBRATED = fb.calibrate(ROBOT, POINTS)
 LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duration=0.5, step=2e-3)
 LOG = {"t": LOG.t, "q": LOG.q, "tau": LOG.tau}
 ASPECT = fb.aspect(ROBOT, 1)
+KEEP = fb.Keep(half_planes=[(0, 1, 0)])
 JOINTS = dict(zip(("q11", "q12", "q21", "q22"), (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1]))))
 JOINT_RATES = dict(q11D=0.1, q12D=0.2, q21D=0.3, q22D=0.4)
 LAB = models(ROBOT)
@@ -174,13 +175,23 @@ CASES = {
     "locus_distance": Case(fb.locus_distance, dict(robot=ROBOT, xi=HOME, working=None), 10.0),
     "aspects": Case(fb.aspects, dict(robot=ROBOT), 10.0),
     "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
-    "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None), 10.0),
+    "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None, keep=KEEP), 10.0),
+    "Keep": Case(
+        fb.Keep, dict(joints=((-1, 2), None), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1, bars=None)
+    ),
+    "Bars": Case(fb.Bars, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
+    "place": Case(
+        fb.place,
+        dict(
+            robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, margin=0.001, keep=None, fastest=None,
+        ), 20.0, words=("place:",),
+    ),
     "certify": Case(
         fb.certify, dict(robot=ROBOT, path=STROKE, tolerances=1e-4, margin=0.01, working=(-1, -1)), 10.0,
         options={"tolerances": [{"l11": 1e-3}, {"l13": 1e-3}, {"d": -1.0}], "margin": [2.0]},
     ),
     "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
-    "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0), 10.0),
+    "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0, keep=KEEP), 10.0),
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
     "routes": Case(
         fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
@@ -236,6 +247,7 @@ CASES = {
             robot=ROBOT, start=HOME, goal=(0.08, 0.075), duration=0.5, via=(), objective="effort", torque_limit=None,
             joint_speed_limit=None, acceleration_limit=None, workspace=None, serial_margin=None, parallel_margin=None,
             working=None, method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0,
+            keep=None,
         ), 30.0,
     ),
     "time_path": Case(

@@ -51,6 +51,18 @@ def test_four_panels_in_a_file(tmp_path, kind, start):
     assert all(axes.get_aspect() == 1 for axes in panels(figure))
 
 
+def test_dexterous_regions_take_the_place_of_the_aspects():
+    regions = fb.dexterous(AMORO, 0.3, 0.2)
+    figure = pictures.singularity_map(singularity_map(AMORO, shape=(31, 31)), dexterous=regions)
+    assert panels(figure)[1].get_title() == "working modes (+1, −1): regions 3 to 5"
+    assert "dexterous region, inside its border" in legend(figure)
+    for axes, working in zip(panels(figure), [(1, 1), (1, -1), (-1, 1), (-1, -1)]):
+        for patch, region in zip(axes.patches, [r for r in regions if r.working == working], strict=True):
+            assert patch.get_path().contains_point(1e3 * region.point)
+    empty = pictures.singularity_map(singularity_map(AMORO, shape=(31, 31)), dexterous=())
+    assert panels(empty)[0].get_title() == "working modes (+1, +1): no region"
+
+
 def test_numbers_stand_in_their_aspects():
     parts = aspects(UNEQUAL)
     figure = pictures.singularity_map(singularity_map(UNEQUAL))

@@ -9,6 +9,8 @@ from matplotlib import colormaps
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
@@ -16,7 +18,7 @@ from ...singularities.aspects import aspects
 from ...singularities.loci import singularity_loci
 from ...singularities.maps import SIGNED, turned_into
 from ...singularities.margins import Singularity
-from ..style import ACROSS, GREEN, INK, POINTS, TYPE_1, TYPE_2, TYPE_3, field_scale, locus_words
+from ..style import ACROSS, GREEN, INK, PINK, POINTS, TYPE_1, TYPE_2, TYPE_3, field_scale, locus_words
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -31,7 +33,7 @@ def _part(name, low, high):
 # Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
 PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
 PALETTES["falling"] = PALETTES["rising"].reversed()
-OUTSIDE, PATH = "#ececec", "path, from ● to ■"
+OUTSIDE, PATH, DEXTEROUS = "#ececec", "path, from ● to ■", "dexterous region, inside its border"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
 _LINE, _POINT = dict(color=INK, lw=1.5), dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
@@ -47,13 +49,15 @@ STYLES = {
     "base joint": dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3),
     "guide": dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5),
     PATH: dict(color=GREEN, lw=2.0, ls="-"),
+    DEXTEROUS: dict(color=PINK, lw=1.8, ls="-"),
 }
 
 
-def singularity_map(data: Map, path: ArrayLike | None = None) -> Figure:
+def singularity_map(data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None) -> Figure:
     """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
 
-    path: points (n, 2) of the map's own space, m or rad, drawn on all panels. `savefig` writes it (PNG, SVG, PDF).
+    path: points (n, 2) of the map's own space, m or rad, drawn on all panels; dexterous: regions of `fb.dexterous`,
+    drawn and numbered in place of the aspects. `savefig` writes it (PNG, SVG, PDF).
     """
     task, turns = data.space == "task", data.robot.turns
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
@@ -61,7 +65,8 @@ def singularity_map(data: Map, path: ArrayLike | None = None) -> Figure:
     height = np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.4, 2.0)
     figure = Figure(figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained")
     panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
-    regions = aspects(data.robot) if task and turns else None
+    regions = (dexterous if dexterous is not None else aspects(data.robot)) if task and turns else None
+    name = "aspect" if dexterous is None else "region"
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
     colours = dict(cmap=PALETTES[shown.palette], norm=norm, interpolation="bilinear", zorder=0)
@@ -73,10 +78,13 @@ def singularity_map(data: Map, path: ArrayLike | None = None) -> Figure:
         axes.set(xlim=extent[:2], ylim=extent[2:], facecolor=OUTSIDE)
         axes.set_aspect("equal")
         (_task_loci if task else _joint_loci)(axes, data, mode, scale, known)
-        _aspect_numbers(axes, [a for a in regions or () if a.working == mode], scale)
+        own = [a for a in regions or () if a.working == mode]
+        for region in own if dexterous is not None else ():
+            _outline(axes, region, scale, known)
+        _aspect_numbers(axes, own, scale)
         if path is not None:
             _path(axes, scale * np.asarray(path, dtype=float), known)
-        axes.set_title(_title(data, mode, regions), fontsize=10)
+        axes.set_title(_title(data, mode, regions, name), fontsize=10)
         axes.label_outer()
     across, up = ("x", "y") if task else (f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints)
     for axes in panels.flat:
@@ -99,16 +107,16 @@ def _to_borders(extent, shape):
     return extent[0] - dx, extent[1] + dx, extent[2] - dy, extent[3] + dy
 
 
-def _title(data, mode, regions):
+def _title(data, mode, regions, name):
     if data.space == "joint":
         return f"assembly mode {mode:+d}".replace("-", "−")
     modes = f"working modes ({mode[0]:+d}, {mode[1]:+d})".replace("-", "−")
     if regions is None:
         return modes
     numbers = [str(a.number) for a in regions if a.working == mode]
-    listed = f"aspects {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join(["aspect", *numbers])
+    listed = f"{name}s {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join([name, *numbers])
     if not numbers:
-        listed = "no aspect"
+        listed = f"no {name}"
     return f"{modes}: {listed}"
 
 
@@ -160,6 +168,16 @@ def _aspect_numbers(axes, regions, scale):
             towards = (34 if x >= sum(axes.get_xlim()) / 2 - 0.01 * width else -34, 0)
             arrow = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
             axes.annotate(str(aspect.number), (x, y), towards, textcoords="offset points", arrowprops=arrow, **text)
+
+
+def _outline(axes, region, scale, known):
+    """The exact border, what is inside hatched."""
+    loops = [scale * np.concatenate([loop, loop[:1]]) for loop in region.polygons]
+    codes = [[Path.MOVETO, *[Path.LINETO] * (len(loop) - 1)] for loop in loops]
+    inside = Path(np.concatenate(loops), np.concatenate(codes))
+    axes.add_patch(PathPatch(inside, fc="none", ec=PINK, lw=0, hatch="//", alpha=0.6, zorder=2.5))
+    for loop in loops:
+        _draw(axes, known, DEXTEROUS, loop, zorder=3.5, path_effects=HALO)
 
 
 def _path(axes, points, known):

@@ -1,0 +1,71 @@
+"""Places of paths: closed forms, symmetric robots, exact rooms, and what does not fit."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+
+ROBOT = fb.FiveBar()
+RECTANGLE = fb.path([(0, 0), (0.06, 0), (0.06, 0.04), (0, 0.04), (0, 0)])
+
+
+def room_of(placed):
+    """From the distances to the loci, at points along the path."""
+    xi = placed.path(np.linspace(0, placed.path.length, 4001))[0]
+    assert placed.aspect.contains(xi).all()
+    return fb.locus_distance(ROBOT, xi, placed.working)[0].min()
+
+
+def test_room_is_exact_and_a_shift_aside_has_less():
+    placed = fb.place(ROBOT, RECTANGLE, working=(-1, -1))
+    assert placed.room == pytest.approx(room_of(placed), abs=1e-9) and placed.room > 0.05
+    assert placed.scale == 1 and placed.working == (-1, -1)
+    rng = np.random.default_rng(4)
+    for shift in 1e-3 * rng.normal(size=(12, 2)):
+        moved = fb.Placement(tuple(shift))(placed.path)
+        xi = moved(np.linspace(0, moved.length, 800))[0]
+        assert fb.locus_distance(ROBOT, xi, placed.working)[0].min() < placed.room + 1e-6
+
+
+def test_a_point_like_path_lies_where_the_largest_disc_does():
+    tiny = fb.path([(0, 0), (1e-6, 0)])
+    placed = fb.place(ROBOT, tiny)
+    assert placed.room == pytest.approx(max(fb.largest_disc(part).radius for part in fb.aspects(ROBOT)), abs=2e-4)
+
+
+def test_what_is_kept_and_what_does_not_fit():
+    keep = fb.Keep(half_planes=[(0, 1, 0.01)], det_A=0.2, bars=fb.Bars(0.005, layers=(1, 2, 1, 3)))
+    placed = fb.place(ROBOT, RECTANGLE, turn=0.0, keep=keep)
+    xi = placed.path(np.linspace(0, placed.path.length, 2001))[0]
+    assert keep.kept(fb.igm(ROBOT, xi, placed.working)).all() and placed.placement.turn == 0
+    with pytest.raises(
+        ValueError, match="does not fit at scale 9 .* largest scale found to fit is ([0-9.]+)"
+    ) as refused:
+        fb.place(ROBOT, RECTANGLE, scale=9.0, turn=0.0, working=(1, 1), margin=0.01)
+    largest = float(str(refused.value).split()[-1])
+    grown = fb.place(ROBOT, RECTANGLE, scale=None, turn=0.0, working=(1, 1), margin=0.01)
+    assert grown.largest == grown.scale == pytest.approx(largest, rel=1e-5)
+    assert room_of(grown) == pytest.approx(0.01, abs=2e-4) and grown.room >= 0.01
+    # The largest upright rectangle that keeps the margin holds one of this shape that is not larger.
+    inner = max(
+        min((r.x_max - r.x_min) / 0.06, (r.y_max - r.y_min) / 0.04)
+        for r in (fb.largest_rectangle(part, 0.01) for part in fb.aspects(ROBOT)[:2])
+    )
+    assert grown.scale >= inner
+
+
+def test_the_fastest_of_the_roomiest():
+    path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
+    limits = dict(torque_limit=0.05, joint_speed_limit=6.0)
+    roomiest, fast = fb.place(ROBOT, path, turn=0.0), fb.place(ROBOT, path, turn=0.0, fastest=limits)
+    times = [fb.time_path(ROBOT, each.path, working=each.working, **limits).duration for each in (roomiest, fast)]
+    assert times[1] <= times[0] * (1 + 1e-3) and fast.room > 0
+
+
+def test_bad_input():
+    with pytest.raises(ValueError, match="strips without ends"):
+        fb.place(fb.Biglide(), RECTANGLE)
+    with pytest.raises(TypeError, match="path must be a Path"):
+        fb.place(ROBOT, [(0, 0), (1, 1)])
+    with pytest.raises(ValueError, match="nothing of the workspace"):
+        fb.place(ROBOT, RECTANGLE, margin=1.0)

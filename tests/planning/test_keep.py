@@ -1,0 +1,39 @@
+"""Plans that keep what is named: checked by `check_path`, which knows nothing of the program."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+
+ROBOT, HOME, GOAL = fb.FiveBar(), (0.09, 0.0680), (-0.05, 0.09)
+
+
+def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
+    free = fb.plan(ROBOT, HOME, GOAL, 0.6)
+    xi = free(np.linspace(0, 0.6, 301))[0]
+    q = fb.igm(ROBOT, xi, (-1, -1)).q
+    chord = np.subtract(GOAL, HOME)
+    across = (xi - HOME) @ (-chord[1], chord[0]) / np.linalg.norm(chord)
+    side = np.sign(across[np.abs(across).argmax()])  # to which the free motion goes, half as far as it may
+    a, b = -side * np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
+    planes = [(a, b, a * HOME[0] + b * HOME[1] - np.abs(across).max() / 2)]
+    region = [(-0.1, 0.05), (0.12, 0.05), (0.12, 0.12), (-0.1, 0.12)]
+    for keep in (
+        fb.Keep(half_planes=planes, region=region, det_A=0.1),
+        fb.Keep(joints=((q[:, 0].min() / 2, 1.3), None), region=region),
+    ):
+        assert len(fb.check_path(ROBOT, free, keep=keep).broken) == 1
+        plan = fb.plan(ROBOT, HOME, GOAL, 0.6, keep=keep)
+        assert all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken)
+        assert plan.objective > free.objective
+    with pytest.raises(fb.PlanError, match="goal itself does not keep 0 x"):
+        fb.plan(ROBOT, HOME, (0.0, 0.05), 0.6, keep=fb.Keep(half_planes=[(0, 1, 0.06)]))
+    with pytest.raises(TypeError, match="keep must be a Keep"):
+        fb.plan(ROBOT, HOME, GOAL, 0.6, keep={"det_A": 0.1})
+
+
+def test_a_plan_whose_bars_meet_is_refused():
+    keep = fb.Keep(bars=fb.Bars(0.01))
+    with pytest.raises(fb.PlanError, match="start itself does not keep bars 11 and 21"):
+        fb.plan(ROBOT, (0.0, -0.06), (0.01, -0.1), 0.5, working=(1, -1), keep=keep)
+    assert fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5, keep=keep).duration == 0.5

@@ -1,0 +1,152 @@
+"""What a motion must keep: rooms against formulations of their own, paths that break it, discs that keep it."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.singularities.bars import apart
+
+ROBOT = fb.FiveBar()
+UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
+
+
+def poses(robot, n=300, working=(1, -1)):
+    xi = np.random.default_rng(1).uniform(-0.25, 0.25, (20 * n, 2))
+    pose = fb.igm(robot, xi, working, unreachable="nan")
+    return fb.igm(robot, xi[np.isfinite(pose.det_A)][:n], working)
+
+
+def test_segments_against_points_along_them():
+    rng, t = np.random.default_rng(2), np.linspace(0, 1, 400)
+    for _ in range(60):
+        a, b, c, d = rng.normal(size=(4, 2)) @ (1, 1j)
+        brute = np.abs((a + t * (b - a))[:, None] - (c + t * (d - c))).min()
+        found = float(apart(a, b, c, d))
+        ends = np.linalg.solve(
+            [[(b - a).real, (c - d).real], [(b - a).imag, (c - d).imag]], [(c - a).real, (c - a).imag]
+        )
+        if ((ends > 0) & (ends < 1)).all():
+            assert found < 0
+        else:
+            assert found == pytest.approx(brute, abs=2e-2) and 0 <= found <= brute
+
+
+@pytest.mark.parametrize("working", [(1, 1), (1, -1)])
+def test_bars_against_the_bars_of_the_pose(working):
+    pose = poses(UNEQUAL, working=working)
+    rooms = fb.Bars((0.01, 0.02, 0.03, 0.04), posts=0.005).rooms(pose)
+    posts = ("12", "left"), ("12", "right"), ("22", "left"), ("22", "right"), ("11", "right"), ("21", "left")
+    assert set(rooms) == {f"bars {pair}" for pair in ("11 and 21", "11 and 22", "12 and 21")} | {
+        f"bar {bar} and the {side} post" for bar, side in posts
+    }
+    t = np.linspace(0, 1, 300)[:, None]
+    q1, q2 = pose.q.T
+    left = [-0.05 + t * 0.12 * np.exp(1j * q1)], [0.05 + t * 0.08 * np.exp(1j * q2)]
+    brute = np.abs(left[0][0][:, None] - left[1][0]).min(axis=(0, 1)) - 0.02
+    apart_ = brute > 0
+    np.testing.assert_allclose(rooms["bars 11 and 21"][apart_], brute[apart_], atol=1e-3)
+    assert set(fb.Bars(0.01, layers=(1, 2, 1, 3)).rooms(pose)) == {"bars 11 and 21"}
+    assert fb.Bars(0.01, layers=(1, 2, 3, 4)).rooms(pose) == {}
+
+
+def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
+    parts, bars = fb.aspects(ROBOT), fb.Bars(0.01)
+    crossing = []
+    for part in parts:
+        centre = fb.igm(ROBOT, fb.largest_disc(part).center, part.working)
+        if min(float(room) for room in bars.rooms(centre).values()) < 0:
+            crossing.append(part.number)
+    assert crossing == [3, 6]
+    for number in crossing:
+        disc = fb.largest_disc(parts[number - 1], keep=fb.Keep(bars=bars))
+        assert 0.03 < disc.radius < fb.largest_disc(parts[number - 1]).radius
+
+
+KEEPS = {
+    "half-plane": fb.Keep(half_planes=[(0, 1, 0.02)]),
+    "joints": fb.Keep(joints=((-1, 2.5), (0.5, 4))),
+    "polygon": fb.Keep(region=[(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09), (0.08, 0.14), (-0.05, 0.14)]),
+    "margins": fb.Keep(det_A=0.3, sin=0.2),
+    "bars": fb.Keep(bars=fb.Bars(0.01, posts=0.01)),
+}
+
+
+@pytest.mark.parametrize("name", KEEPS)
+def test_discs_keep_it_and_no_point_has_more_room(name):
+    keep, rng = KEEPS[name], np.random.default_rng(3)
+    for part in (fb.aspect(UNEQUAL, 1), fb.aspect(ROBOT, 4)):
+        disc = fb.largest_disc(part, keep=keep)
+        angle = np.linspace(0, 2 * np.pi, 500)[:, None]
+        rim = disc.center + disc.radius * (1 - 1e-5) * np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+        assert part.contains(rim).all() and keep.kept(fb.igm(part.robot, rim, part.working)).all()
+        outside = disc.center + 1.01 * (rim - disc.center)
+        outside = fb.igm(part.robot, outside, part.working, unreachable="nan")
+        assert not (part.contains(outside.xi) & keep.kept(outside)).all()
+        # No disc of 1.02 times the radius is kept: around any point something on its rim is broken.
+        outline = part.polygons[0]
+        for center in rng.uniform(outline.min(axis=0), outline.max(axis=0), (150, 2)):
+            ring = center + 1.02 * (rim[::5] - disc.center) / (1 - 1e-5)
+            if part.contains(ring).all():
+                assert not keep.kept(fb.igm(part.robot, ring, part.working)).all(), center
+
+
+def test_joint_limits_bound_by_exact_arcs():
+    keep, part = fb.Keep(joints=((-1.0, 2.5), None)), fb.aspect(ROBOT, 1)
+    disc = fb.largest_disc(part, keep=keep)
+    elbow = np.array([-0.059, 0.0]) + 0.09 * np.array([np.cos(2.5), np.sin(2.5)])
+    gaps = [fb.locus_distance(ROBOT, disc.center, part.working)[0], abs(np.linalg.norm(disc.center - elbow) - 0.09)]
+    assert min(gaps) == pytest.approx(disc.radius, rel=1e-9)
+
+
+def test_check_path_names_what_is_broken_and_when():
+    path = fb.circle((0.0, 0.1), 0.03, 2.0)  # y = 0.1 + 0.03 sin(pi t)
+    check = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, 0.08)], det_A=0.05))
+    (only,) = check.broken
+    assert only.what == "0 x + 1 y >= 0.08 m" and only.time == pytest.approx(1 + np.arcsin(2 / 3) / np.pi, abs=1e-12)
+    assert only.by == pytest.approx(0.01, abs=1e-12) and only.worst == pytest.approx(1.5, abs=1e-5)
+    assert check.singularity_free and fb.check_path(ROBOT, path).broken == ()
+    low = 0.07 + 1e-9  # a graze between samples
+    (graze,) = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, low)])).broken
+    assert graze.by == pytest.approx(1e-9, rel=1e-3)
+    q = fb.igm(ROBOT, path(np.linspace(0, 2, 20001))[0], (-1, -1)).q[:, 0]
+    (joint,) = fb.check_path(ROBOT, path, keep=fb.Keep(joints=((q.min() - 1, q.max() - 0.01), None))).broken
+    assert joint.what == "joint limits of q11" and joint.by == pytest.approx(0.01, abs=1e-6)
+    crossing = fb.line((0.0, -0.05), (0.0, -0.12), 1.0)
+    broken = fb.check_path(ROBOT, crossing, (1, -1), keep=fb.Keep(bars=fb.Bars(0.004))).broken
+    assert "bars 11 and 21" in {each.what for each in broken}
+    biglide = fb.Biglide()
+    held = fb.check_path(
+        biglide, fb.line((0.0, 0.2), (0.0, 0.25), 1.0), keep=fb.Keep(joints=((-0.01, 0.02), None))
+    ).broken
+    y = fb.line((0.0, 0.2), (0.0, 0.25), 1.0)(held[0].time)[0][1]
+    assert held[0].what == "joint limits of q11" and y == pytest.approx(0.22, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        (dict(joints=((1, 0), None)), "joints of q11 must be"),
+        (dict(joints=((0, 7), None)), "at most a full turn"),
+        (dict(joints=1.0), "joints must be two ranges"),
+        (dict(half_planes=[(0, 0, 1)]), "half_planes must be"),
+        (dict(region=[(0, 0), (1, 1)]), "corners"),
+        (dict(region=[(0, 0), (1, 1), (1, 0), (0, 1)]), "sides 1 and 3 of the region meet"),
+        (dict(det_A=2), "det_A must be"),
+        (dict(bars=0.01), "bars must be Bars"),
+    ],
+)
+def test_what_cannot_be_kept(given, words):
+    with pytest.raises((ValueError, TypeError), match=words):
+        fb.Keep(**given)
+
+
+def test_bars_that_are_none():
+    for given, words in (
+        (dict(widths=(1, 2)), "widths must be four"),
+        (dict(layers=(1, 2, 1.5, 3)), "whole numbers"),
+        (dict(widths=-1), "widths must be"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            fb.Bars(**given)
+    with pytest.raises(ValueError, match="nothing of it is kept"):
+        fb.largest_disc(fb.aspect(ROBOT, 1), keep=fb.Keep(half_planes=[(0, 1, 1)]))
