@@ -19,13 +19,13 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
+    "Bars": "singularities.bars",
     "Calibration": "measured.calibration",
     "ComputedTorque": "control.laws",
-    "Bars": "singularities.bars",
     "FeedForward": "control.laws",
+    "Identification": "measured.identified",
     "Keep": "singularities.keep",
     "PD": "control.laws",
-    "Identification": "measured.identified",
     "Path": "paths.curve",
     "Placement": "paths.placement",
     "Plan": "planning.plans",
@@ -53,8 +53,8 @@ _LATER = {
     "largest_disc": "singularities.disc",
     "largest_rectangle": "singularities.rectangle",
     "line": "planning.trajectory",
-    "measurement_poses": "measured.poses",
     "locus_distance": "singularities.distance",
+    "measurement_poses": "measured.poses",
     "page": "pictures.pages",
     "path": "paths.read",
     "place": "paths.place",
@@ -85,12 +85,12 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .exporting.export import export
     from .measured.calibrate import calibrate
     from .measured.calibration import Calibration
-    from .measured.poses import measurement_poses
-    from .measured.repeatability import repeatability
-    from .measured.tip_error import tip_error
     from .measured.exciting import exciting_trajectory
     from .measured.identification import identify
     from .measured.identified import Identification
+    from .measured.poses import measurement_poses
+    from .measured.repeatability import repeatability
+    from .measured.tip_error import tip_error
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path

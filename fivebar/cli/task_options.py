@@ -38,7 +38,8 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
         table=arguments.table, disc=disc[0] if disc and len(disc) == 1 else disc, poses=arguments.poses,
         working=None if signs is None else tuple(1 if sign == "+" else -1 for sign in signs), motor=motor,
         tolerances=dict(pair(each, "--tolerance") for each in arguments.tolerance) or None,
-        path=arguments.path, stiffness=arguments.stiffness, det_A=arguments.det_A, sin=arguments.sin, margin=arguments.margin,
+        path=arguments.path, stiffness=arguments.stiffness, det_A=arguments.det_A, sin=arguments.sin,
+        margin=arguments.margin,
     )  # fmt: skip
     if arguments.motion:
         from ..planning.samples import from_csv

@@ -141,7 +141,8 @@ class TimedPath:
             high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
             moved = np.clip(gone, low, high)
             u0 = push - self.bent[k] * gone
-            speed = np.where(moved == gone, speed, np.sqrt(self.x[k] + moved * (2 * u0 + self.bent[k] * moved)))
+            square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)  # at rest below 0 by rounding
+            speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
             push, gone = u0 + self.bent[k] * moved, moved
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
