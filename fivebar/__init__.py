@@ -85,12 +85,12 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .exporting.export import export
     from .measured.calibrate import calibrate
     from .measured.calibration import Calibration
-    from .measured.poses import measurement_poses
-    from .measured.repeatability import repeatability
-    from .measured.tip_error import tip_error
     from .measured.exciting import exciting_trajectory
     from .measured.identification import identify
     from .measured.identified import Identification
+    from .measured.poses import measurement_poses
+    from .measured.repeatability import repeatability
+    from .measured.tip_error import tip_error
     from .models.compiled import compile
     from .paths.certify import certify
     from .paths.curve import Path
