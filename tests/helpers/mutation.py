@@ -1,0 +1,117 @@
+"""Mutation testing of a room by mutmut: which small changes of its source no test notices.
+
+    pip install mutmut && python -m tests.helpers.mutation models --count 150 --seed 1 --keep mutation-models
+
+mutates a copy of the tracked files, draws mutants at random, runs for each the tests that come to its function (without
+the slowest, which `ROOMS` names), and prints the share killed and each survivor's lines. Not drawn: mutants that differ
+in the letters of a text only, which are words of messages; mutmut leaves decorated functions alone.
+"""
+
+import argparse
+import io
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import tokenize
+from collections import Counter
+from pathlib import Path
+
+from . import ROOT
+
+ROOMS = {  # room: its tests, and those left out
+    "models": (
+        "tests/models", "tests/test_bad_input.py", "--ignore=tests/models/test_compiled.py",
+        "--deselect=tests/models/test_accuracy.py::test_error", "--deselect=tests/models/test_accuracy.py::test_oracle",
+        "--deselect=tests/models/test_biglide_accuracy.py::test_error",
+    ),
+    "singularities": ("tests/singularities", "tests/test_bad_input.py"),
+    "simulation": ("tests/simulation", "tests/test_bad_input.py", "tests/control/test_loads.py"),
+    "grading": (
+        "tests/grading", "--ignore=tests/grading/test_attacks.py", "--ignore=tests/grading/test_killed.py",
+        "--ignore=tests/grading/test_plugin.py", "--deselect=tests/grading/test_cohort.py::test_killed_at_any_moment",
+        "--deselect=tests/grading/test_hand_ins.py::test_what_is_named_of_mutants", "-k", "not bwrap",
+    ),
+}  # fmt: skip
+COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
+ARGUMENTS = ["-p", "no:cacheprovider"]
+MUTMUT = [sys.executable, "-m", "mutmut"]
+
+
+def copied(room: str, folder: Path) -> None:
+    """The tracked files, with mutmut's settings for a room."""
+    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[:-1]:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name, follow_symlinks=False)
+    settings = {
+        "source_paths": ["fivebar"], "only_mutate": [f"fivebar/{room}/*"], "also_copy": COPIED,
+        "pytest_add_cli_args": ARGUMENTS, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
+    }  # fmt: skip
+    with (folder / "pyproject.toml").open("a") as project:
+        project.write("\n[tool.mutmut]\nuse_setproctitle = false\n")
+        project.writelines(f"{name} = {json.dumps(value)}\n" for name, value in settings.items())
+    # mutmut makes its mutants before it finds that none of them is asked for.
+    subprocess.run([*MUTMUT, "run", "none of them"], cwd=folder, capture_output=True)
+    if not (folder / "mutants/fivebar/_labs").exists():
+        (folder / "mutants/fivebar/_labs").symlink_to("../labs")
+
+
+def names(folder: Path) -> list[str]:
+    """The mutants' names, in a fixed order."""
+    found = sorted((folder / "mutants").rglob("*.meta"))
+    return [name for path in found for name in json.loads(path.read_text())["exit_code_by_key"]]
+
+
+def lines(folder: Path, name: str) -> tuple[str, str]:
+    """What stood there, and what stands there now."""
+    shown = subprocess.run([*MUTMUT, "show", name], cwd=folder, capture_output=True, text=True, check=True).stdout
+    parts = [[li[1:] for li in shown.splitlines() if re.match(rf"\{sign}(?!\{sign}\{sign})", li)] for sign in "-+"]
+    return "\n".join(parts[0]), "\n".join(parts[1])
+
+
+def without_texts(source: str) -> list[str]:
+    """The words of some lines, texts emptied."""
+    found = []
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            found.append('""' if token.type == tokenize.STRING else token.string)
+    except (tokenize.TokenError, IndentationError):
+        pass  # lines out of their context end early
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.helpers.mutation", description=__doc__.splitlines()[0])
+    parser.add_argument("room", choices=ROOMS)
+    parser.add_argument("--count", type=int, default=150, help="mutants drawn")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=Path, help="the copy's folder, which is used again where it is there")
+    parser.add_argument("--only", nargs="+", help="these mutants in place of drawn ones")
+    options = parser.parse_args()
+    folder = options.keep or Path(tempfile.mkdtemp(prefix="fivebar-mutation-"))
+    if not (folder / "mutants").exists():
+        copied(options.room, folder)
+    every = names(folder)
+    drawn, wanted = options.only or [], 0 if options.only else options.count
+    for name in random.Random(options.seed).sample(every, len(every)):
+        if len(drawn) >= wanted:
+            break
+        if len(set(map(tuple, map(without_texts, lines(folder, name))))) == 2:
+            drawn.append(name)
+    subprocess.run([*MUTMUT, "run", *drawn, "--max-children", "1"], cwd=folder, stdout=subprocess.DEVNULL)
+    report = subprocess.run([*MUTMUT, "results", "--all", "true"], cwd=folder, capture_output=True, text=True).stdout
+    status = dict(re.findall(r"^\s*(\S+): (.+)$", report, re.MULTILINE))
+    found = Counter(status.get(name, "not run") for name in drawn)
+    for name in drawn:
+        if status.get(name) not in ("killed", "timeout"):
+            print(f"{name}: {status.get(name)}", *("  " + line for part in lines(folder, name) for line in [part]), sep=os.linesep)
+    killed = found["killed"] + found["timeout"]
+    print(f"{options.room}: {killed} of {len(drawn)} drawn from {len(every)} killed ({killed / len(drawn):.1%}); {dict(found)}")
+
+
+if __name__ == "__main__":
+    main()
