@@ -108,9 +108,15 @@ def main() -> None:
     found = Counter(status.get(name, "not run") for name in drawn)
     for name in drawn:
         if status.get(name) not in ("killed", "timeout"):
-            print(f"{name}: {status.get(name)}", *("  " + line for part in lines(folder, name) for line in [part]), sep=os.linesep)
+            print(
+                f"{name}: {status.get(name)}",
+                *("  " + line for part in lines(folder, name) for line in [part]),
+                sep=os.linesep,
+            )
     killed = found["killed"] + found["timeout"]
-    print(f"{options.room}: {killed} of {len(drawn)} drawn from {len(every)} killed ({killed / len(drawn):.1%}); {dict(found)}")
+    print(
+        f"{options.room}: {killed} of {len(drawn)} drawn from {len(every)} killed ({killed / len(drawn):.1%}); {dict(found)}"
+    )
 
 
 if __name__ == "__main__":
