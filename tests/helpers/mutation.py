@@ -114,7 +114,8 @@ def main() -> None:
             )
     killed = found["killed"] + found["timeout"]
     print(
-        f"{options.room}: {killed} of {len(drawn)} drawn from {len(every)} killed ({killed / len(drawn):.1%}); {dict(found)}"
+        f"{options.room}: {killed} of {len(drawn)} drawn from {len(every)} killed ({killed / len(drawn):.1%})",
+        dict(found),
     )
 
 

@@ -119,11 +119,12 @@ def readers():
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("x = 1\n%pip list")])
     solution = (DATA / "solutions" / "lab1.py").read_bytes()
     wanted = {"t": columns.Quantity(("time",), columns.SECONDS), "x": columns.Quantity((), columns.METRES)}
+    numbers = json.dumps({name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")})
     proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
     one = Check("dgm", "Task 1", 2.0, 1.0, 0.5, "failed")
     kept = json.dumps(Report("lab1", "s.py", (one,), "s", "seed").as_json()).encode()
     state = json.dumps({"lab": find_lab("lab1").name, "seed": "a"}).encode()
-    toml_links = TOML.partition('m = ')[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
+    toml_links = TOML.partition("m = ")[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
         "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),
@@ -139,7 +140,7 @@ def readers():
         "robot.toml": Reader(lambda path: _robot_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode()),
                              (UsageError,)),
         "robot.json": Reader(lambda path: _robot_from(str(path)), "it.json",
-                             (json.dumps({name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")}).encode(),),
+                             (numbers.encode(),),
                              (UsageError,)),
         "hand-in.py": Reader(_submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))),
         "hand-in.ipynb": Reader(_submission, "it.ipynb", (nbformat.writes(notebook).encode(),)),
@@ -184,7 +185,8 @@ OWN = {
         pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
-        amoro.ros_free.child:main grading.course.cohort:ask grading.course.worker_loop:main grading.worker.cell.__main__:main
+        amoro.ros_free.child:main grading.course.cohort:ask grading.course.worker_loop:main
+        grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
         grading.worker.launch:launch study.speed_accuracy.runner:_serve study.speed_accuracy.runner:run""",
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
