@@ -8,6 +8,7 @@ in the letters of a text only, which are words of messages; mutmut leaves decora
 """
 
 import argparse
+import contextlib
 import io
 import json
 import os
@@ -67,7 +68,10 @@ def names(folder: Path) -> list[str]:
 
 def lines(folder: Path, name: str) -> tuple[str, str]:
     """What stood there, and what stands there now."""
-    shown = subprocess.run([*MUTMUT, "show", name], cwd=folder, capture_output=True, text=True, check=True).stdout
+    from mutmut.mutation.diff_apply import get_diff_for_mutant
+
+    with contextlib.chdir(folder):
+        shown = get_diff_for_mutant(name)
     parts = [[li[1:] for li in shown.splitlines() if re.match(rf"\{sign}(?!\{sign}\{sign})", li)] for sign in "-+"]
     return "\n".join(parts[0]), "\n".join(parts[1])
 
