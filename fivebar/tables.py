@@ -76,12 +76,11 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
 
 
 @contextmanager
-def replaced(file: FilePath) -> Iterator[str]:
-    """The name of another file with the same ending, which takes the place of this one once it is whole."""
+def replaced(file: FilePath, end: str = "") -> Iterator[str]:
+    """The name of another file, with this ending, which takes the place of this one once it is whole."""
     path = os.path.realpath(file)  # a link stays one
     direct = os.path.exists(path) and not os.path.isfile(path)  # a pipe or a device cannot be replaced
-    root, end = os.path.splitext(path)
-    part = path if direct else f"{root}.{os.getpid()}-{next(_NUMBERS)}.part{end}"
+    part = path if direct else f"{path}.{os.getpid()}-{next(_NUMBERS)}.part{end}"
     try:
         yield part
         if not direct:

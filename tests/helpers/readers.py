@@ -10,14 +10,19 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from io import BytesIO, StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
 import nbformat
+import numpy as np
 
 import fivebar as fb
 from fivebar import columns
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import _robot_from
+from fivebar.designing.designs import designs_of
+from fivebar.designing.shards import MANIFEST, WHAT, Chunk, read_chunk, read_manifest, write_chunk, write_manifest
 from fivebar.errors import UsageError
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import fill_gradebook
@@ -125,6 +130,11 @@ def readers():
     kept = json.dumps(Report("lab1", "s.py", (one,), "s", "seed").as_json()).encode()
     state = json.dumps({"lab": find_lab("lab1").name, "seed": "a"}).encode()
     toml_links = TOML.partition("m = ")[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
+    manifest, chunk = _shards()
+    designs = BytesIO()
+    np.savez(designs, l11=np.array([0.1, 0.2]), d=np.array([0.1, 0.1]))
+    best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)})
+    timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
         "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),
@@ -148,11 +158,31 @@ def readers():
         "gradebook": Reader(_gradebook, "it.csv", (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
                             (UsageError,), False),
         "kept result": Reader(_kept, "it.json", (kept,)),
+        "TimedPath": Reader(fb.TimedPath.from_csv, "it.csv", (_text(timed.to_csv),)),
+        "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
+        "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
+        "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
+        "manifest": Reader(lambda path: read_manifest(path.parent), MANIFEST, (manifest,)),
+        "chunk": Reader(read_chunk, "chunk-000000.npz", (chunk,)),
         "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
         "ids": Reader(lambda path: _ids(path.read_bytes()), "ids.txt", ("a\nb\né\n".encode("utf-16"), b"a\n"),
                       (UnicodeDecodeError,), False),
         "state": Reader(_state, "grading.json", (state,), (UsageError,), False),
     }  # fmt: skip
+
+
+def _designs(path):
+    """All rows, which are read as they are asked for."""
+    return np.concatenate(list(designs_of(path, ROBOT).chunks(3)))
+
+
+def _shards():
+    """A sweep's manifest and a chunk of it, as they are written."""
+    with TemporaryDirectory() as folder:
+        place = Path(folder)
+        write_manifest(place, {"what": WHAT, "figures": ["bars"], "done": 0})
+        write_chunk(place, 0, Chunk(np.ones((2, 1)), np.ones((2, 1)), [(1, "it does not close")]))
+        return (place / MANIFEST).read_bytes(), next(place.glob("*.npz")).read_bytes()
 
 
 def _zipped(content):
@@ -174,18 +204,22 @@ COVERS = {
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
     "study.speed_accuracy.store:from_csv": "chart", "tables:about": "Run", "tables:opened": "from_csv",
-    "cli.grade_folder:hand_out": "ids",
+    "cli.grade_folder:hand_out": "ids", "designing.designs:_from_file": "designs.npz",
+    "designing.designs:rows": "designs.csv",
+    "designing.results:_load": "Design", "designing.shards:read_chunk": "chunk",
+    "designing.shards:read_manifest": "manifest", "paths.timed_path:from_csv": "TimedPath",
 }  # fmt: skip
 # No reader of what others wrote.
 OWN = {
-    "writers": """cli.study:_ladder tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
+    "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:draw study.speed_accuracy.making:make study.speed_accuracy.making:redraw
-        grading.course.cohort:alone""",
+        grading.course.cohort:alone designing.shards:alone""",
     "files of the package and its dependencies": """pictures.document:document pictures.pages.document:write
-        pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
+        pictures.pages.document:script
+        pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
-        amoro.ros_free.child:main grading.course.cohort:ask grading.course.worker_loop:main
+        amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
         grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
         grading.worker.launch:launch study.speed_accuracy.runner:_serve study.speed_accuracy.runner:run""",
@@ -196,6 +230,7 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
+    "its own words": "designing.task:about",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
     "what paths.checker:check has proved": "cli.certify:_check",
 }

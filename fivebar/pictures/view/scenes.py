@@ -92,7 +92,7 @@ class Scene:
         else:
             from ..plot import poses
 
-            with replaced(path) as part:
+            with replaced(path, path.suffix) as part:
                 (poses.gif if kind == ".gif" else poses.save_strip)(self, part)
 
     @cached_property
