@@ -139,7 +139,7 @@ def files(draw, reader):
 def holes(thing, depth=0):
     """Whether a value or what it holds is nan, in places where a reader promises numbers."""
     if isinstance(thing, np.ndarray):
-        return thing.dtype.kind == "f" and not np.isfinite(thing).all()
+        return thing.dtype.kind == "f" and np.isnan(thing).any()
     if isinstance(thing, float):
         return thing != thing
     if depth < 2 and hasattr(thing, "__dataclass_fields__"):
@@ -147,7 +147,7 @@ def holes(thing, depth=0):
     return False
 
 
-MAY_HOLD_NAN = {"Run", "Map", "Study", "chart", "partial", "columns", "kept result"}  # an empty cell, or as measured
+MAY_HOLD_NAN = {"Run", "Map", "Study", "chart", "partial", "columns", "kept result", "designs.csv", "designs.npz"}  # an empty cell, or as measured
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -173,7 +173,7 @@ def readers():
 
 def _designs(path):
     """All rows, which are read as they are asked for."""
-    return np.concatenate(list(designs_of(path, ROBOT).chunks(3)))
+    return [row for chunk in designs_of(path, ROBOT).chunks(3) for row in chunk]
 
 
 def _shards():
