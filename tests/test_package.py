@@ -19,9 +19,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 README_REFERENCE = re.search(r"-m tests\.helpers\.reference \w+", README)[0].split()
 NEEDED = PROJECT["dependencies"]
 EXTRAS = PROJECT["optional-dependencies"]
-OLDEST = dict(
-    line.split("#")[0].strip().split("==") for line in (ROOT / ".ci/oldest.txt").read_text().splitlines() if "==" in line
-)
+PINS = (line.split("#")[0].strip() for line in (ROOT / ".ci/oldest.txt").read_text().splitlines())
+OLDEST = dict(pin.split("==") for pin in PINS if pin)
 # What README calls a licence, and what of it is in a package's own metadata.
 LICENCES = {
     "BSD": "BSD", "MIT": "MIT", "PSF": "Python Software Foundation", "MPL": "MPL", "Apache": "Apache",

@@ -36,7 +36,8 @@ def writers():
 # Who writes without `tables.written`, `saved` and `replaced`, and why that may be.
 DIRECT = {
     "tables:saved": "that is it", "tables:written": "that is it", "described:_repr_html_": "into memory",
-    "pictures.plot.poses:strip_png": "into memory", "pictures.plot.poses:save_strip": "Scene.save replaces",
+    "pictures.plot.poses:strip_png": "into memory",
+    "designing.page:save_page": "into memory", "pictures.plot.poses:save_strip": "Scene.save replaces",
     "models.machine_code:_build": "in a folder of its own, which is moved as a whole",
     "study.speed_accuracy.making:draw": "into memory", 
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",

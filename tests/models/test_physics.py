@@ -339,7 +339,7 @@ def test_named_robots_are_their_sources():
 
 
 def test_bar_forces_carry_the_end_effector_and_turn_the_cranks():
-    """A^T lambda = m (xi'' - g) and Z q'' + B lambda = tau - friction, for random motions of a robot that stands upright."""
+    """A^T lambda = m (xi'' - g) and Z q'' + B lambda = tau - friction, for random motions upright."""
     robot, draw = fb.FiveBar(gravity=(0.7, -9.81), fv1=0.01, fv2=0.02), np.random.default_rng(4)
     rates = fb.dkm(fb.dgm(robot, draw.uniform(-0.5, 0.5, (40, 2))), draw.uniform(-3, 3, (40, 2)))
     tau = draw.uniform(-0.3, 0.3, (40, 2))
