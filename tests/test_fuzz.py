@@ -119,7 +119,8 @@ def test_any_call_is_answered_or_refused(name, tmp_path, monkeypatch, record_pro
 READERS = readers()
 PIECES = [
     b"nan", b"-", b"1e999", b"-1e308", b"null", b'"', b",", b";", b"[" * 3000, b"{}", b"9" * 400, b"\n", b"\0", b"\xff",
-    b"\xe9", b"\xef\xbb\xbf", b"#", b"<", b"&lt;", b"NaN", b"Infinity", b"true", b"0x10", b"1_000", b"\r", b"\t", b"1,5",
+    b"\xe9", b"\xef\xbb\xbf", b"#", b"<", b"&lt;", b"NaN", b"Infinity", b"true", b"0x10", b"1_000", b"\r", b"\t",
+    b"1,5",
 ]  # fmt: skip
 BITS = st.one_of(st.sampled_from(PIECES), st.binary(max_size=6), st.floats().map(lambda x: repr(x).encode()))
 
@@ -149,16 +150,6 @@ def holes(thing, depth=0):
 
 # An empty cell, as measured, or judged row by row.
 MAY_HOLD_NAN = {"Run", "Map", "Study", "chart", "partial", "columns", "kept result", "designs.csv", "designs.npz"}
-    "Run",
-    "Map",
-    "Study",
-    "chart",
-    "partial",
-    "columns",
-    "kept result",
-    "designs.csv",
-    "designs.npz",
-}  # an empty cell, or as measured
 
 
 @pytest.mark.parametrize("name", READERS)

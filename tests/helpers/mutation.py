@@ -50,7 +50,8 @@ def copied(room: str, folder: Path) -> None:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name, follow_symlinks=False)
     settings = {
-        "source_paths": ["fivebar"], "only_mutate": [f"fivebar/{room}/{name}" for name in FILES.get(room, ["*"])], "also_copy": COPIED,
+        "source_paths": ["fivebar"], "only_mutate": [f"fivebar/{room}/{name}" for name in FILES.get(room, ["*"])],
+        "also_copy": COPIED,
         "pytest_add_cli_args": ARGUMENTS, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
     }  # fmt: skip
     with (folder / "pyproject.toml").open("a") as project:
