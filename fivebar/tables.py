@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import math
 import os
@@ -10,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from itertools import chain
+from itertools import chain, count
 from operator import methodcaller
 from typing import IO, TYPE_CHECKING, Any
 
@@ -25,6 +26,8 @@ BinaryFile = FilePath | IO[bytes]
 # What code that takes a file's first line apart may run into, where somebody else has written it.
 STRANGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, MemoryError)
 DPI = 200  # of pictures
+_NUMBERS = count()  # of files being written: threads may write one at the same time
+FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS
 WORDS = 120  # letters of a file's own that a message repeats
 
 
@@ -50,10 +53,15 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
     return file
 
 
-def saved(figure: Figure, file: BinaryFile | None) -> Figure:
-    """The figure, written to a file if there is one."""
+def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
+    """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name has no ending."""
     if file is not None:
-        figure.savefig(file_or_path(file, "write"), dpi=DPI)
+        kind = {}
+        if not hasattr(file_or_path(file, "write"), "write"):
+            root, end = os.path.splitext(os.fspath(file))
+            file, kind = (file, {"format": end[1:]}) if end else (f"{root}.png", {"format": "png"})
+        with written(file, binary=True) as out:
+            figure.savefig(out, **({"dpi": DPI} | kind | options))
     return figure
 
 
@@ -63,18 +71,24 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
     if hasattr(file_or_path(file, "write"), "write"):
         yield file
         return
+    with replaced(file) as part, open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out:
+        yield out
+
+
+@contextmanager
+def replaced(file: FilePath, end: str = "") -> Iterator[str]:
+    """The name of another file, with this ending, which takes the place of this one once it is whole."""
     path = os.path.realpath(file)  # a link stays one
     direct = os.path.exists(path) and not os.path.isfile(path)  # a pipe or a device cannot be replaced
-    part = path if direct else f"{path}.{os.getpid()}.part"
+    part = path if direct else f"{path}.{os.getpid()}-{next(_NUMBERS)}.part{end}"
     try:
-        with open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out:
-            yield out
+        yield part
         if not direct:
             os.replace(part, path)
     except BaseException as error:
         if not direct and os.path.exists(part):
             os.unlink(part)
-        if isinstance(error, OSError) and error.filename == part:
+        if isinstance(error, OSError) and (error.filename == part or error.errno in FULL and error.filename is None):
             error.filename = os.fspath(file)
         raise
 

@@ -186,3 +186,15 @@ def test_a_run_without_samples_is_not_drawn():
     names = "t", "q", "q_dot", "xi", "tau", "energy"
     with pytest.raises(ValueError, match="a run without samples cannot be drawn"):
         replace(run, **{name: getattr(run, name)[:0] for name in names}).plot()
+
+
+OF_RATES = [
+    fb.dynamic_model, fb.energy, fb.friction_torques, lambda r: fb.forward_dynamics(r, (0, 0)),
+    lambda r: fb.dkm2(r, (0, 0)), lambda r: fb.ikm2(r, (0, 0)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("call", OF_RATES)
+def test_what_is_no_rates_is_named(call):
+    with pytest.raises(TypeError, match="rates must be Rates, as dkm and ikm give, not 5$"):
+        call(5)

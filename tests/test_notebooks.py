@@ -19,7 +19,10 @@ SUBJECTS = (
 ).split()
 LABS = {f"0{n}": f'check("lab{n}", ' for n in range(1, 8)}
 LARGEST = 3_000_000
-INSTALL = 'import importlib.util\n\nif importlib.util.find_spec("fivebar") is None:\n    %pip install -q fivebar'
+INSTALL = """import importlib.util
+
+if importlib.util.find_spec("fivebar") is None:
+    %pip install -q ..  # the clone that this notebook is in"""
 FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
                      r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
 

@@ -40,14 +40,14 @@ SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes fo
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
-    parser = _parser(words[0] if words else "")
-    if not words:
-        parser.print_help()
-        return 2
-    if words[0] != "run":  # whose arguments are the script's
+    if words and words[0] != "run":  # whose arguments are the script's
         words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
-    arguments = parser.parse_args(words)
     try:
+        parser = _parser(words[0] if words else "")
+        if not words:
+            parser.print_help()
+            return 2
+        arguments = parser.parse_args(words)
         arguments.run(arguments)
     except UsageError as error:
         return _complain(error, 2)

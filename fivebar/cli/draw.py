@@ -225,6 +225,7 @@ def _proved(arguments, robot, path, working):
 def _written(arguments, robot, path, working, run, table, down, error):
     """The picture, the setpoints and the run, in their folder."""
     from ..pictures.plot.drawing import drawing
+    from ..tables import saved
 
     arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
@@ -233,7 +234,7 @@ def _written(arguments, robot, path, working, run, table, down, error):
     picture = drawing(
         robot, working, strokes.outlines(path), [run.xi[each] for each in rows], [error[each] for each in rows], title
     )
-    picture.savefig(files[0], dpi=150)
+    saved(picture, files[0], dpi=150)
     table.to_csv(files[1], arguments.angles)
     run.to_csv(files[2])
     return list(map(str, files))

@@ -65,7 +65,7 @@ def robot_from(path):
     try:
         with open(path, "rb") as file:
             table = read(file)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"{path}: {error}") from None
     try:
         return robot_of(table)

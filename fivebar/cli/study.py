@@ -23,6 +23,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 def _ladder(arguments):
     from ..errors import UsageError
     from ..study.ladder import CASES, climb, figure, table
+    from ..tables import saved, written
 
     names = arguments.robots or list(CASES)
     if unknown := [name for name in names if name not in CASES]:
@@ -31,9 +32,9 @@ def _ladder(arguments):
     header, rows = table(found)
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        with open(arguments.out / "ladder.csv", "w", newline="", encoding="utf-8") as file:
+        with written(arguments.out / "ladder.csv") as file:
             csv.writer(file).writerows([header, *rows])
-        figure(found).savefig(arguments.out / "ladder.png", dpi=150, bbox_inches="tight")
+        saved(figure(found), arguments.out / "ladder.png", dpi=150, bbox_inches="tight")
         print(arguments.out / "ladder.csv", arguments.out / "ladder.png", sep="\n", file=sys.stderr)
     if arguments.json:
         print(json.dumps([dict(zip(header, row)) for row in rows]))

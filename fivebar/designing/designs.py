@@ -6,10 +6,12 @@ import hashlib
 import itertools
 import math
 import os
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from ..checks import number, shown, whole
 from ..columns import METRES, NO_UNIT, Quantity, read
 from ..described import one_line
 from ..models.robots import Biglide, FiveBar
-from ..tables import opened
+from ..tables import STRANGE, opened
 from .batch import PLACE, alone, known_variables
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
@@ -205,9 +207,9 @@ def _one_by_one(given, robot):
 def _from_file(path, robot):
     if path.suffix == ".npz":
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
                 return columns({name: file[name] for name in file.files})
-        except (OSError, ValueError, EOFError) as error:
+        except (OSError, EOFError, BadZipFile, zlib.error, *STRANGE) as error:
             raise ValueError(f"{path}: {error}") from None
     if path.suffix != ".csv":
         raise ValueError(f"designs must be in a .csv or .npz file, not {str(path)!r}")

@@ -64,11 +64,14 @@ def cache_folder():
     """Where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's cache folder."""
     if chosen := os.environ.get("FIVEBAR_CACHE"):
         return Path(chosen)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "fivebar"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "fivebar"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
+    try:
+        if sys.platform == "win32":
+            return Path(os.environ.get("LOCALAPPDATA") or Path.home()) / "fivebar"
+        if sys.platform == "darwin":
+            return Path.home() / "Library" / "Caches" / "fivebar"
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
+    except RuntimeError:  # of a user without an account, as in many containers
+        raise OSError("this user has no home to keep compiled models in; set FIVEBAR_CACHE to a folder") from None
 
 
 def _intact(folder):

@@ -209,6 +209,8 @@ def _known(about):
     n = len(arrays["piece"])
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
         raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
-    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
     numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
+    if bad := [name for name, value in {**arrays, **numbers}.items() if np.isnan(np.asarray(value, dtype=float)).any()]:
+        raise ValueError(f"{', '.join(bad)} must be numbers, not nan")
+    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
     return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays)

@@ -35,6 +35,10 @@ NEEDED = {
     "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
     "ARM compilers": (lambda: not lacks_arm(), f"apt-get install {PACKAGES}"),
     "toppra": (lambda: find_spec("toppra"), "pip install 'fivebar[peers]'"),
+    "locales": (
+        lambda: shutil.which("localedef") and os.path.exists("/usr/share/i18n/locales/de_DE"),
+        "apt-get install locales",
+    ),
     "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
 }
 MARK = "this test needs {}: "

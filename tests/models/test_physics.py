@@ -336,3 +336,27 @@ def test_named_robots_are_their_sources():
     assert leg.d == 0 and fb.igm(leg, pose.xi, pose.working).q == pytest.approx((2.4, 0.7))
     testbed = fb.ROBOTS["motkin"].robot
     assert (testbed.l11, testbed.l22, testbed.d, testbed.m) == (0.06, 0.1, 0.1, 0.0)
+
+
+def test_bar_forces_carry_the_end_effector_and_turn_the_cranks():
+    """A^T lambda = m (xi'' - g) and Z q'' + B lambda = tau - friction, for random motions upright."""
+    robot, draw = fb.FiveBar(gravity=(0.7, -9.81), fv1=0.01, fv2=0.02), np.random.default_rng(4)
+    rates = fb.dkm(fb.dgm(robot, draw.uniform(-0.5, 0.5, (40, 2))), draw.uniform(-3, 3, (40, 2)))
+    tau = draw.uniform(-0.3, 0.3, (40, 2))
+    acc, forces = fb.forward_dynamics(rates, tau), bar_forces(rates, tau)
+    A, B = rates.pose.A, rates.pose.B
+    weight = robot.m * (acc.xi_ddot - np.array(robot.gravity))
+    np.testing.assert_allclose(np.einsum("nij,ni->nj", A, forces), weight, atol=1e-11)
+    turning = tau - np.array((robot.fv1, robot.fv2)) * rates.q_dot - np.array((robot.zz1, robot.zz2)) * acc.q_ddot
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", B, forces), turning, atol=1e-11)
+    np.testing.assert_allclose(np.linalg.solve(np.swapaxes(A, 1, 2), weight[..., None])[..., 0], forces, atol=1e-9)
+
+
+def test_a_robot_that_moves_no_mass_has_the_motors_inertia_alone():
+    robot = fb.FiveBar(m=0, fv1=0.01, fv2=0.02)
+    rates = fb.dkm(fb.dgm(robot, (0.2, -0.1)), (0.7, -1.1))
+    M, c = fb.dynamic_model(rates)
+    assert M.tolist() == [[robot.zz1, 0.0], [0.0, robot.zz2]]
+    assert c == pytest.approx([0.01 * 0.7, -0.02 * 1.1])
+    plain = fb.dkm(fb.dgm(fb.FiveBar(m=0), (0.2, -0.1)), (0.7, -1.1))
+    assert fb.dynamic_model(plain)[1].tolist() == [0.0, 0.0]

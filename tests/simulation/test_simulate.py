@@ -296,3 +296,12 @@ def test_a_run_proves_itself():
         assert run.loop_gap.shape == (len(run.t), 2) and np.abs(run.loop_gap).max() < 1e-15
         turned = run.energy.max() + np.abs(np.diff(run.q, axis=0) * run.tau[:-1]).sum()
         assert np.abs(run.energy_error).max() <= 1e-10 * turned
+
+
+def test_a_plan_of_another_robot_starts_with_its_joints_in_its_assembly_mode():
+    first, last = (fb.igm(fb.FiveBar(), (0.0, 0.1), working) for working in ((-1, -1), (-1, 1)))
+    plan = fb.plan(fb.FiveBar(), first, last, 2.0)
+    longer = fb.FiveBar(l12=0.092)
+    run = fb.simulate(longer, fb.FeedForward(longer, 1.0, 0.1), plan, duration=0.01)
+    np.testing.assert_allclose(run.q[0], first.q, atol=1e-12)
+    np.testing.assert_allclose(run.xi[0], fb.dgm(longer, first.q, int(first.assembly)).xi, atol=1e-12)

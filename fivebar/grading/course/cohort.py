@@ -17,6 +17,7 @@ from pathlib import Path
 from ...errors import UsageError
 from ...models.robots import Robot
 from ...progress import progress
+from ...tables import STRANGE
 from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
@@ -60,7 +61,7 @@ class Cohort:
         """The Report of an earlier run on the same file, lab, seed and robot; else None."""
         try:
             report = Report.from_json(json.loads(self.file(entry, ".json").read_text(encoding="utf-8")))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, *STRANGE):
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
         now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, self.robot(entry).parameters
@@ -102,7 +103,7 @@ def begin(
         try:
             known = json.loads(state.read_text(encoding="utf-8"))
             earlier, known_seed = str(known["lab"]), str(known["seed"])
-        except (ValueError, KeyError, TypeError):
+        except STRANGE:
             raise UsageError(f"{state} is not what an earlier run left there: give another --out") from None
         if earlier != lab.name:
             raise UsageError(f"{out} holds results of {earlier}: give another --out")

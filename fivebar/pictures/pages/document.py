@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...tables import written
 from ..document import as_json, document, library
 
 HERE = Path(__file__).parent
@@ -26,7 +27,8 @@ def write(path: str | Path, code: str, content: dict, models: str = "") -> None:
         code="\n".join([script(name) for name in ("common", "picture", "plot")] + [models, *map(script, CODE[code])]),
         content=as_json(content),
     )
-    Path(path).write_text(text, encoding="utf-8")
+    with written(path) as file:
+        file.write(text)
 
 
 def script(name: str) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...tables import replaced, saved, written
 from .machine import Machine
 from .page import page
 from .shows import alike, shown, usual
@@ -86,11 +87,13 @@ class Scene:
         if not path.parent.is_dir():
             raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}")
         if kind == ".html":
-            path.write_bytes(self.html.encode())
+            with written(path) as file:
+                file.write(self.html)
         else:
             from ..plot import poses
 
-            (poses.gif if kind == ".gif" else poses.save_strip)(self, path)
+            with replaced(path, path.suffix) as part:
+                (poses.gif if kind == ".gif" else poses.save_strip)(self, part)
 
     @cached_property
     def png(self) -> bytes:
@@ -170,6 +173,4 @@ def strip(
 
     own = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
     figure = strip_figure(scene(own, motion, show, title=title), poses)
-    if path is not None:
-        figure.savefig(path)
-    return figure
+    return saved(figure, path)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from PIL import Image
 
 from ...progress import progress
+from ...tables import saved, written
 from . import findings, picture, runner
 from .chart import MODULES, PEERS, load, module_of
 from .page import write_page
@@ -68,8 +69,9 @@ def draw(result: Result, folder: Path) -> bytes:
     figure.savefig(buffer, format="png", dpi=DPI)
     small = io.BytesIO()
     Image.open(buffer).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, "png", optimize=True)
-    (folder / f"{result.chart.name}.png").write_bytes(small.getvalue())
-    figure.savefig(folder / f"{result.chart.name}.svg")
+    with written(folder / f"{result.chart.name}.png", binary=True) as file:
+        file.write(small.getvalue())
+    saved(figure, folder / f"{result.chart.name}.svg")
     return small.getvalue()
 
 

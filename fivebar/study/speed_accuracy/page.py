@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import base64
-import os
 from html import escape
 from typing import TYPE_CHECKING
+
+from ...tables import written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,9 +42,8 @@ def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes
         f"<title>fivebar: speed against accuracy</title><style>{STYLE}</style></head><body>"
         f"<h1>Speed against accuracy</h1><nav>{links}</nav>{''.join(sections)}</body></html>\n"
     )
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    with written(path) as file:
+        file.write(text)
 
 
 def _section(name, result, png, caption):

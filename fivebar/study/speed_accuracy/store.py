@@ -68,10 +68,10 @@ class Partial:
 
     def __init__(self, path: Path, about: dict):
         self.path, self.rows, self.begun_anew = path, [], False
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.exists() else []
         found = [_parsed(line) for line in lines]
         if found and found[0] == about:
-            self.rows = [row for row in found[1:] if row is not None]  # None: cut off in the middle of a line
+            self.rows = [row for row in found[1:] if _is_row(row)]  # the last may be cut off in the middle
         else:
             self.begun_anew = bool(found)
         self._known = {_key(row): row for row in self.rows}
@@ -100,8 +100,15 @@ def _key(row):
     return row["problem"], row["method"], row["knob"]
 
 
+_KEY = str, str, (int, float)
+
+
+def _is_row(row):
+    return isinstance(row, dict) and all(isinstance(row.get(k), t) for k, t in zip(("problem", "method", "knob"), _KEY))
+
+
 def _parsed(line):
     try:
         return json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None

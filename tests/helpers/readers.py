@@ -1,0 +1,255 @@
+"""Every reader of files that others may have written, what is right to read, and how a wrong file is refused.
+
+`reading_functions` finds in the source who reads files: each of them is in
+COVERS, by the reader that tries it, or in OWN.
+"""
+
+import ast
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO, StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+
+import nbformat
+import numpy as np
+
+import fivebar as fb
+from fivebar import columns
+from fivebar.cli.grade_folder import _ids
+from fivebar.cli.robot_options import _robot_from
+from fivebar.designing.designs import designs_of
+from fivebar.designing.shards import MANIFEST, WHAT, Chunk, read_chunk, read_manifest, write_chunk, write_manifest
+from fivebar.errors import UsageError
+from fivebar.grading.course.cohort import begin
+from fivebar.grading.course.gradebook import fill_gradebook
+from fivebar.grading.intake.hand_in import look_into
+from fivebar.grading.labs import find_lab
+from fivebar.grading.results import Check, Report
+from fivebar.grading.worker.submission import read_submission
+from fivebar.linkages import FourBar, Study, study
+from fivebar.paths.checker import check, digest
+from fivebar.singularities.maps import Map, singularity_map
+from fivebar.study.speed_accuracy.store import Partial, Result
+from fivebar.study.speed_accuracy.store import from_csv as result_from_csv
+from tests.helpers import DATA, ROOT, toy_chart
+
+ROBOT = fb.FiveBar()
+POINTS = "t,x,y\n" + "".join(f"{k / 9!r},{0.09 - k * 0.001!r},0.068\n" for k in range(10))
+SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20">
+<path d="M 2 2 L 18 2 A 5 5 0 0 1 18 12 C 10 18 6 14 2 12 Z" fill="none" transform="rotate(10)"/>
+<circle cx="9" cy="9" r="3"/></svg>"""
+GCODE = "%\nG21 G90\nM3\nG0 X10 Y10\nG1 X20 Y10 F600\nG2 X20 Y20 I0 J5\nG3 X10 Y10 R8 (back)\nM5\nM30\n"
+TOML = "# by hand\nl11 = 0.1\nl12 = 0.11\nl21 = 0.1\nl22 = 0.11\nd = 0.12\nm = 0.5\nzz1 = 0.002\nzz2 = 0.002\n"
+SHEET = "Identifier,Full name,Maximum grade,Grade\nParticipant 1,A,20,\nParticipant 2,B,20,3\n"
+
+
+@dataclass(frozen=True)
+class Reader:
+    """read(path); the name of a file, texts that are right; errors: what a wrong one is refused with, by its name."""
+
+    read: Callable
+    file: str
+    right: tuple[bytes, ...]
+    errors: tuple = (ValueError,)
+    named: bool = True
+
+
+def _text(write):
+    file = StringIO(newline="")
+    write(file)
+    return file.getvalue().encode()
+
+
+def _map():
+    file = BytesIO()
+    singularity_map(ROBOT, shape=(4, 4)).to_npz(file)
+    return file.getvalue()
+
+
+def _partial(path):
+    partial = Partial(path, {"robot": 1})
+    partial.add({"problem": "p", "method": "m", "knob": 2.0})
+    return Partial(path, {"robot": 1}).row("p", "m", 2.0)
+
+
+def _gradebook(path):
+    entry = SimpleNamespace(student="A", number="1")
+    report = SimpleNamespace(ungraded=False, points=3.0, max_points=4.0)
+    return fill_gradebook(path, find_lab("lab1"), [entry], [report])
+
+
+def _kept(path):
+    """A folder of results goes on, whatever stands in its state, and in what is kept of a student."""
+    lab, out = find_lab("lab1"), path.parent / "out"
+    (out / "students").mkdir(parents=True, exist_ok=True)
+    entry = SimpleNamespace(student="s", path=path, trouble="", member="", siblings=())
+    (out / "students" / "s.json").write_bytes(path.read_bytes())
+    cohort = begin(lab, out, "seed", None, "process", None)
+    return cohort.done(entry)
+
+
+def _state(path):
+    return begin(find_lab("lab1"), path.parent, None, None, "process", None).seed
+
+
+def _certificate(path):
+    """Signed anew: what stands behind the sum is looked at."""
+    try:
+        claim = json.loads(path.read_bytes())
+        path.write_text(json.dumps(claim | {"sha256": digest(claim)}))
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        pass
+    if reason := check(path):
+        raise ValueError(f"{path}: {reason}")
+
+
+def _submission(path):
+    programs, left = look_into(path)
+    return [program.name for program in programs], len(left), read_submission(path).source
+
+
+def readers():
+    """{name: Reader}, made when asked for: plans take a second."""
+    line = fb.line((0.09, 0.068), (0.08, 0.075), 0.2)
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), line, duration=0.02)
+    plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
+    chart = toy_chart.chart()
+    result = Result(chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}])
+    found = study(FourBar(0.2, 0.06, 0.16, 0.14), samples=5)
+    points = POINTS.encode()
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("x = 1\n%pip list")])
+    solution = (DATA / "solutions" / "lab1.py").read_bytes()
+    wanted = {"t": columns.Quantity(("time",), columns.SECONDS), "x": columns.Quantity((), columns.METRES)}
+    numbers = json.dumps({name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")})
+    proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
+    one = Check("dgm", "Task 1", 2.0, 1.0, 0.5, "failed")
+    kept = json.dumps(Report("lab1", "s.py", (one,), "s", "seed").as_json()).encode()
+    state = json.dumps({"lab": find_lab("lab1").name, "seed": "a"}).encode()
+    toml_links = TOML.partition("m = ")[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
+    manifest, chunk = _shards()
+    designs = BytesIO()
+    np.savez(designs, l11=np.array([0.1, 0.2]), d=np.array([0.1, 0.1]))
+    best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)})
+    timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
+    return {
+        "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
+        "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),
+        "path.svg": Reader(fb.path, "it.svg", (SVG.encode(),)),
+        "path.gcode": Reader(fb.path, "it.gcode", (GCODE.encode(),)),
+        "columns": Reader(lambda path: columns.read(path, wanted), "it.csv", (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n")),
+        "Run": Reader(fb.Run.from_csv, "it.csv", (_text(run.to_csv),)),
+        "Plan": Reader(fb.Plan.from_csv, "it.csv", (_text(plan.to_csv),)),
+        "Study": Reader(Study.from_csv, "it.csv", (_text(found.to_csv),)),
+        "Map": Reader(Map.from_npz, "it.npz", (_map(),)),
+        "chart": Reader(lambda path: result_from_csv(path, chart), "it.csv", (_text(result.to_csv),)),
+        "partial": Reader(_partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)),
+        "robot.toml": Reader(lambda path: _robot_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode()),
+                             (UsageError,)),
+        "robot.json": Reader(lambda path: _robot_from(str(path)), "it.json",
+                             (numbers.encode(),),
+                             (UsageError,)),
+        "hand-in.py": Reader(_submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))),
+        "hand-in.ipynb": Reader(_submission, "it.ipynb", (nbformat.writes(notebook).encode(),)),
+        "hand-in.zip": Reader(look_into, "it.zip", (_zipped(solution[:2000]),)),
+        "gradebook": Reader(_gradebook, "it.csv", (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
+                            (UsageError,), False),
+        "kept result": Reader(_kept, "it.json", (kept,)),
+        "TimedPath": Reader(fb.TimedPath.from_csv, "it.csv", (_text(timed.to_csv),)),
+        "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
+        "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
+        "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
+        "manifest": Reader(lambda path: read_manifest(path.parent), MANIFEST, (manifest,)),
+        "chunk": Reader(read_chunk, "chunk-000000.npz", (chunk,)),
+        "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
+        "ids": Reader(lambda path: _ids(path.read_bytes()), "ids.txt", ("a\nb\né\n".encode("utf-16"), b"a\n"),
+                      (UnicodeDecodeError,), False),
+        "state": Reader(_state, "grading.json", (state,), (UsageError,), False),
+    }  # fmt: skip
+
+
+def _designs(path):
+    """All rows, which are read as they are asked for."""
+    return [row for chunk in designs_of(path, ROBOT).chunks(3) for row in chunk]
+
+
+def _shards():
+    """A sweep's manifest and a chunk of it, as they are written."""
+    with TemporaryDirectory() as folder:
+        place = Path(folder)
+        write_manifest(place, {"what": WHAT, "figures": ["bars"], "done": 0})
+        write_chunk(place, 0, Chunk(np.ones((2, 1)), np.ones((2, 1)), [(1, "it does not close")]))
+        return (place / MANIFEST).read_bytes(), next(place.glob("*.npz")).read_bytes()
+
+
+def _zipped(content):
+    file = BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("lab/solution.py", content)
+        archive.writestr("lab/notes.txt", "é")
+    return file.getvalue()
+
+
+# Who reads, and the reader above through which it is fuzzed.
+COVERS = {
+    "cli.robot_options:_robot_from": "robot.toml", "columns:_numbers": "columns", "columns:_text": "columns",
+    "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
+    "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",
+    "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
+    "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
+    "linkages.study:from_csv": "Study", "paths.checker:check": "certificate", "paths.read:_text": "path.svg",
+    "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
+    "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
+    "study.speed_accuracy.store:from_csv": "chart", "tables:about": "Run", "tables:opened": "from_csv",
+    "cli.grade_folder:hand_out": "ids", "designing.designs:_from_file": "designs.npz",
+    "designing.designs:rows": "designs.csv",
+    "designing.results:_load": "Design", "designing.shards:read_chunk": "chunk",
+    "designing.shards:read_manifest": "manifest", "paths.timed_path:from_csv": "TimedPath",
+}  # fmt: skip
+# No reader of what others wrote.
+OWN = {
+    "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
+        study.speed_accuracy.making:draw study.speed_accuracy.making:make study.speed_accuracy.making:redraw
+        grading.course.cohort:alone designing.shards:alone""",
+    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:write
+        pictures.pages.document:script
+        pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
+        grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
+    "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
+        amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
+        grading.worker.cell.__main__:main
+        grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
+        grading.worker.launch:launch study.speed_accuracy.runner:_serve study.speed_accuracy.runner:run""",
+    "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
+        grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
+        study.speed_accuracy.machine:_processor study.speed_accuracy.rivals.arm:executed""",
+    "bytes that are not taken apart": """grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
+        grading.grade:grade""",
+    "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
+        models.machine_code:_intact""",
+    "its own words": "designing.task:about",
+    "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
+    "what paths.checker:check has proved": "cli.certify:_check",
+}
+
+
+READING = {"open", "read_text", "read_bytes", "load", "loads", "loadtxt", "genfromtxt", "ZipFile", "opened", "fdopen"}
+
+
+def reading_functions():
+    """module:function of every function of the package that opens or takes apart a file; writers among them."""
+    found = set()
+    for path in (ROOT / "fivebar").rglob("*.py"):
+        if "_labs" in path.parts:
+            continue
+        module = ".".join(path.relative_to(ROOT / "fivebar").with_suffix("").parts)
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                calls = [call.func for call in ast.walk(node) if isinstance(call, ast.Call)]
+                names = {f.id if isinstance(f, ast.Name) else getattr(f, "attr", "") for f in calls}
+                if names & READING:
+                    found.add(f"{module}:{node.name}")
+    return found

@@ -1,0 +1,30 @@
+"""Reference pages of the public names, from their docstrings, by pdoc: python -m tests.helpers.reference docs"""
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pdoc
+
+import fivebar as fb
+
+PARTS = ("amoro", "columns", "grading", "linkages", "pages", "plot", "study", "view")
+
+
+def public() -> list[str]:
+    """What `import fivebar as fb` offers, parts left out."""
+    return [name for name in dir(fb) if not name.startswith("_") and not isinstance(getattr(fb, name), ModuleType)]
+
+
+def build(folder: Path) -> None:
+    """Write the pages: one of fivebar's names, and one of each part."""
+    # pdoc shows what a module says is its own; the package says nothing, as `import *` would hide Python's `compile`.
+    fb.__all__ = public()
+    try:
+        pdoc.pdoc("fivebar", *(f"fivebar.{part}" for part in PARTS), output_directory=folder)
+    finally:
+        del fb.__all__
+
+
+if __name__ == "__main__":
+    build(Path(sys.argv[1]))

@@ -1,0 +1,71 @@
+"""Everything that writes a file which a user names: what writes it, and under what name."""
+
+import ast
+
+import fivebar as fb
+from fivebar import linkages
+from fivebar.view import strip
+from tests.helpers import ROOT
+
+ROBOT = fb.FiveBar()
+LINE = fb.line((0.09, 0.068), (0.08, 0.075), 0.2)
+
+
+def writers():
+    """{name: (function of a path, file name)}."""
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), LINE)
+    plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
+    study = linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14), samples=37)
+    a_map = fb.singularity_map(ROBOT, shape=(20, 20))
+    proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
+    return {
+        "Run.to_csv": (run.to_csv, "a.csv"), "Run.plot": (run.plot, "a.png"), "Run.plot svg": (run.plot, "a.svg"),
+        "Run.page": (run.page, "a.html"), "Run.animate html": (run.animate, "a.html"),
+        "Run.animate gif": (run.animate, "a.gif"), "Run.animate png": (run.animate, "a.png"),
+        "Plan.to_csv": (plan.to_csv, "a.csv"), "Plan.plot": (plan.plot, "a.png"),
+        "Study.to_csv": (study.to_csv, "a.csv"), "Study.plot": (study.plot, "a.pdf"),
+        "Map.to_npz": (a_map.to_npz, "a.npz"), "Map.to_csv": (a_map.to_csv, "a.csv"), 
+        "Map.page": (a_map.page, "a.html"),
+        "compare": (fb.compare({"a": run}).plot, "a.png"), "strip": (lambda path: strip(run, path), "a.svg"),
+        "export": (lambda path: fb.export(ROBOT, "mjcf", path), "a.xml"),
+        "export c": (lambda path: fb.export(ROBOT, "c", path), "a.h"),
+        "Certificate.to_json": (proof.to_json, "a.json"),
+    }  # fmt: skip
+
+
+# Who writes without `tables.written`, `saved` and `replaced`, and why that may be.
+DIRECT = {
+    "tables:saved": "that is it", "tables:written": "that is it", "described:_repr_html_": "into memory",
+    "pictures.plot.poses:strip_png": "into memory",
+    "designing.page:save_page": "into memory", "pictures.plot.poses:save_strip": "Scene.save replaces",
+    "models.machine_code:_build": "in a folder of its own, which is moved as a whole",
+    "study.speed_accuracy.making:draw": "into memory", 
+    "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",
+    "grading.course.worker_loop:main": "a pipe",
+    "study.speed_accuracy.rivals.arm:__init__": "in a folder that is deleted",
+    "grading.report.outputs:write_whole": "renames itself", "amoro.ros_free.figures:destroy": "a script's windows",
+    "amoro.ros_free.child:_scopes": "a script's scopes", "amoro.ros_free.child:_report": "a pipe",
+}  # fmt: skip
+
+
+def writing_functions():
+    """module:function of every function that opens a file to write, or has Matplotlib or a Path write it."""
+    found = set()
+    for path in (ROOT / "fivebar").rglob("*.py"):
+        if "_labs" in path.parts:
+            continue
+        module = ".".join(path.relative_to(ROOT / "fivebar").with_suffix("").parts)
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef) and any(map(_writes, ast.walk(node))):
+                found.add(f"{module}:{node.name}")
+    return found
+
+
+def _writes(node):
+    if not isinstance(node, ast.Call):
+        return False
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    mode = [a.value for a in [*node.args, *(k.value for k in node.keywords)] if isinstance(a, ast.Constant)]
+    return name in {"savefig", "write_text", "write_bytes"} or (
+        name in {"open", "fdopen"} and any(isinstance(m, str) and m[:1] in tuple("wax") and len(m) < 4 for m in mode)
+    )

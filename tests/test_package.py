@@ -1,0 +1,127 @@
+"""The package as its users get it: what is in it, what it needs, under which licences, and its reference pages."""
+
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from importlib.metadata import PackageNotFoundError, distribution
+
+import pytest
+
+from tests.helpers import ROOT
+from tests.helpers.reference import public
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+README_REFERENCE = re.search(r"-m tests\.helpers\.reference \w+", README)[0].split()
+NEEDED = PROJECT["dependencies"]
+EXTRAS = PROJECT["optional-dependencies"]
+PINS = (line.split("#")[0].strip() for line in (ROOT / ".ci/oldest.txt").read_text().splitlines())
+OLDEST = dict(pin.split("==") for pin in PINS if pin)
+# What README calls a licence, and what of it is in a package's own metadata.
+LICENCES = {
+    "BSD": "BSD", "MIT": "MIT", "PSF": "Python Software Foundation", "MPL": "MPL", "Apache": "Apache",
+    "LGPL": "LGPL|Lesser", "terms of their own": "Various|EXUDYN",
+}  # fmt: skip
+
+
+def name_of(requirement):
+    return re.match(r"[\w.-]+", requirement)[0].lower()
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """(names and bytes of the wheel of the tree, of the wheel of the sdist, and the sdist's names)."""
+    place = tmp_path_factory.mktemp("built")
+    source = place / "source"
+    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[:-1]:
+        if not name.startswith(("tests/", "notebooks/", ".")) and (ROOT / name).exists():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, source / name, follow_symlinks=False)
+    run(source, "build_sdist", place)
+    with tarfile.open(next(place.glob("*.tar.gz"))) as sdist:
+        listed = {name.partition("/")[2] for name in sdist.getnames()}
+        sdist.extractall(place / "unpacked", filter="data")
+    wheels = []
+    for k, tree in enumerate((source, next((place / "unpacked").iterdir()))):
+        run(tree, "build_wheel", place / str(k))
+        with zipfile.ZipFile(next((place / str(k)).glob("*.whl"))) as wheel:
+            wheels.append({name: wheel.read(name) for name in wheel.namelist() if not name.endswith("/RECORD")})
+    return *wheels, listed, source
+
+
+def run(source, step, out):
+    code = f"import sys, setuptools.build_meta as b; b.{step}(sys.argv[1])"
+    made = subprocess.run([sys.executable, "-c", code, out], cwd=source, capture_output=True, text=True, timeout=120)
+    assert made.returncode == 0, made.stderr
+
+
+def test_a_wheel_holds_what_is_tracked_and_the_sdists_is_the_same(built):
+    wheel, again, listed, source = built
+    assert wheel == again
+    wanted = {str(path.relative_to(source)) for path in (source / "fivebar").rglob("*") if path.is_file()}
+    wanted |= {f"fivebar/_labs/{path.relative_to(source / 'labs')}" for path in (source / "labs").rglob("*")
+               if path.is_file() and not path.name.startswith(".")}  # fmt: skip
+    own = {name for name in wheel if not name.startswith("fivebar-")}
+    assert own == wanted
+    assert {name.rpartition(".")[2] for name in own} >= {"py", "html", "css", "js", "md"}
+    assert {"LICENSE", "README.md", "pyproject.toml"} <= listed
+
+
+def test_lower_bounds_are_those_that_are_tested_and_there_are_no_upper_ones():
+    for requirement in [*NEEDED, *(one for extra in EXTRAS.values() for one in extra)]:
+        assert not re.search(r"<|==|~=|!=", requirement.partition(";")[0]), requirement
+    for requirement in NEEDED:
+        name, bound = requirement.split(">=")
+        assert f"{OLDEST[name]}.0".startswith(f"{bound}."), requirement
+    versions = [line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r"3\.\d+$", line)]
+    assert versions[0] == PROJECT["requires-python"].removeprefix(">=")
+    tried = re.search(r"^for version in (.*); do", (ROOT / ".ci/packages").read_text(), re.MULTILINE)[1].split()
+    assert set(versions[1:]) <= set(tried)
+
+
+def licence(name):
+    """What a package says of its licence; None where it is not installed."""
+    try:
+        about = distribution(name).metadata
+    except PackageNotFoundError:
+        return None
+    classes = [line for line in about.get_all("Classifier", []) if line.startswith("License")]
+    return " ".join(filter(None, [about.get("License-Expression"), (about.get("License") or "")[:200], *classes]))
+
+
+def test_every_dependency_has_the_licence_that_readme_names():
+    said = re.search(r"holds no copy of .*?\): (.*?)\n\n", README, re.DOTALL)[1].replace("\n", " ")
+    named = {
+        name: kind
+        for kind, names in (part.split(":") for part in said.split(";"))
+        for name in re.sub(r"\(.*?\)|\.", "", names).replace(" ", "").split(",")
+    }
+    extras = (one for key, extra in EXTRAS.items() if key != "test" for one in extra)
+    assert set(named) == set(map(name_of, [*NEEDED, *extras]))
+    assert {kind.strip() for kind in named.values()} == set(LICENCES)
+    for name, kind in named.items():
+        found = licence(name)
+        assert found is None or re.search(LICENCES[kind.strip()], found), f"{name}: {found}"
+    assert all(licence(name_of(requirement)) for requirement in NEEDED)
+
+
+def test_the_changelog_is_of_this_version():
+    text = (ROOT / "fivebar/CHANGELOG.md").read_text()
+    assert f"## {PROJECT['version']}" in text and "(fivebar/CHANGELOG.md)" in README
+
+
+def test_reference_pages_are_built_from_the_docstrings(tmp_path):
+    """Without a warning, and with every public name."""
+    command = [sys.executable, "-W", "error", *README_REFERENCE[:-1], tmp_path]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert made.returncode == 0 and not made.stderr, made.stderr
+    page = (tmp_path / "fivebar.html").read_text()
+    shown = set(re.findall(r'<section id="(\w+)">', page))
+    assert shown == set(public())
+    for name in shown:
+        about = page.partition(f'<section id="{name}">')[2].partition("</section>")[0]
+        assert name == "ROBOTS" or 'class="docstring"' in about, f"{name} says nothing of itself"
