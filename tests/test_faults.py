@@ -158,7 +158,8 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
             _, err = run.communicate(timeout=30)
         if run.returncode != 0:  # it was not done before
             assert run.returncode in (1, 130, -signal.SIGINT)
-            assert "Traceback" not in err or "fivebar/cli" not in err.split("KeyboardInterrupt")[0], err
+            # Before `main` has begun, the interpreter itself may still be loading, and says it in its own way.
+            assert "Traceback" not in err or ", in main" not in err, err
         for path in tmp_path.rglob("*"):
             assert path.is_dir() or path.stat().st_size > 0 and ".part" not in path.name, path
 

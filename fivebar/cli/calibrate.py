@@ -9,6 +9,7 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..errors import UsageError
+from ..tables import written
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -80,7 +81,8 @@ def _calibrate(arguments):
         found.plot(arguments.out / "calibration.png")
         found.to_json(arguments.out / "calibration.json")
         found.to_toml(arguments.out / "robot.toml")
-        (arguments.out / "calibration.txt").write_text(text + "\n", encoding="utf-8")
+        with written(arguments.out / "calibration.txt") as file:
+            file.write(text + "\n")
         names = ("calibration.png", "calibration.json", "calibration.txt", "robot.toml")
         print(*(arguments.out / name for name in names), sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
