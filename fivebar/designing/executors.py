@@ -16,7 +16,7 @@ from typing import Any
 
 from ..checks import shown
 
-AHEAD = 4  # chunks per processor, here or there, that are handed out before they are asked for
+AHEAD = 2  # chunks per processor, here or there, in hand at a time: what a kill can cost
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
 TRIES = 2  # times that our own pool is begun anew without a chunk done in between
 

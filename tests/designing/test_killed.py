@@ -15,11 +15,13 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.designing.executors import AHEAD
 from fivebar.designing.shards import read_chunk
 from tests.helpers import ROOT
 
 KILLS = 50 if os.environ.get("FIVEBAR_NIGHTLY") else 2
 DESIGNS, CHUNK, WORKERS = 60, 2, 2
+IN_HAND = AHEAD * max(WORKERS, os.cpu_count()) + 1  # chunks, and the one that is being written
 PROGRAM = f"""
 import os, sys, time
 import fivebar as fb
@@ -88,7 +90,7 @@ def test_a_killed_driver(kill, program, whole, tmp_path):
         assert time.monotonic() < until, "a worker outlives its driver"
         time.sleep(0.01)
     kept, before = done(out), len(lines(log))
-    assert before - len(kept) <= (WORKERS + 2) * CHUNK
+    assert before - len(kept) <= IN_HAND * CHUNK
     again = begun(program, out, log)
     finish(again)
     counts = Counter(name for name, _ in lines(log))
@@ -109,7 +111,7 @@ def test_a_killed_worker(kill, program, whole, tmp_path):
     finish(run)
     counts = Counter(name for name, _ in lines(log))
     assert {counts[name] for name in kept} <= {1}
-    assert sum(counts.values()) - DESIGNS <= (WORKERS + 2) * CHUNK
+    assert sum(counts.values()) - DESIGNS <= IN_HAND * CHUNK
     assert bytes_of(out) == whole
 
 
