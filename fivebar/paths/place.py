@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linprog
-from scipy.spatial import cKDTree
 
 from .._backend import check_modes
 from ..checks import instance, not_negative, number, optional, shown, takes
@@ -21,23 +20,19 @@ from ..described import one_line
 from ..models.robots import Biglide, FiveBar
 from ..singularities.aspects import Aspect
 from ..singularities.dexterous import dexterous
-from ..singularities.disc import arcs_of, punctures, walled
+from ..singularities.disc import walled
 from ..singularities.keep import Keep
-from ..singularities.regions import crossings, inside
 from .curve import Path
 from .placement import Placement
+from .room import SAMPLES, TIGHT, Room
 from .timing import time_path
 
-SAMPLES = 160  # of the path, in the search
-BORDER = 6000  # samples of what bounds an aspect
-GRID = 96  # nodes a side, at which the distance from it is known before the search
 SHIFTS, FEW = 28, 24  # a side of the grid of shifts on which the search begins, and points of the path that it tries
 TURNS = 16  # of a full turn, where the search begins
 ROUNDS, SEEN = 60, 400  # of a search, at most, and points of the border that it remembers
 SCALES, GROWN = 24, 20  # at which a path is tried, and placements of them that are improved and grown
 FASTEST = 3  # placements that are timed
 STARTS = 8  # placements, the best of the search, that are improved
-TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +97,7 @@ def place(
         working = tuple(map(int, working))
     det_A, sin = (keep.det_A, keep.sin) if keep else (0.0, 0.0)
     regions = [part for part in dexterous(robot, det_A, sin) if working in (None, part.working)]
-    rooms = [each for part in regions if (each := _Room(walled(part, _rest(keep)))).most > margin]
+    rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]
     if not rooms:
         raise ValueError(f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the margin")
     search = _Search(path, rooms, turn, margin)
@@ -134,78 +129,6 @@ def _fastest(robot, search, fits, limits):
 def _rest(keep):
     """What is left to keep in dexterous regions."""
     return None if keep is None else Keep(keep.joints, keep.half_planes, keep.region, bars=keep.bars)
-
-
-class _Room:
-    """Signed distance from the boundary of an aspect and from the walls in it: rough from samples, and exact."""
-
-    def __init__(self, part):
-        self.part, self.arcs, self.points = part, arcs_of(part), punctures(part)
-        length = sum(np.abs(np.diff(arc.z)).sum() for arc in self.arcs)
-        border = np.concatenate([*(arc.dense(length / BORDER) for arc in self.arcs), self.points])
-        self.border, self.spacing = border, length / BORDER
-        self.tree = cKDTree(np.stack([border.real, border.imag], axis=-1))
-        outline = np.concatenate([arc.z for arc in part.boundary[0]])
-        self.low, self.high = outline.real.min() + 1j * outline.imag.min(), outline.real.max() + 1j * outline.imag.max()
-        grid = np.linspace(self.low.real, self.high.real, GRID), np.linspace(self.low.imag, self.high.imag, GRID)
-        self.grid = grid
-        z = grid[0][:, None] + 1j * grid[1]
-        self.field = self.rough(z.ravel())[0].reshape(z.shape)
-        self.most = float(self.field.max())
-
-    def within(self, z, exactly=True):
-        found = (inside if exactly else crossings)(self.part.boundary, z)
-        allowed = getattr(self.part, "allowed", None)
-        if allowed is not None and found.any():
-            found[found] = allowed(z[found])
-        return found
-
-    def rough(self, z):
-        """Signed distance of points (n,) from samples of the border, and its gradient."""
-        distance, k = self.tree.query(np.stack([z.real, z.imag], axis=-1))
-        sign = np.where(self.within(z, exactly=False), 1.0, -1.0)
-        return sign * distance, sign * (z - self.border[k]) / np.maximum(distance, 1e-300)
-
-    def on_grid(self, z):
-        """The field at points, bilinear; outside of the grid less than anything inside."""
-        x, y = ((part - g[0]) / (g[1] - g[0]) for part, g in zip((z.real, z.imag), self.grid))
-        i, j = (np.clip(np.floor(each).astype(int), 0, GRID - 2) for each in (x, y))
-        u, v = x - i, y - j
-        f = self.field
-        value = (f[i, j] * (1 - u) + f[i + 1, j] * u) * (1 - v) + (f[i, j + 1] * (1 - u) + f[i + 1, j + 1] * u) * v
-        beyond = np.maximum(np.maximum(-x, x - GRID + 1), np.maximum(-y, y - GRID + 1))
-        return np.where(beyond > 0, -np.abs(f).max() - beyond * (self.grid[0][1] - self.grid[0][0]), value)
-
-    def exact(self, z):
-        """Distance of points (n,) from all that bounds."""
-        found = np.full(len(z), np.inf)
-        for arc in self.arcs:
-            found = np.minimum(found, arc.nearest(z)[1])
-        for point in self.points:
-            found = np.minimum(found, np.abs(z - point))
-        return found
-
-    def along(self, path):
-        """The room of a placed path, exactly, and the point where it is least; at most 0 where it leaves."""
-        s = np.unique(np.concatenate([path.knots, np.linspace(0, path.length, SAMPLES)]))
-        z = path(s)[0] @ (1, 1j)
-        if not self.within(z).all():
-            return -float(self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~self.within(z)].max()), z[0]
-        room = self.exact(z)
-        # The distance changes no faster than s does: between two samples it is at least this.
-        for _ in range(60):
-            best = room.min()
-            floor = (room[:-1] + room[1:] - np.diff(s)) / 2
-            open_ = np.flatnonzero(floor < best - TIGHT * path.length)
-            if not len(open_):
-                break
-            more = (s[open_] + s[open_ + 1]) / 2
-            own = self.exact(path(more)[0] @ (1, 1j))
-            s, room = np.concatenate([s, more]), np.concatenate([room, own])
-            order = np.argsort(s)
-            s, room = s[order], room[order]
-        k = int(room.argmin())
-        return float(room[k]), complex(*path(s[k])[0])
 
 
 class _Search:

@@ -119,7 +119,8 @@ def test_check_path_names_what_is_broken_and_when():
         biglide, fb.line((0.0, 0.2), (0.0, 0.25), 1.0), keep=fb.Keep(joints=((-0.01, 0.02), None))
     ).broken
     y = fb.line((0.0, 0.2), (0.0, 0.25), 1.0)(held[0].time)[0][1]
-    assert held[0].what == "joint limits of q11" and y == pytest.approx(0.22, abs=1e-9)
+    foot = y - np.sqrt(biglide.l1**2 - (biglide.d / 2) ** 2)
+    assert held[0].what == "joint limits of q11" and foot == pytest.approx(0.02, abs=1e-12)
 
 
 @pytest.mark.parametrize(
