@@ -36,6 +36,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     place.add_argument("--at", nargs=2, type=float, metavar=("X", "Y"), help="where the drawing's middle goes, m")
     place.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="to the left")
     place.add_argument("--scale", type=float, metavar="K", help="of the drawing (default: 1)")
+    place.add_argument("--roomiest", action="store_true", help="turned and shifted to the most room: takes seconds")
     place.add_argument("--fit", action="store_true", help="as large as it fits")
     place.add_argument(
         "--margin", type=float, default=0.005, metavar="M", help="from singularities (default: %(default)g)"
@@ -131,6 +132,7 @@ def _read(arguments):
 def _placed(arguments, robot, path):
     """The path where it is to be drawn, the working modes, and the largest scale that is known to fit, or None."""
     from ..paths.fitting_in import bounds, fitted_in
+    from ..paths.place import place
     from ..paths.placement import Placement
 
     if arguments.fit and (arguments.scale or arguments.at):
@@ -139,7 +141,12 @@ def _placed(arguments, robot, path):
     if arguments.at is None:
         if not robot.turns:
             raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
-        fit = fitted_in(robot, path, turn, None if arguments.fit else scale, arguments.working, arguments.margin)
+        scale = None if arguments.fit else scale
+        if arguments.roomiest:
+            turn = turn if arguments.turn_deg else None
+            placed = place(robot, path, working=arguments.working, turn=turn, scale=scale, margin=arguments.margin)
+            return placed.path, placed.working, placed.largest
+        fit = fitted_in(robot, path, turn, scale, arguments.working, arguments.margin)
         return fit.placement(path), fit.aspect.working, fit.scale
     first = Placement((0.0, 0.0), turn, scale)(path)
     shift = np.array(arguments.at) - bounds(first).mean(axis=0)

@@ -82,6 +82,17 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
 
 
+def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, capsys):
+    margins = []
+    for options in ([], ["--roomiest"]):
+        asked = ["draw", drawing, "--json", "--period", "0.01", "--out", str(tmp_path)]
+        assert main([*asked, *options]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["certified"]
+        margins.append(found["smallest_margin"])
+    assert margins[1] > margins[0]
+
+
 @pytest.mark.parametrize(
     "body, options, code, message",
     [
