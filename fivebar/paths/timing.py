@@ -15,6 +15,9 @@ from ..checks import robot as must_be_robot
 from ..models.dynamics import gravity_torques
 from ..models.geometry import igm
 from ..models.physics import physics_of
+from ..singularities.keep import Keep
+from ..singularities.kept_paths import broken
+from ..singularities.path import SAMPLES
 from .curve import Path
 from .timed_path import TimedPath
 from .timing_jerk import refuse_kinks, smoothed
@@ -32,13 +35,13 @@ AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 @takes(
     robot=must_be_robot, path=instance(Path, what="a Path, as fivebar.path gives"), duration=optional(seconds),
-    working=modes(2),
+    working=modes(2), keep=optional(instance(Keep)),
 )  # fmt: skip
 def time_path(
     robot: Robot, path: Path, duration: float | None = None, *, torque_limit: ArrayLike | None = None,
     joint_speed_limit: ArrayLike | None = None, joint_acceleration_limit: ArrayLike | None = None,
     speed_limit: float | None = None, acceleration_limit: float | None = None, jerk_limit: float | None = None,
-    working: tuple[int, int] = (-1, -1), gap: float = 1e-3, max_time: float = 60.0,
+    working: tuple[int, int] = (-1, -1), keep: Keep | None = None, gap: float = 1e-3, max_time: float = 60.0,
 ) -> TimedPath:  # fmt: skip
     """Follow a given path in the least time under limits, through Type 2 where it leads there: TimedPath.
 
@@ -54,9 +57,11 @@ def time_path(
     speed_limit, acceleration_limit, jerk_limit: of the end-effector, m/s, m/s^2 and m/s^3; the path's own feeds count
         too.
     working: the modes that are kept; the assembly mode changes where the path crosses Type 2.
+    keep: what the path must keep, in whatever time: looked at first, as `check_path` does.
     gap: to which both bounds are brought together, if max_time, s, is enough: upper / lower - 1.
     UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
-    it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked.
+    it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked, and
+    for a path that does not keep what it must, with the places.
     """
     asked = Limits.checked(
         torque=torque_limit, joint_speed=joint_speed_limit, joint_acceleration=joint_acceleration_limit,
@@ -71,6 +76,11 @@ def time_path(
     if asked.jerk is not None:
         refuse_kinks(path)
     until = time.perf_counter() + max_time
+    if keep is not None:
+        samples = np.linspace(0.0, path.length, SAMPLES)
+        for each in broken(robot, path.at_unit_speed, working, keep, samples)[:1]:
+            what = f"{each.what} is not kept from s = {each.time:.9g} m, by at most {each.by:.6g}"
+            raise ValueError(f"time_path: {what} at {where(path, each.worst)}")
     mesh = mesh_of(robot, path, working)
     _refuse_falling(mesh, asked)
     if asked.jerk is not None:

@@ -255,7 +255,7 @@ CASES = {
         dict(
             robot=ROBOT, path=TIMED.path, duration=None, torque_limit=0.1, joint_speed_limit=None,
             joint_acceleration_limit=None, speed_limit=None, acceleration_limit=None, jerk_limit=None,
-            working=(-1, -1), gap=0.01, max_time=2.0,
+            working=(-1, -1), keep=None, gap=0.01, max_time=2.0,
         ), 20.0, ("least time", "rests for"),
     ),
     "TimedPath": Case(

@@ -264,3 +264,11 @@ def test_what_cannot_be_timed_is_said_with_its_place(given, error, words):
     usual = {"robot": ROBOT, "path": REGULAR, "torque_limit": 0.1}
     with pytest.raises(error, match=words):
         fb.time_path(**usual | given)
+
+
+def test_what_must_be_kept_is_looked_at_first():
+    robot, path = fb.FiveBar(), fb.path([(0.05, 0.1), (-0.05, 0.1)])
+    above = fb.Keep(half_planes=((0, 1, 0.05),), joints=((-math.pi, math.pi), None))
+    assert fb.time_path(robot, path, torque_limit=0.05, keep=above).duration > 0
+    with pytest.raises(ValueError, match=r"1 x \+ 0 y >= 0 m is not kept from s = 0\.05\d* m, by at most 0\.05 at"):
+        fb.time_path(robot, path, torque_limit=0.05, keep=fb.Keep(half_planes=((1, 0, 0),)))
