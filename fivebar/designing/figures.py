@@ -61,7 +61,7 @@ def figures_of(asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "fi
         found = [_own(each, name, what) for name, each in asked.items()]
     elif isinstance(asked, (str, Figure)) or callable(asked):
         found = [_one(asked, what)]
-    elif isinstance(asked, Iterable) and not is_symbolic(asked):
+    elif isinstance(asked, Iterable) and getattr(asked, "ndim", 1) and not is_symbolic(asked):
         found = [_one(each, what) for each in asked]
     else:
         found = [_one(asked, what)]
