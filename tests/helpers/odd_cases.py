@@ -177,7 +177,8 @@ CASES = {
     "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
     "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None, keep=KEEP), 10.0),
     "Keep": Case(
-        fb.Keep, dict(joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1, bars=None)
+        fb.Keep,
+        dict(joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1, bars=None)
     ),
     "Bars": Case(fb.Bars, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
     "place": Case(
