@@ -93,7 +93,7 @@ def number(value: object, name: str, low: float = -HUGE, high: float = HUGE, abo
     words = ["finite"]
     if math.isfinite(found) and abs(found) > HUGE:
         words = [f"below {HUGE:g} in size"]
-    elif low == 0 and (high == HUGE or found < low):
+    elif low == 0 and not high < found < math.inf:
         words.append(">" * above + ">=" * (not above) + " 0")
     elif math.isfinite(found):
         words.append(f"from {low:g} to {high:g}")
