@@ -134,7 +134,8 @@ def test_a_linkage_by_hand_and_by_its_address(page):
         assert "not taken" in page.locator("#said").text_content(), bad
 
 
-def test_a_linkage_as_python(page, capsys):
+def test_a_linkage_as_python(page, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # its lines write a page
     page.evaluate("showTab('four')")
     for kind, branch, _, values, _ in LINKAGES:
         signs = [branch] if isinstance(branch, int) else list(branch)
