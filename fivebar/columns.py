@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from .checks import shown
-from .tables import FilePath, TextFile, file_or_path
+from .tables import TextFile, whole_text
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
@@ -82,7 +81,7 @@ def read(
     file: path or open text file; units: {name: unit} or units alone ("mm", "t=ms"), for headings without one.
     ValueError with file and line for what is missing, twice there, no number, not finite, or of contradicting units.
     """
-    text, name = _text(file)
+    text, name = whole_text(file, "a table")
     numbered = [(k, line.strip()) for k, line in enumerate(text.splitlines(), 1)]
     comments = [(k, line) for k, line in numbered if line.startswith(("#", "%"))]
     numbered = [(k, line) for k, line in numbered if line and not line.startswith(("#", "%"))]
@@ -128,30 +127,6 @@ def _listing(value, name):
     if isinstance(value, Sequence) and not isinstance(value, bytes):
         return value
     raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
-
-
-def _text(file: TextFile) -> tuple[str, str]:
-    if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
-        text = file.read()
-        if isinstance(text, bytes):
-            raise TypeError(f"a table is read from a text file, but {file!r} is open for bytes")
-        return text.removeprefix("\ufeff"), str(getattr(file, "name", "the open file"))
-    with open(file, "rb") as opened:
-        raw = opened.read()
-    return _decoded(raw, file), str(file)
-
-
-def _decoded(raw: bytes, file: FilePath) -> str:
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace")
-    if raw[:2] == b"PK":
-        raise ValueError(f"{file}: a spreadsheet or a zip file; save its sheet as CSV")
-    if b"\0" in raw:
-        raise ValueError(f"{file}: not a text file, but a binary one")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:  # as spreadsheets of the West save it; only units have such letters
-        return raw.decode("cp1252", errors="replace")
 
 
 def _cells(line: str, mark: str | None) -> list[str]:

@@ -53,6 +53,33 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
     return file
 
 
+def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str, str]:
+    """What is in a text file of any program, and the file's name: UTF-8 or 16, or as spreadsheets of the West save it.
+
+    file: path or open text file; what: is read from it ("a table"); most: bytes. ValueError for what is no text.
+    """
+    if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
+        text = file.read()
+        if not isinstance(text, str):
+            raise TypeError(f"{what} is read from a text file, but {file!r} is open for bytes")
+        return text.removeprefix("\ufeff"), str(getattr(file, "name", "the open file"))
+    name = os.fspath(file)
+    with open(file, "rb") as opened:
+        raw = opened.read(-1 if most is None else most + 1)
+    if most is not None and len(raw) > most:
+        raise ValueError(f"{name}: more than {most / 1e6:g} MB: not {what}")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace"), name
+    if raw[:2] == b"PK":
+        raise ValueError(f"{name}: a spreadsheet or a zip file; save its sheet as CSV")
+    if b"\0" in raw:
+        raise ValueError(f"{name}: not a text file, but a binary one")
+    try:
+        return raw.decode("utf-8-sig"), name
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace"), name
+
+
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
     """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name has no ending."""
     if file is not None:

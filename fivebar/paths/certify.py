@@ -18,8 +18,7 @@ try:
 except ImportError:
     raise ImportError("to certify a path takes python-flint and mpmath: pip install 'fivebar[certify]'") from None
 
-from .._backend import check_modes
-from ..checks import instance, not_negative, number
+from ..checks import instance, modes, not_negative, number
 from ..described import one_line
 from ..models.geometry import igm
 from ..models.robots import FiveBar
@@ -109,13 +108,11 @@ def certify(
     robot = instance(FiveBar)(robot, "certify: robot")
     path = instance(Path)(path, "certify: path")
     margin = number(margin, "certify: margin", 0.0, 1.0)
-    working = check_modes(working, "working")
-    if working.shape != (2,):
-        raise ValueError(f"certify: working must have shape (2,), not {working.shape}")
+    working = modes(2)(working, "certify: working")
     claim = {
         "robot": {name: float(getattr(robot, name)) for name in LENGTHS},
         "tolerances": _tolerances(robot, tolerances),
-        "working": working.tolist(),
+        "working": list(working),
         "assembly": _assembly(robot, path, working),
         "margin": margin,
         "pieces": [_plain(piece) for piece in path.pieces],
@@ -201,8 +198,8 @@ def _tolerances(robot, tolerances):
 
 def _assembly(robot, path, working):
     """The assembly mode in which a path begins, as far as it is reached."""
-    modes = igm(robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan").assembly
-    return int(next((mode for mode in modes if mode), -1))
+    found = igm(robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan").assembly
+    return int(next((mode for mode in found if mode), -1))
 
 
 def _plain(piece):

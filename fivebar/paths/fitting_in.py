@@ -11,6 +11,7 @@ import numpy as np
 from ..models.geometry import igm
 from ..models.robots import FiveBar
 from ..singularities.aspects import Aspect, aspects
+from ..singularities.bars import apart
 from ..singularities.rectangle import Rectangle, largest_rectangle
 from .curve import Path
 from .pieces import Arc
@@ -99,13 +100,4 @@ def _legs_cross(robot, aspect):
     pose = igm(robot, aspect.point, aspect.working)
     base, elbow, tip = np.array([-0.5, 0.5]) * robot.d, pose.elbows @ (1, 1j), complex(*aspect.point)
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
-    return any(_meet(*one, *other) for one, other in product(*bars) if one[1] != other[1])
-
-
-def _meet(a, b, c, d):
-    """Whether the lines from a to b and from c to d cross."""
-
-    def side(p, q, r):
-        return ((q - p).conjugate() * (r - p)).imag > 0
-
-    return side(a, b, c) != side(a, b, d) and side(c, d, a) != side(c, d, b)
+    return any(apart(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])

@@ -58,8 +58,20 @@ class Line:
         return Line(*(_xy(by + turned * complex(*p)) for p in (self.start, self.end)))
 
 
+class Ends:
+    """What begins and ends where it is called to."""
+
+    @property
+    def start(self) -> np.ndarray:
+        return self(0.0)[0]
+
+    @property
+    def end(self) -> np.ndarray:
+        return self(self.length)[0]
+
+
 @dataclass(frozen=True)
-class Arc:
+class Arc(Ends):
     """An arc about `centre`, (2,) m, of `radius` m, from angle0 to angle1, rad, to the left where it is the larger."""
 
     centre: tuple[float, float]
@@ -78,14 +90,6 @@ class Arc:
     def __repr__(self) -> str:
         turned = f"from {self.angle0:.6g} to {self.angle1:.6g} rad"
         return one_line("Arc", vector("about", self.centre, "m"), f"radius {self.radius:.6g} m", turned)
-
-    @property
-    def start(self) -> np.ndarray:
-        return self(0.0)[0]
-
-    @property
-    def end(self) -> np.ndarray:
-        return self(self.length)[0]
 
     @property
     def length(self) -> float:
@@ -112,7 +116,7 @@ class Arc:
 
 
 @dataclass(frozen=True, eq=False)
-class Polynomial:
+class Polynomial(Ends):
     """xi = sum of coefficients[k] u^k, u = s / length in [0, 1]; |xi_s| need not be 1.
 
     coefficients (degree + 1, 2) m; length: of s, m, > 0.
@@ -131,14 +135,6 @@ class Polynomial:
     def __repr__(self) -> str:
         ends = vector("from", tuple(self.start), "m"), vector("to", tuple(self.end), "m")
         return one_line("Polynomial", f"degree {len(self.coefficients) - 1}", *ends)
-
-    @property
-    def start(self) -> np.ndarray:
-        return self(0.0)[0]
-
-    @property
-    def end(self) -> np.ndarray:
-        return self(self.length)[0]
 
     @classmethod
     def from_bernstein(cls, control: ArrayLike, length: float) -> Polynomial:

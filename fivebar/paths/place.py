@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linprog
 
-from .._backend import check_modes
-from ..checks import instance, not_negative, number, optional, shown, takes
+from ..checks import instance, modes, not_negative, number, optional, shown, takes
 from ..described import one_line
 from ..models.robots import Biglide, FiveBar
 from ..singularities.aspects import Aspect
@@ -67,7 +66,10 @@ class Placed:
         return one_line("Placed", repr(self.placement), modes, where, f"{self.room:.6g} m from its boundary")
 
 
-@takes(robot=instance(FiveBar, Biglide), path=instance(Path), keep=optional(instance(Keep)), margin=not_negative)
+@takes(
+    robot=instance(FiveBar, Biglide), path=instance(Path), keep=optional(instance(Keep)), margin=not_negative,
+    working=optional(modes(2)),
+)  # fmt: skip
 def place(
     robot: FiveBar, path: Path, *, working: ArrayLike | None = None, turn: float | None = None,
     scale: float | None = 1.0, margin: float = 0.0, keep: Keep | None = None, fastest: Mapping | None = None,
@@ -90,11 +92,6 @@ def place(
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     if not (fastest is None or isinstance(fastest, Mapping)):
         raise TypeError(f"fastest must be a mapping of limits, as time_path takes them, not {shown(fastest)}")
-    if working is not None:
-        working = check_modes(working, "working")
-        if working.shape != (2,):
-            raise ValueError(f"working must have shape (2,), not {shown(working.shape)}")
-        working = tuple(map(int, working))
     det_A, sin = (keep.det_A, keep.sin) if keep else (0.0, 0.0)
     regions = [part for part in dexterous(robot, det_A, sin) if working in (None, part.working)]
     rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]

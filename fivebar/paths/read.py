@@ -11,7 +11,7 @@ from pathlib import PurePath
 
 from ..checks import flag, instance, not_negative, one_of, optional, shown, takes
 from ..columns import units_named
-from ..tables import TextFile, file_or_path
+from ..tables import TextFile, whole_text
 from .curve import Path
 from .draft import Draft
 from .placement import Placement
@@ -59,7 +59,7 @@ def path(
 
 
 def _read(file: TextFile, units, kind) -> Draft:
-    text, name = _text(file)
+    text, name = whole_text(file, "a drawing", LARGEST)
     ending = PurePath(name).suffix.lower().lstrip(".")
     kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
     if kind == "csv":
@@ -75,27 +75,6 @@ def _read(file: TextFile, units, kind) -> Draft:
     except ImportError as error:
         raise ImportError("to read an SVG, svgelements is needed: pip install 'fivebar[draw]'") from error
     return read_svg(text, name, units)
-
-
-def _text(file):
-    """What is in a file, and its name."""
-    if not isinstance(file_or_path(file, "read"), str | os.PathLike):
-        text, name = file.read(), str(getattr(file, "name", "the open file"))
-        if not isinstance(text, str):
-            raise TypeError(f"a drawing is read from a text file, but {file!r} is open for bytes")
-        return text, name
-    with open(file, "rb") as opened:
-        raw = opened.read(LARGEST + 1)
-    if len(raw) > LARGEST:
-        raise ValueError(f"{file}: more than {LARGEST / 1e6:g} MB: no drawing")
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace"), os.fspath(file)
-    if b"\0" in raw:
-        raise ValueError(f"{file}: not a text file, but a binary one")
-    try:
-        return raw.decode("utf-8-sig"), os.fspath(file)
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", errors="replace"), os.fspath(file)
 
 
 def _guessed(text):

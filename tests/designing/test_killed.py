@@ -75,13 +75,19 @@ def whole(program, tmp_path_factory):
     return bytes_of(out)
 
 
-@pytest.mark.parametrize("kill", range(KILLS))
-def test_a_killed_driver(kill, program, whole, tmp_path):
-    out, log = tmp_path / "out", tmp_path / "log"
+def on_the_way(kill, program, out, log):
+    """A run of which some designs are done."""
     wanted = int(np.random.default_rng(kill).integers(1, DESIGNS - 2 * CHUNK))
     run = begun(program, out, log)
     while len(lines(log)) < wanted:
         time.sleep(0.002)
+    return run
+
+
+@pytest.mark.parametrize("kill", range(KILLS))
+def test_a_killed_driver(kill, program, whole, tmp_path):
+    out, log = tmp_path / "out", tmp_path / "log"
+    run = on_the_way(kill, program, out, log)
     run.kill()
     run.communicate()
     workers = {int(pid) for _, pid in lines(log)}
@@ -102,10 +108,7 @@ def test_a_killed_driver(kill, program, whole, tmp_path):
 @pytest.mark.parametrize("kill", range(KILLS))
 def test_a_killed_worker(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"
-    wanted = int(np.random.default_rng(kill).integers(1, DESIGNS - 2 * CHUNK))
-    run = begun(program, out, log)
-    while len(lines(log)) < wanted:
-        time.sleep(0.002)
+    run = on_the_way(kill, program, out, log)
     kept = done(out)
     os.kill(int(lines(log)[-1][1]), signal.SIGKILL)
     finish(run)

@@ -35,7 +35,7 @@ from fivebar.paths.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
 from fivebar.study.speed_accuracy.store import Partial, Result
 from fivebar.study.speed_accuracy.store import from_csv as result_from_csv
-from tests.helpers import DATA, ROOT, toy_chart
+from tests.helpers import DATA, functions_with, toy_chart
 
 ROBOT = fb.FiveBar()
 POINTS = "t,x,y\n" + "".join(f"{k / 9!r},{0.09 - k * 0.001!r},0.068\n" for k in range(10))
@@ -195,12 +195,12 @@ def _zipped(content):
 
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
-    "cli.robot_options:robot_from": "robot.toml", "columns:_numbers": "columns", "columns:_text": "columns",
+    "cli.robot_options:robot_from": "robot.toml", "columns:_numbers": "columns", "tables:whole_text": "columns",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
     "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
-    "linkages.study:from_csv": "Study", "paths.checker:check": "certificate", "paths.read:_text": "path.svg",
+    "linkages.study:from_csv": "Study", "paths.checker:check": "certificate", 
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
     "study.speed_accuracy.store:from_csv": "chart", "tables:about": "Run", "tables:opened": "from_csv",
@@ -243,15 +243,9 @@ READING = {"open", "read_text", "read_bytes", "load", "loads", "loadtxt", "genfr
 
 def reading_functions():
     """module:function of every function of the package that opens or takes apart a file; writers among them."""
-    found = set()
-    for path in (ROOT / "fivebar").rglob("*.py"):
-        if "_labs" in path.parts:
-            continue
-        module = ".".join(path.relative_to(ROOT / "fivebar").with_suffix("").parts)
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.FunctionDef):
-                calls = [call.func for call in ast.walk(node) if isinstance(call, ast.Call)]
-                names = {f.id if isinstance(f, ast.Name) else getattr(f, "attr", "") for f in calls}
-                if names & READING:
-                    found.add(f"{module}:{node.name}")
-    return found
+    return functions_with(
+        lambda node: (
+            isinstance(node, ast.Call)
+            and (node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")) in READING
+        )
+    )

@@ -5,7 +5,7 @@ import ast
 import fivebar as fb
 from fivebar import linkages
 from fivebar.view import strip
-from tests.helpers import ROOT
+from tests.helpers import functions_with
 
 ROBOT = fb.FiveBar()
 LINE = fb.line((0.09, 0.068), (0.08, 0.075), 0.2)
@@ -50,15 +50,7 @@ DIRECT = {
 
 def writing_functions():
     """module:function of every function that opens a file to write, or has Matplotlib or a Path write it."""
-    found = set()
-    for path in (ROOT / "fivebar").rglob("*.py"):
-        if "_labs" in path.parts:
-            continue
-        module = ".".join(path.relative_to(ROOT / "fivebar").with_suffix("").parts)
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.FunctionDef) and any(map(_writes, ast.walk(node))):
-                found.add(f"{module}:{node.name}")
-    return found
+    return functions_with(_writes)
 
 
 def _writes(node):
