@@ -147,8 +147,8 @@ def _parted(claim, piece):
         first, last = left.pop()
         if not proved(claim, piece, first, last, _BALLS):
             middle, size = (first + last) / 2, last - first
-            there = [proved(claim, piece, u, u, _BALLS) for u in (middle, first, last) if size <= COARSE]
-            if size > FINEST and not (size <= FINE and not there[0] or there and not any(there)):
+            tried = (middle,) if size <= FINE else (middle, first, last)
+            if size > FINEST and (size > COARSE or any(proved(claim, piece, u, u, _BALLS) for u in tried)):
                 left += [(middle, last), (first, middle)]
                 continue
             failed.append((first, last))
