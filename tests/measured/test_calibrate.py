@@ -135,7 +135,14 @@ def test_a_start_that_leads_nowhere_is_replaced():
     found = fb.calibrate(LAB, measured(true, 30, rng), unknown)
     assert off(found, true) < 1e-11
     true |= dict(offset1=1.9, offset2=-2.6)
-    assert off(fb.calibrate(LAB, measured(true, 30, rng), unknown), true) < 1e-11
+    data = measured(true, 30, rng)
+    found = fb.calibrate(LAB, data, unknown)
+    assert off(found, true) < 1e-11
+    points, q = np.column_stack([data["x"], data["y"]]), np.column_stack([data["q1"], data["q2"]])
+    assert np.allclose(found.to_frame(found.to_robot(points)), points, rtol=0, atol=1e-13)
+    working = fb.dgm(found.robot, found.angles(q), found.assembly).working
+    turned = found.angles(q) - fb.igm(found.robot, found.to_robot(points), working).q  # commanded for these points
+    assert np.abs(np.sin(turned / 2)).max() < 1e-10
 
 
 def test_noise_is_known_by_its_intervals():

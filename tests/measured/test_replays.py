@@ -48,3 +48,5 @@ def test_gaps_are_replayed_from_what_was_measured_after_them():
     found = run.replay()
     apart = np.hypot(*found.difference.T)
     assert np.isnan(apart).sum() == 1 and np.nanmax(apart) < 5e-4
+    q = (run.q + found.q_difference)[np.isfinite(apart)]
+    assert np.abs(fb.dgm(ROBOT, q).xi - found.simulated.xi[np.isfinite(apart)]).max() < 1e-12

@@ -67,13 +67,11 @@ class Partial:
     """
 
     def __init__(self, path: Path, about: dict):
-        self.path, self.rows, self.begun_anew = path, [], False
+        self.path, self.rows = path, []
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.exists() else []
         found = [_parsed(line) for line in lines]
         if found and found[0] == about:
             self.rows = [row for row in found[1:] if _is_row(row)]  # the last may be cut off in the middle
-        else:
-            self.begun_anew = bool(found)
         self._known = {_key(row): row for row in self.rows}
         with written(path) as file:
             file.writelines(json.dumps(each) + "\n" for each in (about, *self.rows))
