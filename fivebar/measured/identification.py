@@ -39,7 +39,8 @@ def identify(
     """Inertial parameters and friction of a robot from logs of its motion and torques; gives an Identification.
 
     robot: of known lengths and gravity; its masses and friction count where they are not unknown.
-    log: a Run, a CSV file, a mapping of arrays t, q1, q2, tau1, tau2, perhaps q1_dot, ...; or a list of these.
+    log: a Run, a CSV file, a mapping of arrays t, q1, q2, tau1, tau2, perhaps q1_dot, ...; or a list of these. Torques
+    are those at their times, or held from row to row where that fits better, as a drive's commands are.
     validate: a second run, only predicted. unknown: names, None: all that the torque is linear in; the masses stay in
     the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`).
     assembly: the mode of all logs. cutoff: Hz, of all filters; None: where the motion sinks into its noise
@@ -57,21 +58,28 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     columns = [k for k, name in enumerate(names) if name in sought]
 
-    def prepared(at):
+    def prepared(at, logs):
         found = [samples(own, held, robot, assembly, at) for own, held in logs]
         rows = _joined([each.rows for each in found])
         return found, replace(rows, tau=rows.tau - rows.W @ known)
 
-    found, rows = prepared(cutoff)
+    found, rows = prepared(cutoff, logs)
     _must_say(rows, found, 2 * len(sought))
     base, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
     sentences = words(robot, folded, everywhere=True)
     told, more = independent(rows.W, base, NEARLY)
-    full = fit(rows, told)
+    full, said = fit(rows, told), []
+    if full.misfit < POOR and not all(held for _, held in logs):
+        as_held = [(own, True) for own, _ in logs]
+        again, others = prepared(cutoff, as_held)
+        better, count = fit(others, told), rows.counts.sum(axis=0)
+        if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
+            logs, found, rows, full = as_held, again, others, better
+            said = ["each torque is taken as held from its row to the next: so it fits the motion better"]
     for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
             break
-        lower = prepared(LOWERED * min(each.cutoff for each in found))
+        lower = prepared(LOWERED * min(each.cutoff for each in found), logs)
         if lower[1].counts.sum(axis=0).min() < ENOUGH * len(columns):
             break
         found, rows = lower
@@ -100,7 +108,7 @@ def identify(
     result = _robot(robot, sought, labels, theta, last)
     sd = np.sqrt(np.diag(last.cov))
     values = dict(zip(labels, map(float, theta)))
-    said = [sentence for each in found for sentence in each.said]
+    said += [sentence for each in found for sentence in each.said]
     said += beyond_the_model(robot, result, found, known, labels, theta, last)
     identified = Identification(
         robot=result, given=robot, values=values, sd=dict(zip(labels, map(float, sd))), chosen=tuple(labels),
@@ -112,9 +120,9 @@ def identify(
     )  # fmt: skip
     if validate is None:
         return identified
-    return replace(
-        identified, validation=_validated(identified, log_of(validate, robot, units, gauges), assembly, cutoff)
-    )
+    second, held = log_of(validate, robot, units, gauges)
+    held = held or logs[0][1]
+    return replace(identified, validation=_validated(identified, second, held, assembly, cutoff))
 
 
 def sought_names(robot, unknown):
@@ -193,8 +201,7 @@ def _shown(rows, values):
     return np.where(rows.counts, values / np.sqrt(np.where(rows.counts, rows.cover, 1.0)), np.nan)
 
 
-def _validated(found: Identification, second, assembly, cutoff) -> Validation:
-    log, held = second
+def _validated(found: Identification, log, held, assembly, cutoff) -> Validation:
     rows = samples(log, held, found.given, assembly, found.cutoff if cutoff is None else cutoff).rows
     theta = np.array([getattr(found.robot, name) for name in linear_names(found.given)])
     predicted = rows.W @ theta

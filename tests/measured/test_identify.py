@@ -71,13 +71,14 @@ def test_a_simulated_robot_that_sticks_and_slips_comes_back():
     path = fb.Trajectory(0.0, 5.0, _lissajous)
     run = fb.simulate(robot, fb.ComputedTorque(robot, 400.0, 40.0), path, control_period=2e-3, step=2e-3)
     known = fb.FiveBar(robot.l11, robot.l12, robot.l21, robot.l22, robot.d, gravity=robot.gravity)
-    found = fb.identify(
-        known, run, unknown=("zz1", "zz2", "m", "mx11", "mx21", "fv1", "fv2", "fs1", "fs2", "zz12", "zz22")
-    )
+    unknown = "zz1", "zz2", "m", "mx11", "mx21", "fv1", "fv2", "fs1", "fs2", "zz12", "zz22"
+    found = fb.identify(known, run, unknown=unknown)
     for name, value in found.values.items():  # without noise, what is left is that of steps of 2 ms
         assert value == pytest.approx(getattr(robot, name), rel=3e-3)
     assert found.misfit < 1e-3 and found.validation is None
     assert found.robot.fs2 == pytest.approx(0.08, rel=2e-3)
+    elsewhere = fb.identify(known, {"t": run.t, "q": run.q, "tau": run.tau}, unknown=unknown)  # who held is not said
+    assert elsewhere.values == pytest.approx(found.values, rel=1e-9) and "held from its row" in elsewhere.said[0]
 
 
 def _lissajous(t):
@@ -115,7 +116,7 @@ def test_naive_differences_fail_where_the_filter_does_not():
     found = fb.identify(case.known, case.log)
     truth = case.robot.m
     assert abs(naive[2] / truth - 1) > 0.5  # most of the mass is gone
-    assert abs(found.values["m"] / truth - 1) < 0.01
+    assert abs(found.values["m"] / truth - 1) < 0.01 and not found.said  # torques of these very times: not held
 
 
 def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
