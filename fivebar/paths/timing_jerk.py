@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ..errors import SingularityError
 from ..models.dynamics import inverse_dynamics
@@ -26,17 +27,17 @@ if TYPE_CHECKING:
 PLACES = 7  # between two times at which a derivative jumps
 MARGIN = 1e-5  # of the limits: between those places
 SHARES = np.geomspace(0.01, 2.0, 15)  # of the motion's time, near one of which w is sought
-STEPS = 5  # in golden sections
+STEPS = 7  # of that search
 JUMP = 1e-6  # of the largest curvature, that is none
 
 
 def refuse_kinks(path) -> None:
     """ValueError where the curvature jumps and the motion does not rest; SingularityError is `refuse_crossing`'s."""
     n = len(path.pieces)
+    if n == 1:
+        return
     before, after = np.arange(n - 1), np.arange(1, n)
     ends = np.array([piece.length for piece in path.pieces[:-1]])
-    if not n > 1:
-        return
     bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
     largest = max(np.abs(bends[0]).max(), np.abs(bends[1]).max())
     rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
@@ -69,19 +70,8 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
 
     widths = np.log(SHARES * motion.clock.taken.sum())
     k = int(np.argmin([time(w) for w in widths]))
-    low, high = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
-    golden = (np.sqrt(5) - 1) / 2
-    a, b = high - golden * (high - low), low + golden * (high - low)
-    at_a, at_b = time(a), time(b)
-    for _ in range(STEPS):
-        if at_a < at_b:
-            high, b, at_b = b, a, at_a
-            a = high - golden * (high - low)
-            at_a = time(a)
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + golden * (high - low)
-            at_b = time(b)
+    ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
+    minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
     best = min(tried.values(), key=lambda each: each.duration)
     if duration is None:
         return best

@@ -124,27 +124,9 @@ def _above(x0, rows, h):
     if best is None:
         return math.inf, math.inf, math.inf
     (
-        a0,
-        am,
-        a1,
-        b0,
-        bm,
-        b1,
-        v0,
-        vm,
-        v1,
-        c0,
-        cm,
-        c1,
-        a_bend,
-        b_bend,
-        v_bend,
-        c_bend,
-        a_slack,
-        b_slack,
-        v_slack,
-        c_slack,
-    ) = best
+        a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1,
+        a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack,
+    ) = best  # fmt: skip
     x1, loose = x0 + h * guess, 1e-3
     for _ in range(60):
         high, low = max(x0, x1), min(x0, x1)

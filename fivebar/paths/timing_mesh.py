@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -74,6 +75,17 @@ class Mesh:
         found = [self.found[f"{name}{leg}"] for leg in (1, 2) if f"{name}{leg}" in self.found]
         largest = max((np.abs(each.first).max() for each in found), default=0.0)
         return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
+
+    def layer(self, k: int) -> float:
+        """How far from node k on Type 2, m, a torque's factor a of u changes by as much as it is there.
+
+        Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin layer alone.
+        """
+        if not self.criterion[k]:
+            return math.inf
+        each = [self.found[name] for name in ("a1", "a2")]
+        slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
+        return min((abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf)
 
     @cached_property
     def criterion(self) -> np.ndarray:

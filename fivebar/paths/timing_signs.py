@@ -30,13 +30,8 @@ def cut_at_signs(robot: Robot, path: Path, stretches: Stretches, working: tuple[
     for name in names:
         value = sampled[name][0].reshape(s.shape)
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
-        roots = _roots(
-            lambda at, k, name=name: _values(robot, path, working, stretches.piece[k], at, [name])[name],
-            s[row, column],
-            s[row, column + 1],
-            value[row, column],
-            row,
-        )
+        ends = s[row, column], s[row, column + 1]
+        roots = _roots(robot, path, working, stretches.piece[row], name, *ends, value[row, column])
         inside = np.minimum(roots - stretches.first[row], stretches.last[row] - roots) > 1e-12 * path.length
         index.append(row[inside])
         places.append(roots[inside])
@@ -45,18 +40,12 @@ def cut_at_signs(robot: Robot, path: Path, stretches: Stretches, working: tuple[
 
 def cut_where_missed(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> Stretches:
     """Cut where det A has two signs that the first samples had not shown."""
-    ends = _values(
-        robot, path, working, np.tile(stretches.piece, 2), np.concatenate([stretches.first, stretches.last]), ["D"]
-    )["D"][0].reshape(2, -1)
-    row = np.flatnonzero((ends[0] * ends[1] < 0) & (np.abs(ends) > 1e-12).all(axis=0))
-    roots = _roots(
-        lambda at, k: _values(robot, path, working, stretches.piece[k], at, ["D"])["D"],
-        stretches.first[row],
-        stretches.last[row],
-        ends[0][row],
-        row,
+    first, last = (
+        _values(robot, path, working, stretches.piece, s, ["D"])["D"][0] for s in (stretches.first, stretches.last)
     )
-    return stretches.cut(row, roots)
+    row = np.flatnonzero((first * last < 0) & (np.abs(first) > 1e-12) & (np.abs(last) > 1e-12))
+    at = stretches.taken(row)
+    return stretches.cut(row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row]))
 
 
 def _values(robot, path, working, piece, s, names):
@@ -66,13 +55,13 @@ def _values(robot, path, working, piece, s, names):
     return {name: (found[name].m[0], found[name].m[1]) for name in names}
 
 
-def _roots(function, low, high, at_low, k):
-    """Roots by Newton steps that stay between signs; function(s, k) -> (value, derivative)."""
+def _roots(robot, path, working, piece, name, low, high, at_low):
+    """Roots by Newton steps that stay between signs."""
     if not len(low):
         return low
     sign, s = np.sign(at_low), (low + high) / 2
     for _ in range(60):
-        value, slope = function(s, k)
+        value, slope = _values(robot, path, working, piece, s, [name])[name]
         below = np.sign(value) == sign
         low, high = np.where(below, s, low), np.where(below, high, s)
         with np.errstate(all="ignore"):

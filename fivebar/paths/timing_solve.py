@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 MOST = 20000  # stretches
 ROUNDS, FAILURES = 150, 100
-BESIDE, SHORTEST = 3, 1e-5  # stretches on either side of Type 2, and how short they become, of the path
+BESIDE = 3  # stretches on either side of Type 2
+LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
+LAYER = 0.1  # of what `Mesh.layer` tells
+CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
@@ -53,6 +56,8 @@ class Solved(NamedTuple):
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
     best, hints, stuck = None, None, 0
+    while (parts := _beside_type_2(mesh)).any():  # what is missing there shows elsewhere
+        mesh = mesh.split(1 + parts)
     for _ in range(ROUNDS):
         found = solve(mesh, limits, hints)
         late = len(mesh) > MOST or time.perf_counter() > until
@@ -69,10 +74,6 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
             if found.stuck is not None:  # all of it is slower for what is missing in one place
                 parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
-            for k in np.flatnonzero(mesh.crossing):  # what is missing there shows elsewhere
-                near = slice(max(k - BESIDE, 0), k + BESIDE)
-                long = mesh.stretches.length[near] > SHORTEST * mesh.path.length
-                parts[near] = np.maximum(parts[near], 1 + long)
             hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
         else:
             node, parts = found
@@ -88,6 +89,18 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     if best is None:
         _refuse(mesh, limits, node, False)
     return best
+
+
+def _beside_type_2(mesh):
+    """Stretches (n,) beside Type 2 that are longer than what is to be seen there."""
+    length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
+    D = mesh.found["D"]
+    clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
+    for k in np.flatnonzero(mesh.crossing):
+        near = slice(max(k - BESIDE, 0), k + BESIDE)
+        most = np.clip(LAYER * mesh.layer(k), SHORT * mesh.path.length, LONG * mesh.path.length)
+        long[near] |= clear[near] & (length[near] > most)
+    return long
 
 
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
@@ -122,7 +135,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         if isinstance(x, int):
             return x
         own = table.curvature(x)
-        return Solved(above, top, x, own, np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)]))
+        each = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
+        return Solved(above, top, x, own, each) if np.isfinite(each).all() else int(np.argmax(each))  # at rest there
 
     if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
         return found

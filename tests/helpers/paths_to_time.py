@@ -1,6 +1,7 @@
 """Paths drawn at random, limits drawn at random, and how much of its limits a motion uses."""
 
 import numpy as np
+from scipy.optimize import brentq
 
 import fivebar as fb
 from fivebar.paths.curve import Path
@@ -35,6 +36,18 @@ def random_path(rng, centre, width):
         return Path(tuple(Line(tuple(a), tuple(b)) for a, b in zip(points[:-1], points[1:])))
     middle = np.array(centre) + rng.uniform(-width, width, 2) / 2
     return Path((Arc(tuple(middle), width * rng.uniform(0.05, 0.5), *rng.uniform(-7, 7, 2)),))
+
+
+def almost_along_the_bars(angle, bend=0.004):
+    """A curve of 40 mm through a place on Type 2 of the lab's robot, there at this angle, rad, to its bars."""
+    robot = fb.FiveBar()
+    place = np.array([brentq(lambda x: fb.igm(robot, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05])
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    bar = np.array(fb.igm(robot, place).u2[0])
+    along = turn.T @ bar
+    across = np.array([-along[1], along[0]])
+    points = place + np.outer([-0.02, 0.0, 0.02], along) + np.outer([bend, -bend, bend], across)
+    return Path((Polynomial.from_bernstein(points, 0.04),))
 
 
 def random_limits(rng, robot, torque):

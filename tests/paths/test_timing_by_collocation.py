@@ -3,6 +3,10 @@
 Unknown are x = s'^2 at the nodes and both bar forces lambda at the middles of the intervals; there m xi'' = A^T lambda
 and tau = Z q'' + B^T lambda, with s'' = x_s / 2, all of the place from the models. The time is the trapezoidal one,
 exact where s'' is even. Nothing is divided by det A, so that Type 2 is a place like others.
+
+Where a path crosses Type 2 almost along the bars, the criterion's s'^2 = -(a / b) s'' binds in a layer of |a / a_s|,
+down to 1e-12 m. Intervals longer than that pass it too fast, with torques far above the limit between their middles,
+and in less time than the lower bound; on intervals that end as short as the layer the time is between both bounds.
 """
 
 import casadi as ca
@@ -12,6 +16,7 @@ import pytest
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line, Polynomial
+from tests.helpers.paths_to_time import almost_along_the_bars
 
 ROBOT = fb.FiveBar()
 HOME = (0.09, 0.06796322)
@@ -35,9 +40,9 @@ def of_the_place(path, s):
     return np.hstack([xi_s, xi_ss, rates.q_dot, bend.q_ddot, A.reshape(-1, 4), B[:, 0, :1], B[:, 1, 1:]])
 
 
-def by_collocation(path, limit, count=2000):
-    """The least time of the discretised motion, s."""
-    h, edges = path.length / count, np.linspace(0.0, path.length, count + 1)
+def by_collocation(path, limit, edges):
+    """(the least time of the motion discretised at s = edges (n + 1,), s; its x there)."""
+    h, count = np.diff(edges), len(edges) - 1
     tx, ty, nx, ny, q1, q2, p1, p2, x1, y1, x2, y2, b1, b2 = of_the_place(path, (edges[1:] + edges[:-1]) / 2).T
     x, first, second = (ca.SX.sym(name, n) for name, n in (("x", count + 1), ("first", count), ("second", count)))
     u, mean = (x[1:] - x[:-1]) / (2 * h), (x[1:] + x[:-1]) / 2
@@ -58,7 +63,7 @@ def by_collocation(path, limit, count=2000):
         lbg=np.concatenate([none, -one]), ubg=np.concatenate([none, one]),
     )  # fmt: skip
     assert solver.stats()["success"], solver.stats()["return_status"]
-    return float(found["f"])
+    return float(found["f"]), np.array(found["x"])[: count + 1, 0]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -66,5 +71,23 @@ def test_a_collocation_of_the_same_path_takes_the_same_time(name):
     path, crossings = CASES[name]
     motion = fb.time_path(ROBOT, path, torque_limit=0.05)
     assert motion.crossing.sum() == crossings
-    least = by_collocation(path, 0.05)
+    least, _ = by_collocation(path, 0.05, np.linspace(0.0, path.length, 2001))
     assert abs(motion.duration / least - 1) < 1e-3 and abs(motion.lower_bound / least - 1) < 1e-3
+
+
+def test_no_motion_that_keeps_its_limits_beside_type_2_is_below_the_lower_bound():
+    path, limit = almost_along_the_bars(1e-4), 0.05
+    motion = fb.time_path(ROBOT, path, torque_limit=limit)
+    coarse, fine = np.linspace(0.0, path.length, 1001), motion.s
+    blind, x = by_collocation(path, limit, coarse)
+    assert blind < 0.995 * motion.lower_bound
+    # That motion between its nodes: s'' is even on each interval.
+    share = np.linspace(0.05, 0.95, 19)[:, None]
+    s, u = coarse[:-1] + share * np.diff(coarse), np.diff(x) / (2 * np.diff(coarse))
+    xi, xi_s, xi_ss, _ = path(s)
+    square = (x[:-1] + share * np.diff(x))[..., None]
+    rates = fb.ikm(fb.igm(ROBOT, xi), xi_s * np.sqrt(square))
+    tau = np.abs(fb.inverse_dynamics(fb.ikm2(rates, xi_ss * square + xi_s * u[:, None])))
+    assert tau.max() > 5 * limit and motion.crossing.sum() == 1
+    least, _ = by_collocation(path, limit, np.interp(np.arange(0, len(fine) - 0.5, 0.5), np.arange(len(fine)), fine))
+    assert motion.lower_bound < least < motion.duration and motion.gap < 1e-3
