@@ -92,6 +92,8 @@ def followed(answers: Answers) -> Misconception | None:
 def diagnose(answers: Answers) -> Misconception | None:
     """The mistake that gives the student's answers, None where none is known that does."""
     exercise = answers.exercise
+    if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit, but what it builds on
+        return _of_called(answers)
     fit = Fit(exercise, answers.robot, answers.columns, answers.came, answers.expected, answers.limits)
     return (
         _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
@@ -165,8 +167,6 @@ def _in_parts(answers):
     exercise, starts = answers.exercise, _starts(answers.exercise)
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     right = _by_parts(exact | answers.refused[:, None], starts)
-    if not np.any(np.all(np.isfinite(answers.came), axis=1)):
-        return None
     first, models = {}, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
     for misconception in models:
         outcome = answers.outcome(misconception.model)

@@ -28,8 +28,8 @@ def number_text(value: float, robot: Robot | None) -> str:
     for word, size in plain.items():
         if np.isclose(abs(value), size, rtol=EXACT, atol=0):
             own = {name for name, number in _numbers(robot) if np.isclose(abs(value), 1 / number, rtol=EXACT, atol=0)}
-            also = f" = 1/{min(own)}" if own else ""
             sign = "-" if value < 0 else ""
+            also = f" = {sign}1/{min(own)}" if own else ""
             return f"{sign}{word}{also}" if word == f"{size:g}" else f"{text} = {sign}{word}{also}"
     for (word, size), (times, factor), power in product(
         _numbers(robot), (("", 1.0), ("2 ", 2.0), ("1/2 ", 0.5), ("4 ", 4.0), ("1/4 ", 0.25)), (1, -1, 2, -2)

@@ -5,6 +5,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception, Reply, judge
+from fivebar.grading.judge import answered, came_text, rows_right
+from fivebar.grading.worker.replies import KINDS
 
 Q = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 12))
 MODES = np.tile([1, -1], 6)
@@ -167,3 +169,88 @@ def test_of_a_matrix_a_leg_has_a_whole_row():
     assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
     assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis is lost
     assert judge(model, None, (a,), [Reply("value", 0.1 * np.eye(2)) for v in a]).diagnosis is lost
+
+
+LINE = Exercise("f(a, b) -> x, q", lambda robot, a, b: (a * b, 1e-3 * a + 0 * b), angles=("q",))
+A, B = np.array([1.0, 2.0, 4.0]), np.array([0.25, -2.0, 0.125])
+
+
+def line(x, q, **choices):
+    return judge(LINE, None, (A, B), [Reply("value", list(row)) for row in zip(x, q)], **choices)
+
+
+def test_an_error_is_measured_by_the_largest_answer_of_its_number_an_angles_by_one_radian():
+    exact = A * B, 1e-3 * A
+    for size, share in ((0.9e-9, 1.0), (1.1e-9, 0.0)):
+        assert line(exact[0] + 4 * size, exact[1]).share == share
+        assert line(exact[0], exact[1] - size + 2 * np.pi).share == share
+    per_row = np.array([1e-3, 1e-5, 1e-2])
+    assert line(exact[0] + 0.9 * 4 * per_row, exact[1] - 0.9 * per_row, tolerance=per_row).share == 1
+    assert line(exact[0] + 4 * np.roll(per_row, 1), exact[1], tolerance=per_row).share == pytest.approx(1 / 3)
+
+
+def test_the_first_wrong_call_is_told_with_all_that_belongs_to_it():
+    replies = [
+        Reply("value", [0.25, 1e-3]),
+        Reply("value", [np.array([-4.0]), 0.5], line=3, source="return"),
+        Reply("exit"),
+    ]
+    found = judge(LINE, None, (A, B), replies)
+    assert (found.share, found.reason, found.text) == (pytest.approx(1 / 3), "value", "wrong value of q")
+    assert (found.wrong, found.rows, found.line, found.source) == (2, 3, 3, "return")
+    assert (found.asked, found.came) == ("f(a=2, b=-2)", "([-4.], 0.5)")
+    assert found.off == pytest.approx(0.498, rel=1e-12)
+    assert found.remarks == ("x came with shape (1,), asked is a number",)
+    assert found.sample == {"inputs": {"a": 2.0, "b": -2.0}, "expected": [-4.0, 2e-3], "came": [-4.0, 0.5]}
+    none = judge(LINE, None, (A, B), [Reply("exit", line=9)] * 3)
+    assert (none.share, none.off, none.came, none.text) == (0, None, KINDS["exit"], Reply("exit").words)
+    with pytest.raises(ValueError, match="the right f has no answer in row 1"):
+        judge(LINE, None, (A, np.array([1.0, np.nan, 2.0])), replies)
+
+
+def test_the_labs_own_measure_is_told_beside_the_verdict():
+    def told(x, q, most=0.1, measure=lambda numbers: numbers):
+        return line(x, q, threshold=(most, measure)).beside
+
+    x, q = A * B, 1e-3 * A
+    assert told(x + 0.3, q + 0.05) == "mean errors 0.3 and 0.05: error in model (threshold 0.1)"
+    assert told(x + [0.1, -0.1, 0.04], q + 0.05 + 2 * np.pi) == "mean errors 0.08 and 0.05: OK (threshold 0.1)"
+    assert told(x + 0.05, q + 0.2) == "mean errors 0.05 and 0.2: error in model (threshold 0.1)"
+    assert told(x + 0.2, q - 0.2, 0.5, lambda n: n * (2, 0.5)) == "mean errors 0.4 and 0.1: OK (threshold 0.5)"
+    assert told(x + np.nan, q) == "" == line(x, q + 0.2).beside
+
+
+def test_rows_that_are_right_and_answers_that_are_all_right():
+    x, q = A * B, 1e-3 * A
+    replies = [Reply("value", list(row)) for row in zip(x + [0, 3e-6, 5e-6], q + [0, 0, 2 * np.pi])]
+    tolerance = np.array([1e-9, 1e-6, 1e-6])
+    assert rows_right(LINE, None, (A, B), replies, tolerance).tolist() == [True, True, False]
+    came, right = answered(LINE, None, (A, B), replies, tolerance)
+    assert not right and came.tolist() == [[a, b] for a, b in zip(x + [0, 3e-6, 5e-6], q + [0, 0, 2 * np.pi])]
+    assert answered(LINE, None, (A, B), replies, 2e-6)[1]
+    # nan, or an exception, is right just where the right model has no answer
+    nan = Reply("value", [np.nan, np.nan])
+    for reply in (nan, Reply("exception", text="ValueError: no")):
+        for b, expected in ((np.array([np.nan, -2.0, 0.125]), True), (B, False)):
+            came, right = answered(LINE, None, (A, b), [reply, *replies[1:]], 2e-6)
+            assert right == expected and np.isnan(came[0]).all() and came[1].tolist() == [x[1] + 3e-6, q[1]]
+    assert answered(LINE, None, (A, B), [Reply("timeout"), *replies[1:]], 1.0) == (None, False)
+    assert rows_right(LINE, None, (A, B), [nan, *replies[1:]], tolerance).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("reply", "text"),
+    [
+        (Reply("exception", text="ValueError: " + "x" * 300), ("ValueError: " + "x" * 300)[:200]),
+        (Reply("timeout"), KINDS["timeout"]),
+        (Reply("value", 1 / 3), "0.333333333"),
+        (Reply("value", [1 / 3, "a", None, [2, 0.5]]), "(0.333333333, 'a', None, (2, 0.5))"),
+        (Reply("value", list(range(20))), "(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)"),
+        (Reply("value", ["x" * 150] * 3), ("(" + ", ".join([repr("x" * 150)] * 3) + ")")[:200]),
+        (Reply("value", "y" * 300), repr("y" * 300)[:200]),
+        (Reply("value", np.array([[1 / 3, 2], [0, 1]])), "[[0.333333333, 2.         ],  [0.         , 1.         ]]"),
+        (Reply("value", np.arange(13.0)), "[ 0.,  1.,  2., ..., 10., 11., 12.]"),
+    ],
+)
+def test_what_came_fits_into_a_line(reply, text):
+    assert came_text(reply) == text

@@ -19,10 +19,14 @@ class Flood:
         self.robot, self.n = robot, n
         step = 2 * np.pi / n
         self.q, self.phi = (np.arange(n) + 0.37) * step, (np.arange(n) + 0.71) * step
-        q, phi = np.meshgrid(self.q, self.phi, indexing="ij")
+        q, phi = np.meshgrid(self.q, self.phi, indexing="ij", sparse=True)
         self.labels = np.stack([self.label(q, phi, w) for w in (1, -1)])  # (2, n, n, 3), 0 where out of reach
         edges = [self._along(q, phi, axis) for axis in (0, 1)] + [self._limits(q, phi, axis) for axis in (0, 1)]
         self.edges = np.concatenate([*edges, self._right_folds()])
+        # What moves without crossing anything is one node for all other questions.
+        self.regions = self._joined(self.edges[self.edges[:, 2] == 0], self.labels[..., 1].size)
+        ways = np.stack([self.regions[self.edges[:, 0]], self.regions[self.edges[:, 1]], self.edges[:, 2]], axis=-1)
+        self.ways = np.unique(ways[self.edges[:, 2] > 0], axis=0)
 
     def label(self, q, phi, w):
         robot = self.robot
@@ -32,7 +36,7 @@ class Flood:
         a = (robot.l21**2 - robot.l22**2 + r * r) / (2 * r)
         square = robot.l21**2 - a * a
         det = (u.conj() * z / r * (r - a - 1j * w * np.sqrt(np.maximum(square, 0.0)))).imag
-        found = np.stack([-np.sign(np.sin(phi - q)), np.full(q.shape, w), -np.sign(det)], axis=-1).astype(int)
+        found = np.stack([-np.sign(np.sin(phi - q)), np.full(r.shape, w), -np.sign(det)], axis=-1).astype(int)
         found[square < 0] = 0
         return found
 
@@ -56,6 +60,7 @@ class Flood:
     def _limits(self, q, phi, axis):
         """Both right modes glued where a neighbour is out of the right leg's reach."""
         number, edges = np.arange(2 * self.n**2).reshape(2, self.n, self.n), []
+        q, phi = np.broadcast_arrays(q, phi)
         both = (self.labels[0, ..., 2] == self.labels[1, ..., 2]) & (self.labels[0, ..., 1] != 0)
         for sign in (1, -1):
             rim = both & (np.roll(self.labels[0, ..., 1], -sign, axis) == 0)
@@ -102,11 +107,14 @@ class Flood:
 
     def components(self, may):
         """Number of each node's component when edges that cross nothing else than `may` are passed; -1 out of reach."""
-        size = 2 * self.n**2
-        i, j, what = self.edges.T
-        free = (what & ~may) == 0
-        found = connected_components(coo_array((np.ones(free.sum()), (i[free], j[free])), shape=(size, size)), False)[1]
+        ways = self.ways[(self.ways[:, 2] & ~may) == 0]
+        found = self._joined(ways, self.regions.max() + 1)[self.regions]
         return np.where(self.labels[..., 1].ravel() == 0, -1, found)
+
+    @staticmethod
+    def _joined(edges, size):
+        i, j, _ = edges.T
+        return connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(size, size)), False)[1]
 
     def node(self, pose):
         """The node nearest to a regular pose among those with its modes; None where none is near."""

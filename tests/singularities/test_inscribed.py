@@ -159,7 +159,8 @@ def test_random_rectangles_keep_the_margin_and_none_is_larger(seed):
             moved = v + (draw.random(4) < 0.5) * draw.normal(0, 1, 4) * sides * 10 ** draw.uniform(-3.5, -0.7)
             overlaps = np.minimum(moved, v)[[1, 3]] > np.maximum(moved, v)[[0, 2]]
             larger = moved[1] > moved[0] and moved[3] > moved[2] and _area(moved) > _area(v)
-            if overlaps.all() and larger and _apart(z, moved).min() >= margin:
+            # Most are refused by a few of the samples.
+            if overlaps.all() and larger and all(_apart(own, moved).min() >= margin for own in (z[::64], z)):
                 v = moved
         assert _area(np.array(v) + inwards / 2) <= box.area * (1 + 1e-3)
 

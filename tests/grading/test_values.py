@@ -1,0 +1,63 @@
+"""What a returned value is read as, and why one that cannot be read is refused."""
+
+import numpy as np
+import pytest
+
+from fivebar.grading import Exercise
+from fivebar.grading.values import Unfit, read
+
+DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
+PAIRS = {"~": "dict", "pairs": [["y", 2.0], ["x", 1]]}
+KIND = Exercise("kind(a) -> n", None)
+MODEL = Exercise("f(a) -> M, c", None, shapes={"M": (2, 2), "c": (2,)})
+
+
+@pytest.mark.parametrize(
+    ("exercise", "value", "numbers", "remarks"),
+    [
+        (DGM, [1, True], [1, 1], []),
+        (DGM, PAIRS, [1, 2], ["came as a dict"]),
+        (DGM, np.array([[1], [2]]), [1, 2], ["came as an array of shape (2, 1), not as 2 values x, y"]),
+        (DGM, [np.array([[1.0]]), 2], [1, 2], ["x came with shape (1, 1), asked is a number"]),
+        (DGM, [1 + 1e-13j, np.array(-2 + 0j)], [1, -2], []),
+        (KIND, 3, [3], []),
+        (KIND, [3], [3], ["n came with shape (1,), asked is a number"]),
+        (KIND, {"~": "dict", "pairs": [["n", 4]]}, [4], ["came as a dict"]),
+        (MODEL, [[[1, 2], [3, 4]], [[5], [6]]], [1, 2, 3, 4, 5, 6], ["c came with shape (2, 1), asked is (2,)"]),
+    ],
+)
+def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbers, remarks):
+    found, said = read(exercise, value)
+    assert (found.tolist(), said) == (numbers, remarks) and found.dtype == float
+
+
+@pytest.mark.parametrize(
+    ("exercise", "value", "reason", "text"),
+    [
+        (DGM, None, "type", "returned None: is a return missing?"),
+        (DGM, PAIRS | {"pairs": [["y", 2.0], ["z", 1]]}, "shape", "returned a dict of y, z where 2 (x, y) are asked"),
+        (
+            DGM,
+            PAIRS | {"pairs": [["y", 2], ["x", 1], [3, 4]]},
+            "shape",
+            "returned a dict of y, x where 2 (x, y) are asked",
+        ),
+        (DGM, PAIRS | {"pairs": [[1, 2.0]]}, "shape", "returned a dict of no names where 2 (x, y) are asked"),
+        (DGM, {"~": "object"}, "shape", "returned one object where 2 (x, y) are asked"),
+        (DGM, np.array(1.0), "shape", "returned one number where 2 (x, y) are asked"),
+        (DGM, np.ones((3, 2)), "shape", "returned 3 values where 2 (x, y) are asked"),
+        (DGM, np.ones((2, 2)), "shape", "x has shape (2,), asked is a number"),
+        (DGM, [1.0, {"~": "dict", "pairs": []}], "type", "y is a dict, not a number"),
+        (DGM, [{"~": "object"}, 1.0], "type", "x is a object, not a number"),
+        (DGM, ["1", 1.0], "type", "x is a string, not a number"),
+        (DGM, [1.0, None], "type", "y is None, not a number"),
+        (DGM, [[1.0, [2.0]], 1.0], "shape", "x is a list of lists of different lengths"),
+        (DGM, [1.0, 2 + 1e-11j], "type", "y is complex: the square root of a negative number?"),
+        (DGM, [1.0, ["a"]], "type", "y holds something that is not a number"),
+        (MODEL, [np.eye(3), [1, 2]], "shape", "M has shape (3, 3), asked is (2, 2)"),
+    ],
+)
+def test_what_cannot_be_read_says_why(exercise, value, reason, text):
+    with pytest.raises(Unfit) as unfit:
+        read(exercise, value)
+    assert (unfit.value.reason, str(unfit.value)) == (reason, text)
