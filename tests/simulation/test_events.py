@@ -99,3 +99,11 @@ def test_there_and_back_within_one_step(column):
     own = [event for event in coarse.events if event.margin == ROBOT.words.sines[column] and event.t < COARSE]
     assert [event.t for event in own] == pytest.approx(exact, abs=1e-11)
     assert own[0].before == own[1].after != own[0].after
+    # By fixed steps they are those of the cubic through a step's ends; in compiled loops too.
+    options = dict(duration=4 * COARSE, step=COARSE, method="dop8")
+    fixed = fb.simulate(ROBOT, start=start, **options)
+    assert [event[1:] for event in fixed.events[:2]] == [event[1:] for event in own]
+    assert [event.t for event in fixed.events[:2]] == pytest.approx(exact, abs=0.02 * COARSE)
+    idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 1.0)
+    (many,) = fb.simulate_many([ROBOT], idle, still, [start], control_period=COARSE, **options)
+    assert [event.t for event in many.events] == pytest.approx([event.t for event in fixed.events], abs=1e-9)

@@ -93,6 +93,13 @@ def test_a_drive_alone_slides_stops_and_lets_go_when_it_should():
     assert np.all(np.diff(ramp.q[:, 0]) >= -1e-15)
 
 
+def test_a_drive_that_sticks_stands_to_the_last_bit_while_the_other_swings():
+    robot = fb.FiveBar(fs1=0.5, fs2=1e-4)
+    run = fb.simulate(robot, duration=0.5, start=fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.0, 1.0)))
+    assert np.ptp(run.q[:, 0]) == 0 and (run.q_dot[:, 0] == 0).all() and np.ptp(run.q[:, 1]) > 0.4
+    assert np.abs(run.energy_error).max() < 1e-13 and np.abs(run.loop_gap).max() < 1e-15
+
+
 def test_what_holds_a_drive_is_never_more_than_its_friction():
     """Driven to and fro at the limit: at every row each drive slips with its rate or is held, and both happen often."""
     robot = replace(IRI, fs1=0.8, fs2=0.6, gravity=(0.0, -2.0))
@@ -158,6 +165,12 @@ def test_many_robots_with_their_own_physics_are_what_each_alone_is():
         exact = fb.simulate(robot, own, reference)
         np.testing.assert_allclose(run.q, exact.q, atol=1e-5)
         assert np.abs(run.energy_error).max() < 1e-5
+    starts = [fb.ikm(fb.igm(robot, (0.02, 0.15 + 0.01 * k)), (0.1, 0.0)) for k, robot in enumerate(robots)]
+    for start, run in zip(starts, fb.simulate_many(robots, own, reference, starts)):
+        alone = fb.simulate(start.pose.robot, own, reference, method="rk4", start=start)
+        np.testing.assert_allclose(run.q, alone.q, atol=1e-12)
+    with pytest.raises(ValueError, match="start is of another robot"):
+        fb.simulate_many(robots, own, reference, starts[::-1])
 
 
 def test_fixed_steps_balance_too():

@@ -1,12 +1,14 @@
-"""Logs as runs: units, gears, gaps, restarts and jumps; derivatives without phase; what a run does with its gaps."""
+"""Logs as runs: units, gears, gaps, restarts and jumps; what a run does with its gaps."""
 
 import io
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.simulation.derivatives import DEGREE, FIDELITY, derivatives, half_window, kernels, spectrum
+from fivebar.simulation.logs import Gauges, evenly, read_log, wanted
+from fivebar.simulation.measured_runs import rates_of
 
 ROBOT = fb.FiveBar()
 RUN = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), fb.line((0.09, 0.068), (0.0, 0.1), 1.0), step=2e-3)
@@ -15,45 +17,6 @@ COLUMNS = {"t": RUN.t, "q": RUN.q, "tau": RUN.tau}
 
 def rows_of(run):
     return np.isfinite(run.q).all(axis=1)
-
-
-@pytest.mark.parametrize("cutoff", [0.002, 0.01, 0.05, 1 / 12])
-def test_derivatives_have_no_phase_and_the_documented_error(cutoff):
-    rows = kernels(cutoff)
-    n = len(rows[0]) // 2
-    k = np.arange(-n, n + 1)
-    for order, weights in enumerate(rows):
-        sign = (-1) ** order
-        np.testing.assert_allclose(weights[::-1], sign * weights, atol=1e-12 * np.abs(weights).max())  # no phase
-        for share in (0.25, 0.5, 1.0):
-            omega = 2 * np.pi * cutoff * share
-            gain = (weights @ np.exp(1j * omega * k)) / (1j * omega) ** order
-            assert abs(gain - 1) <= FIDELITY * share**5
-        for degree in range(DEGREE + 1):  # polynomials come out exactly
-            exact = [0.0, 0.0, 0.0]
-            exact[min(degree, 2)] = (1.0, 1.0, 2.0)[degree] if degree < 3 else 0.0
-            assert weights @ (k / n) ** float(degree) * n**order == pytest.approx(
-                exact[order] if degree < 3 else 0, abs=1e-9
-            )
-
-
-def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
-    rng, t = np.random.default_rng(0), np.arange(0, 20, 1e-3)
-    q = np.stack([np.sin(2 * np.pi * 1.3 * t) + 0.3 * np.cos(2 * np.pi * 5 * t), np.cos(2 * np.pi * 2 * t)], axis=1)
-    for noise in (1e-6, 1e-5, 1e-4):
-        found = spectrum([q + noise * rng.normal(size=q.shape)], 1e-3)
-        assert 5 < found.cutoff < 25
-        np.testing.assert_allclose(found.noise, noise, rtol=0.1)
-        assert found.fast < 0.02
-    again = derivatives(q, 1e-3, 20.0, ends=True)
-    n = half_window(20.0, 1e-3)
-    exact = (
-        2
-        * np.pi
-        * np.array([1.3 * np.cos(2 * np.pi * 1.3 * t) - 1.5 * np.sin(2 * np.pi * 5 * t), -2 * np.sin(4 * np.pi * t)])
-    )
-    np.testing.assert_allclose(again[1][n:-n], exact.T[n:-n], atol=1e-4)
-    np.testing.assert_allclose(again[1], exact.T, atol=2e-2)  # at the ends too, less exactly
 
 
 @pytest.mark.parametrize(
@@ -127,9 +90,200 @@ def test_a_log_with_its_reference_and_end_effector():
         ({"t": RUN.t[:1], "q": RUN.q[:1]}, "1 rows: a motion needs more"),
         ({"t": RUN.t, "q": RUN.q, "colour": RUN.t}, "no column 'colour'"),
         ({"t": RUN.t, "q": np.full_like(RUN.q, np.nan)}, "0 rows with a time and both joints"),
-        ({"t": 0 * RUN.t, "q": RUN.q}, "rows with a time|never increase"),
+        ({"t": 0 * RUN.t, "q": RUN.q}, "the log: its times never increase"),
+        ({"t": -RUN.t, "q": RUN.q}, "the log: its times never increase"),
+        ({"t": RUN.t, "q": RUN.q, "tau1": RUN.t}, "the log has tau1, but no tau2"),
+        ({"t": RUN.t, "q": RUN.q, "y_ref": RUN.t}, "the log has y_ref, but no x_ref"),
+        ({"t": RUN.t, "q": RUN.q[:, 0]}, r"q must have shape \(n, 2\), not \(501,\)"),
+        ({"t": RUN.t, "q1": RUN.q, "q2": RUN.t}, r"q1 must have shape \(n,\), not \(501, 2\)"),
+        ({"t": RUN.t, "q": RUN.q[:7]}, "q1 has 7 rows, and t 501"),
+        ({"t": RUN.t, "q": "far"}, "q must be numbers, not 'far'"),
     ],
 )
 def test_what_is_no_log_is_refused(log, words):
     with pytest.raises(ValueError, match=words):
         fb.Run.from_log(log)
+
+
+@pytest.mark.parametrize(
+    ("log", "options", "words"),
+    [
+        (COLUMNS, dict(units={"q1": "mm"}), "units: q1=mm: known are rad, deg, mrad, rev, counts"),
+        (COLUMNS, dict(units={"speed": "m"}), "units: speed=m: known are t, q1, tau1, q1_dot, q1_ddot, q2"),
+        (COLUMNS, dict(units=["deg"]), r"units must be a dict \{name: unit\}, not \['deg'\]"),
+        (COLUMNS, dict(units={"q1": 1.0}), r"units must be a dict \{name: unit\}"),
+        (COLUMNS, dict(gear_ratio=(1.0, 0.0)), r"gear_ratio must not be 0, but is \[1.0, 0.0\]"),
+        (COLUMNS, dict(counts_per_turn=(10, 0)), "counts_per_turn must be finite and > 0"),
+        (COLUMNS, dict(offset=(1.0, "b")), "offset must be"),
+        (COLUMNS, dict(torque_constant=(1.0, 2.0, 3.0)), "torque_constant must be"),
+        (COLUMNS, dict(tau1=RUN.t), "columns beside a file or a mapping: tau1, tau2"),
+        (COLUMNS, dict(q1_dot=RUN.t), "columns beside a file or a mapping: q1_dot, tau1, tau2"),
+        (COLUMNS, dict(robot=5), "robot must be"),
+        (COLUMNS, dict(assembly=2), "assembly must be"),
+        (RUN.t, {}, "a log is a Run|the log has no q1"),
+    ],
+)
+def test_options_that_cannot_be(log, options, words):
+    with pytest.raises((TypeError, ValueError), match=words):
+        fb.Run.from_log(log, **options)
+
+
+def test_columns_in_any_units_of_both_kinds_of_robots():
+    rng, t = np.random.default_rng(3), 0.01 * np.arange(20)
+    pairs = {name: rng.normal(size=(20, 2)) * 0.1 for name in ("q", "tau", "q_dot", "q_ddot", "xi", "xi_ref")}
+    turn = np.degrees(1.0)
+    for robot, head, scale in (
+        (ROBOT, "theta1 (deg),right (deg),tau1 mNm,effort2 (Nm),vel1 (deg/s),dq2 (rpm),acc1 (deg/s2),q22_ddot",
+         (turn, turn, 1e3, 1, turn, 30 / np.pi, turn, 1)),
+        (fb.Biglide(), "q1 (mm),pos2 (m),force1 (mN),tau2 (N),q1_dot (mm/s),qd2 (m/s),qdd1 (mm/s2),q2_ddot (m/s2)",
+         (1e3, 1, 1e3, 1, 1e3, 1, 1e3, 1)),
+    ):  # fmt: skip
+        head = head.replace("q22_ddot", f"{robot.words.joints[1]}_ddot")
+        table = np.hstack([1e3 * t[:, None], *(pairs[name] for name in pairs)])
+        table[:, 1:] *= (*scale, 1e3, 100, 1e3, 1)
+        rows = "\n".join(",".join(map(repr, row)) for row in table.tolist())
+        log = read_log(io.StringIO(f"time (ms),{head},x (mm),y (cm),xd (mm),ref_y\n{rows}"), robot)
+        np.testing.assert_allclose(log.t, t, atol=1e-15)
+        for name, pair in pairs.items():
+            np.testing.assert_allclose(getattr(log, name), pair, atol=1e-14, err_msg=name)
+        assert log.step == pytest.approx(0.01) and log.cuts == ()
+        needed = [name for name, column in wanted(robot).items() if column.needed]
+        assert needed == ["t", "q1", "q2"]
+        mapping = {"t": t, "theta1": pairs["q"][:, 0], "q2": 2 * pairs["q"][:, 1], "current1": t, "i2": t}
+        gauges = Gauges(None, (2.0, -4.0), (0.0, 0.5), (0.1, 0.2))
+        joints = read_log(mapping, robot, {}, gauges)
+        np.testing.assert_allclose(joints.q, pairs["q"] * [0.5, -0.5] + [0, 0.5], atol=1e-15)
+        np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8], atol=1e-15)
+        counts = read_log({"t": t, "q": pairs["q"]}, robot, None, Gauges(counts_per_turn=(-500, 250))).q
+        np.testing.assert_allclose(counts, pairs["q"] * (2 * np.pi if robot.turns else 1) / [500, 250], atol=1e-15)
+
+
+def test_what_was_done_to_the_rows_is_said():
+    t = 0.01 * np.arange(20)
+    q = np.linspace([2.9, 0.1], [3.6, 0.3], 20)
+    log = {"t": t.copy(), "q": np.angle(np.exp(1j * q)), "tau": np.ones((20, 2)), "q_dot": None}
+    log["t"][[3, 5]] = np.nan, np.inf
+    log["q"][8, 1] = log["q"][9, 0] = np.nan
+    log["t"][12] = log["t"][11]
+    log["t"][14:] += 0.05
+    log["t"][17:] -= 0.5
+    found = read_log(log, ROBOT)
+    assert found.said == (
+        "2 rows without a time were left out, the first row 3",
+        "2 rows without both joints' positions were left out, the first row 8",
+        "1 rows repeat the time of the row before and were left out, the first row 12",
+        "time jumps back from 0.21 to -0.28 s at row 17: taken for a restart, 0.51 s are added from there on",
+        "5 gaps in time are not bridged: 0.02 to 0.04 s, 0.04 to 0.06 s, 0.07 to 0.1 s and more",
+        "q jumps by more than half a turn 1 times, the first at row 7: taken for whole turns",
+    )
+    assert [(cut.row, cut.missing, cut.why) for cut in found.cuts[2:]] == [
+        (6, 2, "2 rows missing before row 10"), (8, 1, "1 row missing before row 13"),
+        (9, 5, "5 rows missing before row 14"), (12, 0, "time jumps back from 0.21 to -0.28 s at row 17"),
+    ]  # fmt: skip
+    assert [(cut.start, cut.end) for cut in found.cuts[4:]] == [
+        pytest.approx((0.13, 0.19)),
+        pytest.approx((0.21, 0.23)),
+    ]
+    kept = [0, 1, 2, 4, 6, 7, 10, 11, 13, 14, 15, 16, 17, 18, 19]
+    np.testing.assert_allclose(found.q, q[kept], atol=1e-14)
+    np.testing.assert_allclose(found.t[-4:], [0.21, 0.23, 0.24, 0.25], atol=1e-15)
+    assert [(part.start, part.stop) for part in found.stretches] == [
+        (0, 3), (3, 4), (4, 6), (6, 8), (8, 9), (9, 12), (12, 15)]  # fmt: skip
+    assert (found.step, found.q_dot, found.xi) == (pytest.approx(0.01), None, None)
+    file = "t,q1,q2\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
+    assert read_log(io.StringIO(file), ROBOT).said[-2:] == (
+        "1 gaps in time are not bridged: 2 to 4 s",
+        "q jumps by more than half a turn 1 times, the first at line 4: taken for whole turns",
+    )
+    assert read_log(io.StringIO(file), fb.Biglide()).said[-1] == "1 gaps in time are not bridged: 2 to 4 s"
+
+
+def test_rows_off_an_even_grid_are_moved_onto_it():
+    """Splines give cubics exactly, straight lines torques; these are not bridged where rows are missing."""
+    step, k = 0.01, np.array([0, 1, 2, 3, 4, 5, 8, 9, 10, 11])
+
+    def pairs(t):
+        cubic = np.stack([1 + t - 2 * t**2 + 3e3 * t**3, t**3], axis=1)
+        return {"q": cubic, "tau": np.stack([1 - t, 2 * t], axis=1), "q_dot": None, "xi": np.stack([t, 3 * t], axis=1)}
+
+    t = step * (k + np.array([0, 0.2, -0.2, 0.1, 0.3, 0.0, -0.2, 0.1, 0.2, 0]))
+    given, grid = pairs(t), step * np.arange(12)
+    given["xi"][0] = np.nan
+    even, moved, away = evenly(t, given, step)
+    np.testing.assert_allclose(even, grid, atol=1e-16)
+    np.testing.assert_allclose(moved["q"], pairs(grid)["q"], atol=1e-13)
+    np.testing.assert_allclose(moved["xi"][2:], pairs(grid)["xi"][2:], atol=1e-15)  # not by splines, all of them nan
+    lost = (grid > t[5]) & (grid < t[6]) | (grid == t[5])
+    assert lost.sum() == 3 and (np.isnan(moved["tau"]) == lost[:, None]).all() and moved["q_dot"] is None
+    np.testing.assert_allclose(moved["tau"][~lost], pairs(grid)["tau"][~lost], atol=1e-15)
+    assert away == pytest.approx(0.3)
+    del given["tau"]
+    assert set(evenly(t, given, step)[1]) == {"q", "q_dot", "xi"}
+    nearly = grid + step * np.array([0, *[0.009, -0.009] * 5, 0])
+    even, same, away = evenly(nearly, given, step)
+    assert same == given and away == pytest.approx(0.009) and even == pytest.approx(grid, abs=1e-16)
+    beyond = grid + step * np.array([0, *[0.011, -0.011] * 5, 0])
+    assert evenly(beyond, pairs(beyond), step)[1]["q"] == pytest.approx(pairs(grid)["q"], abs=1e-13)
+    for few in (np.array([0.0, 0.013, 0.03]), np.array([0.0, 0.012, 0.02]), np.array([0.3])):
+        even, same, away = evenly(few, pairs(few), step)
+        assert len(even) == len(few) and even[[0, -1]] == pytest.approx(few[[0, -1]])
+        assert (same["q"] == pairs(few)["q"]).all()
+    assert evenly(few, pairs(few), step)[2] == 0
+
+
+def test_rates_of_long_of_short_and_of_single_stretches():
+    t = 0.01 * np.array([*range(100), 105, 106, 107, 115, 120, 121])
+    log = read_log({"t": t, "q1": 0.3 * t, "q2": 1.0 - 0.2 * t}, ROBOT)
+    assert [part.stop - part.start for part in log.stretches] == [100, 3, 1, 2]
+    expected = np.tile((0.3, -0.2), (106, 1))
+    expected[103] = 0.0
+    np.testing.assert_allclose(rates_of(log), expected, atol=1e-9)
+    run = fb.Run.from_log({"t": t, "q1": 0.3 * t, "q2": 1.0 - 0.2 * t})
+    at = np.flatnonzero(~rows_of(run))
+    assert at.tolist() == [100, 104, 106] and run.t[at] == pytest.approx([1.02, 1.11, 1.175])
+    assert [gap[:2] for gap in run.measured.gaps] == [
+        pytest.approx(pair) for pair in ((0.99, 1.05), (1.07, 1.15), (1.15, 1.2))
+    ]
+    assert np.isnan(run.tau).all() and np.isnan(run.xi[at]).all() and not run.measured.rates
+
+
+def test_what_a_log_says_of_poses():
+    """A row that no bars reach and a row on Type 2 have no energy; a leg that stretches is an event."""
+    flat, t = np.arccos((0.18 - 0.118) / 0.18), 0.01 * np.arange(9)
+    q = np.linspace([0.1, 0.2], [0.2, 0.3], 9)
+    q[4], q[6] = (np.pi - flat, flat), (np.pi, 0.0)
+    run = fb.Run.from_log({"t": t, "q": q, "q_dot": np.full((9, 2), 0.3)})
+    assert np.flatnonzero(np.isnan(run.energy)).tolist() == [4, 6] and run.measured.rates
+    assert run.energy[0] == fb.energy(fb.dkm(fb.dgm(ROBOT, q[0]), (0.3, 0.3)))
+    assert "1 of 9 rows do not close the loop of this robot's bars, the first at 0.06 s, q = (3.1416, 0) rad" in (
+        run.measured.said)  # fmt: skip
+    # A bar of the biglide that turns evenly through the horizontal; a leg of the five-bar that straightens.
+    bar, phi, t = 0.2828427, np.linspace(0.16, -0.15, 12), 0.1 * np.arange(12)
+    right = bar * np.sin(phi) - np.sqrt(bar**2 - (bar * np.cos(phi) - 0.4) ** 2)
+    for robot, q, leg, when, before in (
+        (fb.Biglide(), np.stack([0 * t, right], axis=1), 0, 0.16 / 0.31 * 1.1, (-1, -1, -1)),
+        (ROBOT, np.linspace([2.5, 2.3], [2.5, 2.45], 12), 1, None, (1, -1, -1)),
+    ):
+        ((found, kind, margin, *modes),) = fb.Run.from_log(t, *q.T, robot=robot).events
+        if when is None:
+            when = brentq(lambda x, q=q: fb.dgm(ROBOT, q[0] + x / 1.1 * (q[-1] - q[0])).sines[1], 0.5, 0.8)
+        assert found == pytest.approx(when, abs=1e-4) and kind == fb.Singularity.SERIAL
+        after = tuple(-mode if k == leg else mode for k, mode in enumerate(before))
+        assert margin == robot.words.sines[leg] and modes == [before, after]
+        assert fb.Run.from_log(t + (t > found), *q.T, robot=robot).events == ()  # in a gap nobody knows
+
+
+def test_where_the_end_effector_was_logged_and_where_not():
+    """Noise moves its median beyond 2 % of a bar: then it is said; what is missing is by the joints."""
+    xi = RUN.xi + np.array([0.0, 0.0015])
+    xi[:30] = np.nan
+    run = fb.Run.from_log({**COLUMNS, "xi": xi})
+    np.testing.assert_allclose(run.xi[:30], RUN.xi[:30], atol=1e-15)
+    assert (run.xi[30:] == xi[30:]).all() and run.measured.said == ()
+    said = fb.Run.from_log({**COLUMNS, "xi": xi + np.array([0.0, 0.0005])}).measured.said
+    assert said == (
+        "x and y are 2 mm (median) from where the joints say in assembly mode -1: another mode, frame or other "
+        "lengths; fb.calibrate tells",
+    )
+    other = fb.Run.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
+    np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)

@@ -1,12 +1,12 @@
-"""What fixed steps are refused for: each of the two checks without the other."""
+"""What fixed steps are refused for, each check without the others; and how long the chosen steps are."""
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
-from fivebar.simulation.plant import refuse_losses
-from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS
+from fivebar.simulation.plant import Plant, refuse_losses
+from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI
 
 STEP = 1e-3
 
@@ -39,3 +39,66 @@ def test_a_step_may_lose_a_thousandth_of_the_energy_that_it_turns_over(chart, si
     kind = fb.SingularityError if chart == "joint" else ArithmeticError
     with pytest.raises(kind, match="t = 0.001 s"):
         refuse(rows(energy=(1.0, 1.0, 1.0 + 2.01e-3 * side)), chart)
+
+
+def test_where_nothing_moves_each_step_may_err_by_the_rounding_of_its_own_torque():
+    seen, tau = rows(energy=(0.0, 0.9e-14, 0.9e-14)), np.array([[0.6, -0.4], [0.0, 0.0]])
+    refuse_losses(fb.FiveBar(), seen, tau, CHARTS["auto"], STEP)
+    for energy in ((0.0, 1.1e-14, 1.1e-14), (0.0, 0.0, 0.9e-14)):
+        with pytest.raises(ArithmeticError):
+            refuse_losses(fb.FiveBar(), rows(energy=energy), tau, CHARTS["auto"], STEP)
+
+
+@pytest.mark.parametrize("robot, drops", [
+    (fb.FiveBar(gravity=(0.0, -9.81)), 0.5 * 9.81 * 0.01), (fb.FiveBar(gravity=(-3.0, 0.0)), 0.0),
+    (fb.FiveBar(fv1=8.0, fv2=2.0), -STEP * (8.0 * (0.3**2 + 1.3**2) + 2.0 * (0.4**2 + 1.4**2)) / 2),
+])  # fmt: skip
+def test_what_falls_gains_and_what_rubs_loses(robot, drops):
+    """The balance at rest in the joints: m g h on the way down, by the trapezium what viscous friction takes."""
+
+    def seen(more):
+        found = rows(energy=(0.1, 0.1 + drops + more, 0.1 + 2 * drops + more))
+        found[:, Q_DOT] = (0.3, 0.4), (1.3, 1.4), (0.3, 0.4)
+        found[:, XI] = (0.0, 0.15), (0.0, 0.14), (0.0, 0.13)
+        return found
+
+    turned = 0.2 + drops + abs(drops)
+    refuse_losses(robot, seen(0.99e-3 * turned), np.zeros((2, 2)), CHARTS["auto"], STEP)
+    with pytest.raises(ArithmeticError, match="t = 0 s"):
+        refuse_losses(robot, seen(1.02e-3 * turned), np.zeros((2, 2)), CHARTS["auto"], STEP)
+
+
+def test_a_refusal_has_the_figures_of_its_step():
+    seen = rows(energy=(1.0, 1.0, 2.0))
+    seen[1, XI], seen[1, Q_DOT], seen[1, MARGINS] = (0.01, 0.02), (3.0, -4.0), (0.5, 0.25, 0.31)
+    tau = np.array([[0.0, 0.0], [5.0, 6.0]])
+    with pytest.raises(ArithmeticError) as told:
+        refuse_losses(fb.FiveBar(), seen, tau, CHARTS["joint"], STEP)
+    assert str(told.value) == (
+        "the motion at t = 0.001 s, xi = (0.01, 0.02) m is too fast for steps of 0.001 s (joint rates 3, -4 rad/s, "
+        "torques 5, 6 N m); without method= the steps choose their own length"
+    )
+    seen[1, MARGINS] = -0.5, 0.25, 0.3
+    for chart, sine, value in (("joint", "det A", 0.3), ("task", "sin q22", 0.25)):
+        with pytest.raises(fb.SingularityError) as told:
+            refuse_losses(fb.FiveBar(), seen, tau, CHARTS[chart], STEP)
+        assert told.value.margin == value and str(told.value) == (
+            f"the step from t = 0.001 s, xi = (0.01, 0.02) m jumps the singularity of the {chart} chart "
+            f'({sine} = {value}): chart="auto" has none'
+        )
+
+
+def test_chosen_steps_are_few_and_as_many_as_order_8_asks_for():
+    start, counts = fb.ikm(fb.igm(fb.FiveBar(), (0.01, 0.12), (1, -1)), (0.02, -0.3)), []
+    for tolerance in (1e-13, 1e-11, 1e-9):
+        plant, tried = Plant(fb.FiveBar(), start, tolerance), []
+        step = plant._step
+        plant._step = lambda *inputs, step=step, tried=tried: tried.append(inputs[2]) or step(*inputs)
+        plant.advance(2.0, np.zeros(2))
+        assert plant.t == 2.0 and len(tried) <= 1.3 * len(plant.pieces[0]) and plant.pieces[1].sum() == pytest.approx(2)
+        counts.append(len(plant.pieces[0]))
+    assert np.log10(counts[0] / counts[2]) == pytest.approx(4 / 8, abs=0.05)
+    plant = Plant(fb.FiveBar(), start, 1e-12)
+    for k in range(50):  # one step for each period that is shorter than a step
+        plant.advance(0.01 * (k + 1), np.zeros(2))
+    assert len(plant.pieces[0]) == 50
