@@ -30,3 +30,13 @@ def runs(down: np.ndarray) -> list[slice]:
     """The rows of each stroke, of rows (n,) in which the pen is down or up."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
     return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2])]
+
+
+def cut(path: Path) -> list[Path]:
+    """The strokes of a path, each a path of its own."""
+    found = []
+    for rows in runs(np.array(path.pen)):
+        first, last = path.knots[rows.start], path.knots[rows.stop]
+        dwells = {s - first: seconds for s, seconds in path.dwells.items() if first <= s <= last}
+        found.append(Path(path.pieces[rows], None, dwells, path.feed[rows], (), path.lines[rows]))
+    return found

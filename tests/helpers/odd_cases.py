@@ -185,6 +185,7 @@ CASES = {
         fb.place,
         dict(
             robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, margin=0.001, keep=None, fastest=None,
+            strokes=False,
         ), 20.0, words=("place:",),
     ),
     "certify": Case(

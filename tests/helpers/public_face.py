@@ -38,6 +38,7 @@ reference: fb.Trajectory = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)
 paths: list[fb.Trajectory] = [fb.circle((0, 0.1), 0.02, 1.0), fb.from_csv(Path("path.csv"))]
 fb.check_path(robot, reference)
 drawn: fb.Path = fb.path("drawing.svg", deviation=1e-5, placement=fb.Placement((0.0, 0.1), 0.1))
+modes: tuple[int, int] = fb.place(robot, drawn, strokes=True).strokes[0][1].working
 fb.path([(0.0, 0.0), (0.1, 0.0)], deviation="little")  # type: ignore[arg-type]
 
 run = assert_type(fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, delay=1, start=rates), fb.Run)

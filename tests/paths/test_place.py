@@ -54,6 +54,26 @@ def test_what_is_kept_and_what_does_not_fit():
     assert grown.scale >= inner
 
 
+def test_strokes_with_modes_of_their_own_as_few_as_need_be():
+    # One stroke above the motors, two below: in the lab's modes Type 2 is between them.
+    ends = [[(0, 0.12), (0.01, 0.12)], [(0, -0.12), (0.01, -0.12)], [(0, -0.13), (0.01, -0.13)]]
+    path = fb.path(ends)
+    with pytest.raises(ValueError, match=r"strokes=True gives each stroke modes of its own"):
+        fb.place(ROBOT, path, turn=0.0, working=(-1, -1))
+    placed = fb.place(ROBOT, path, turn=0.0, working=(-1, -1), strokes=True)
+    rooms = []
+    for (stroke, part), points in zip(placed.strokes, ends):
+        xi = stroke(np.linspace(0, stroke.length, 2001))[0]
+        np.testing.assert_allclose(xi[[0, -1]], placed.placement(points), atol=1e-12)
+        assert part.contains(xi).all()
+        rooms.append(fb.locus_distance(ROBOT, xi, part.working)[0].min())
+    assert min(rooms) == pytest.approx(placed.room, abs=1e-8) and placed.room > 0.02
+    numbers = [part.number for _, part in placed.strokes]
+    assert numbers[0] != numbers[1] == numbers[2] and "aspects" in repr(placed)
+    together = fb.place(ROBOT, fb.path(ends[1:]), turn=0.0, working=(-1, -1), strokes=True)
+    assert len({part for _, part in together.strokes}) == 1
+
+
 def test_the_fastest_of_the_roomiest():
     path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
     limits = dict(torque_limit=0.05, joint_speed_limit=6.0)
