@@ -427,7 +427,7 @@ def test_biglide_has_driven_feet_on_rails():
     run = fb.simulate(robot, fb.PD(robot, 200.0, 30.0), reference)
     scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
     (machine,), index = scene.machines, scene.machines[0].frames.index
-    assert scene.title == "biglide robot" and len(set(machine.body.colours)) == 2
+    assert scene.title == "biglide robot, all bars 282.8 mm, base 400 mm" and len(set(machine.body.colours)) == 2
     for leg, ((foot, tip), block, rail) in enumerate(zip(machine.body.bars, machine.body.blocks, machine.body.rails)):
         np.testing.assert_allclose(machine.body.points[:, foot, 0], (-0.2, 0.2)[leg])
         np.testing.assert_allclose(machine.body.points[:, foot, 1], run.q[index, leg])

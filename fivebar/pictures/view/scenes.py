@@ -153,7 +153,7 @@ def scene(
         names = "first", "second"
     groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
     machines = tuple(Machine(own.frames, own.body, tuple(own.events), layers) for own, layers in zip(sources, groups))
-    return Scene(machines, sources[0].title if title is None else str(title), names)
+    return Scene(machines, sources[0].heading if title is None else str(title), names)
 
 
 def strip(
