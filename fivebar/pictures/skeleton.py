@@ -27,8 +27,8 @@ class Skeleton:
     points (m, k, 2) m, joints and ends of guides and blocks; bars: pairs (i, j) of points, each leg's from the base
     outwards; grounded: points fixed to the base; actuated: joints that a motor turns or moves; traced: the point whose
     path is drawn, or None; rails: pairs of points between which a straight guide is; blocks: (i, j, joint), both ends
-    of a block that slides on a guide and the joint on it; names: a text for each point, or empty; called: what each link
-    is called, or empty: then each leg has a hue, not each link a colour.
+    of a block that slides on a guide and the joint on it; names: a text for each point, or empty; called: what each
+    link is called, or empty: then each leg has a hue, not each link a colour.
     """
 
     points: np.ndarray

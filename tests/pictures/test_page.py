@@ -91,7 +91,11 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
     run = simulated(robot, reference=fb.line(home, home + (0.05, 0.05), 1.0), duration=1.0)
     page = opened(written(run, tmp_path, show=list(runs.QUANTITIES)))
     heads = page.locator("h2").all_text_contents()
-    assert page.title() == "biglide robot, all bars 282.8 mm, base 400 mm" and "motors (N)" in heads and "active joints (mm)" in heads
+    assert (
+        page.title() == "biglide robot, all bars 282.8 mm, base 400 mm"
+        and "motors (N)" in heads
+        and "active joints (mm)" in heads
+    )
     for plot, across in ((0, 0.4), (6, 0.9)):
         hover(page, plot, across)
         k = sample(page)
@@ -401,7 +405,11 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     assert page.locator("h2").all_text_contents() == heads
     # The coupler's triangle is one link, and a link has the colour that it has in plots and scenes.
     blue, orange, green = "#0072B2", "#D55E00", "#009E73"
-    assert strokes(page) == [blue, orange, green, orange, orange] == fb.view.scene(result.linkage, result).machines[0].body.colours
+    assert (
+        strokes(page)
+        == [blue, orange, green, orange, orange]
+        == fb.view.scene(result.linkage, result).machines[0].body.colours
+    )
     assert [line.get_color() for line in result.plot().axes[0].lines if line.get_linewidth() == 3] == strokes(page)
     key = page.locator("[aria-label='colours of the picture'] li").all_text_contents()
     assert key == ["path", "crank", "coupler", "rocker"]
