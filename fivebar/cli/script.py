@@ -12,7 +12,7 @@ from ..errors import UsageError
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
 BACKEND = "module://fivebar.amoro.ros_free.figures"
-ENDINGS = {"plot": (".png", ".svg", ".pdf"), "animate": (".html", ".gif", ".png")}
+ENDINGS = {"plot": (".png", ".svg", ".pdf"), "animate": (".html", ".gif", ".mp4", ".webm", ".png")}
 MOST_SEED = 2**32 - 1
 MOST_TIME = 10_000.0  # s: more than a GB of rows
 

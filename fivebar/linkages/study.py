@@ -82,7 +82,8 @@ class Study(Pictured):
         return saved(study_figure(self, panels), path)
 
     def animate(self, path: FilePath, title: str | None = None, show: str | Sequence[str] | None = None) -> None:
-        """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
+        """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
+        with ffmpeg .mp4, .webm) or a strip of poses (.png).
 
         show: "trace", "velocity", "acceleration", "torques" of the traced point and the driven joint; None: its path.
         """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.four_joints import four_joint_pose
-from .style import COLOURS, LEGS
+from .style import LEGS, LINKS
 
 if TYPE_CHECKING:
     from ..linkages import Study
@@ -27,7 +27,8 @@ class Skeleton:
     points (m, k, 2) m, joints and ends of guides and blocks; bars: pairs (i, j) of points, each leg's from the base
     outwards; grounded: points fixed to the base; actuated: joints that a motor turns or moves; traced: the point whose
     path is drawn, or None; rails: pairs of points between which a straight guide is; blocks: (i, j, joint), both ends
-    of a block that slides on a guide and the joint on it; names: a text for each point, or empty.
+    of a block that slides on a guide and the joint on it; names: a text for each point, or empty; called: what each
+    link is called, or empty: then each leg has a hue, not each link a colour.
     """
 
     points: np.ndarray
@@ -38,7 +39,7 @@ class Skeleton:
     rails: tuple = ()
     blocks: tuple = ()
     names: tuple = ()
-    by_links: bool = False  # whether each link has a colour, or each leg a hue
+    called: tuple = ()
 
     def __post_init__(self):
         count = self.points.shape[1]
@@ -113,9 +114,19 @@ class Skeleton:
     @property
     def colours(self) -> list[str]:
         """For each bar."""
-        if self.by_links:
-            return [COLOURS[link % len(COLOURS)] for link in self.links]
+        if self.called:
+            return [LINKS[link % len(LINKS)] for link in self.links]
         return [LEGS[leg % len(LEGS)][depth % 2] for depth, leg in self.legs]
+
+    @property
+    def key(self) -> dict[str, list[str]]:
+        """What the colours of the bars say: {link or leg: its colours}."""
+        whose = self.links if self.called else [leg for _, leg in self.legs]
+        words, key = self.called or ("left leg", "right leg"), {}
+        for number, colour in dict.fromkeys(zip(whose, self.colours)):
+            if number < len(words):
+                key.setdefault(words[number], []).append(colour)
+        return key
 
     @property
     def paths(self) -> list:
@@ -186,6 +197,8 @@ def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
 def study_body(study: Study) -> Skeleton:
     """The body of a linkage at all samples of its Study."""
     chain, known = study.motion.chain, study.motion.points
+    begins = [chain.points[first] for first, _ in chain.bars]
+    called = [name for begin in begins for name, link in chain.links.items() if link.origin is begin]
 
     def index(names):
         return tuple(map(known.index, names))
@@ -193,5 +206,5 @@ def study_body(study: Study) -> Skeleton:
     return Skeleton(
         study.points(), tuple(map(index, chain.bars)), index(chain.grounded), index(chain.actuated),
         known.index(chain.traced), tuple(map(index, chain.rails)), tuple(map(index, chain.blocks)),
-        tuple("" if name in chain.marks else name for name in known), by_links=True,
+        tuple("" if name in chain.marks else name for name in known), tuple(dict.fromkeys(called)),
     )  # fmt: skip

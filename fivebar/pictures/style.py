@@ -22,6 +22,7 @@ BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = COLOURS
 DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")  # a hue for each leg, its bars dark and light by turns
+LINKS = BLUE, ORANGE, GREEN, AMBER, SKY, BLACK  # of a linkage; pink is left to the path
 PATH, REFERENCE = PINK, GREEN
 INK, BASE, GUIDE, PALE = "#222222", "#888888", "#d9d9d9", "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"

@@ -175,7 +175,8 @@ class Run(Pictured):
         return saved(tracking(self), path)
 
     def animate(self, path: FilePath, show: str | Sequence[str] | None = None) -> None:
-        """The motion as a page in meshcat's viewer (.html; needs no server and no network) or as an animation (.gif).
+        """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
+        with ffmpeg .mp4, .webm) or a strip of poses (.png).
 
         show: names out of view.SHOWS; None: the path, and the reference where there is one.
         """

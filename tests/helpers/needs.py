@@ -28,6 +28,7 @@ def firefox():
 NEEDED = {
     "chromium": (browser, "apt-get install chromium"),
     "firefox": (firefox, "apt-get install firefox-esr"),
+    "ffmpeg": (lambda: shutil.which("ffmpeg") and shutil.which("ffprobe"), "apt-get install ffmpeg"),
     "bubblewrap": (
         lambda: not bwrap_trouble(),
         "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",

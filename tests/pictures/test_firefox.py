@@ -28,12 +28,15 @@ def pages(tmp_path_factory):
     }
     for name, subject in subjects.items():
         fb.page(subject, folder / f"{name}.html")
-    return {name: folder / f"{name}.html" for name in subjects}
+    run.animate(folder / "scene.html")
+    return {name: folder / f"{name}.html" for name in (*subjects, "scene")}
 
 
 @pytest.fixture(scope="module")
 def firefox(tmp_path_factory):
-    with opened(tmp_path_factory.mktemp("profile")) as page:
+    profile = tmp_path_factory.mktemp("profile")
+    (profile / "user.js").write_text('user_pref("webgl.disabled", true);\n')  # which only scenes would use
+    with opened(profile) as page:
         yield page
 
 
@@ -74,6 +77,28 @@ def test_joints_are_round(firefox, pages):
                 assert abs(spans[0] - spans[1]) <= 2 and max(spans) <= 20, spans
                 seen += 1
     assert seen >= 5
+
+
+def test_a_scene_is_drawn_without_webgl(firefox, pages):
+    """Between its motor and its elbow each proximal bar has its own colour, where the model says that it is."""
+    firefox.open(pages["scene"], **SIZE)
+    assert "no WebGL" in firefox.evaluate("$('notes').textContent") and firefox.errors == []
+    for seconds in (0, 1.5):
+        firefox.evaluate(
+            f"new Promise(done => {{ player.pause(); player.seek({seconds}); setTimeout(() => done(1), 200); }})"
+        )
+        picture = firefox.picture()
+        xi = fb.line((0.09, 0.068), (0.0, 0.1), 2.0)(seconds)[0]
+        for base, elbow, colour in zip((-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#ae4d00"), strict=True):
+            x, y = 0.5 * (np.array([base, 0.0]) + elbow)
+            where = firefox.evaluate(
+                f"""(() => {{ const pane = $("pane"), place = viewer.camera.position.clone().set({x}, {y}, 0);
+                    find("m0/still").localToWorld(place).project(viewer.camera);
+                    return [(1 + place.x) / 2 * pane.clientWidth,
+                        pane.getBoundingClientRect().top + (1 - place.y) / 2 * pane.clientHeight]; }})()"""
+            )
+            column, row = np.round(where).astype(int)
+            np.testing.assert_allclose(picture[row, column], to_rgb(colour), atol=0.02)
 
 
 def test_the_first_value_is_no_rounding_error(firefox, pages):

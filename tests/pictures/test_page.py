@@ -62,8 +62,16 @@ def cursors(page):
     )
 
 
+def strokes(page):
+    """The bars' colours."""
+    return page.evaluate("[...document.querySelectorAll('.bar')].map(bar => bar.getAttribute('stroke'))")
+
+
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
+    assert strokes(page) == ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]  # as in plots and scenes
+    assert set(strokes(page)) <= {line.get_color() for line in run.plot().axes[0].lines}
+    assert strokes(page) == fb.view.scene(run.robot, run).machines[0].body.colours
     assert page.locator(".glass").count() == 4 and page.locator("h2").first.text_content() == "tracking error (mm)"
     for plot, across, drag in [(0, 0.25, False), (1, 0.7, True), (2, 0.001, False), (3, 0.999, False)]:
         hover(page, plot, across, drag=drag)
@@ -83,7 +91,11 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
     run = simulated(robot, reference=fb.line(home, home + (0.05, 0.05), 1.0), duration=1.0)
     page = opened(written(run, tmp_path, show=list(runs.QUANTITIES)))
     heads = page.locator("h2").all_text_contents()
-    assert page.title() == "biglide robot" and "motors (N)" in heads and "active joints (mm)" in heads
+    assert (
+        page.title() == "biglide robot, all bars 282.8 mm, base 400 mm"
+        and "motors (N)" in heads
+        and "active joints (mm)" in heads
+    )
     for plot, across in ((0, 0.4), (6, 0.9)):
         hover(page, plot, across)
         k = sample(page)
@@ -389,8 +401,18 @@ def test_ten_seconds_fit(tmp_path):
 def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), speed=speed)
     page = opened(written(result, tmp_path))
-    heads = ["angle (deg)", "M.speed (mm/s)", "M.tangential, M.normal (mm/s^2)"]  # of the point that is named
+    heads = ["angle (deg)", "M.speed (mm/s)", "M.tangential, M.normal (mm/s²)"]  # of the point that is named
     assert page.locator("h2").all_text_contents() == heads
+    # The coupler's triangle is one link, and a link has the colour that it has in plots and scenes.
+    blue, orange, green = "#0072B2", "#D55E00", "#009E73"
+    assert (
+        strokes(page)
+        == [blue, orange, green, orange, orange]
+        == fb.view.scene(result.linkage, result).machines[0].body.colours
+    )
+    assert [line.get_color() for line in result.plot().axes[0].lines if line.get_linewidth() == 3] == strokes(page)
+    key = page.locator("[aria-label='colours of the picture'] li").all_text_contents()
+    assert key == ["path", "crank", "coupler", "rocker"]
     low, high = sorted(np.degrees(result.q[[0, -1]]))
     for plot, across in ((0, 0.3), (2, 0.8)):
         hover(page, plot, across)

@@ -26,6 +26,12 @@ HOSTILE = (
     " ${x} & é \\u003c 'q'"
 )
 SIZE = {"width": 640, "height": 480}
+# Pixels in the pane: 40 % along each bar.
+ON_BARS = """[0, 1].map(bar => {
+    const length = [0.09, 0.06][bar], body = find(`m0/moving/bars/${bar}`), pane = $("pane");
+    const place = body.localToWorld(viewer.camera.position.clone().set(0.4 * length, 0, 0)).project(viewer.camera);
+    return [(1 + place.x) / 2 * pane.clientWidth, (1 - place.y) / 2 * pane.clientHeight];
+})"""
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +268,7 @@ def test_a_gap_shows_no_bars_and_says_so(opened):
 
 def test_each_item_appears_and_can_be_hidden(opened, run):
     ghostly = replace(run, xi_ref=run.xi_ref + (0.02, 0.01))
-    page = opened(view.scene(ROBOT, ghostly, view.SHOWS))
+    page = opened(view.scene(ROBOT, ghostly, view.SHOWS), viewport={"width": 640, "height": 560})
     seek(page, 2.6)
     everything = picture(page)
     for item in view.SHOWS:
@@ -288,7 +294,7 @@ def test_each_item_appears_and_can_be_hidden(opened, run):
 
 def test_what_is_not_named_is_not_there(opened, run):
     page = opened(view.scene(ROBOT, run, "velocity"))
-    assert page.locator("#key button").all_text_contents()[0].startswith("velocity (longest")
+    assert page.locator("#key button").all_text_contents()[0].startswith("v: velocity (longest")
     assert page.locator("#key button").count() == 1
     assert page.evaluate("Object.keys(viewer.scene_tree.find(['m0', 'still']).children)") == ["base"]
 
@@ -430,17 +436,44 @@ def test_frame_in_a_notebook_plays(opened, run):
     assert page.locator("iframe").bounding_box()["height"] == 480
 
 
-def test_a_browser_without_webgl_says_so(browser, tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(two_bar_scene([0, 1, 2]).html, encoding="utf-8")
-    context = browser.new_context()
-    page = context.new_page()
-    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
-    page.goto(path.as_uri())
-    until(page, "$('banner').textContent != ''")
-    assert page.locator("#banner").text_content().startswith("This page needs a browser with WebGL")
-    assert page.locator("#banner").is_visible() and not page.locator("#controls").is_visible()
+@pytest.fixture
+def lacking(browser, tmp_path):
+    """Opens two bars in a browser that lacks something, by a script that takes it away."""
+    context = browser.new_context(viewport=SIZE)
+
+    def open_page(script):
+        path = tmp_path / "page.html"
+        path.write_text(two_bar_scene(np.linspace(0, 2, 61)).html, encoding="utf-8")
+        page = context.new_page()
+        page.add_init_script(script)
+        page.goto(path.as_uri())
+        return page
+
+    yield open_page
     context.close()
+
+
+def test_a_browser_too_old_is_told(lacking):
+    page = lacking("delete window.DecompressionStream")
+    until(page, "$('banner').textContent != ''")
+    assert page.locator("#banner").text_content().startswith("This page needs a browser with DecompressionStream")
+    assert page.locator("#banner").is_visible() and not page.locator("#controls").is_visible()
+
+
+def test_without_webgl_the_same_is_drawn_flat(lacking):
+    page = lacking(
+        """(prototype => { const own = prototype.getContext; prototype.getContext = function (kind, ...more) {
+            return /webgl/.test(kind) ? null : own.call(this, kind, ...more); }; })(HTMLCanvasElement.prototype)"""
+    )
+    until(page, "!!window.viewer && player.time > 0")
+    page.evaluate("player.pause()")
+    assert page.locator("#notes").text_content().startswith("This browser has no WebGL")
+    for seconds in (0.3, 1.7):
+        seek(page, seconds)
+        seen, where = picture(page), page.evaluate(ON_BARS)
+        for (x, y), colour in zip(where, ("#005d92", "#ae4d00"), strict=True):  # of the bars' grooves
+            expected = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+            np.testing.assert_allclose(seen[round(y), round(x)], expected, atol=0.02)
 
 
 def test_title_is_escaped_in_the_file():

@@ -1,6 +1,7 @@
 """Scenes without a browser: what is computed, what is refused, and what is written."""
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
@@ -22,6 +24,8 @@ from fivebar.pictures.view.frames import MOST, choose
 from fivebar.pictures.view.layers import Area, Arrows, Ghost, Line, Turning
 from fivebar.pictures.view.solids import dashed
 from fivebar.study.pitfalls import crossing
+
+from ..helpers.needs import need
 
 ROBOT = fb.FiveBar()
 HOSTILE = '</title></script><script>window.hacked = 1</script><img src=x onerror="hacked = 1"> $half ${x} & é'
@@ -299,8 +303,8 @@ def test_joints_that_do_not_exist():
 
 
 def test_files_that_cannot_be_written(run, tmp_path):
-    with pytest.raises(ValueError, match=r"\.html \(a page\), \.gif \(an animation\), .* not as 'run.mp4'"):
-        run.animate(tmp_path / "run.mp4")
+    with pytest.raises(ValueError, match=r"\.html \(a page\), \.gif \(an animation\), .* not as 'run.avi'"):
+        run.animate(tmp_path / "run.avi")
     with pytest.raises(FileNotFoundError, match="there is no folder .*nowhere"):
         run.animate(tmp_path / "nowhere" / "run.html")
     (tmp_path / "taken.html").mkdir()
@@ -382,9 +386,38 @@ def test_gif_plays_the_motion(run, tmp_path):
 def test_long_gifs_are_shown_faster(tmp_path, monkeypatch):
     from fivebar.pictures.plot import poses
 
-    monkeypatch.setattr(poses, "MOST_PICTURES", 4)
+    monkeypatch.setattr(poses, "GIF", (20, 4, 80))
     linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14)).animate(tmp_path / "slow.gif")
     assert Image.open(io.BytesIO((tmp_path / "slow.gif").read_bytes())).n_frames == 4
+
+
+@pytest.mark.parametrize(("name", "codec"), [("run.mp4", "h264"), ("run.WEBM", "vp9")])
+def test_films_play_the_motion(tmp_path, name, codec):
+    need("ffmpeg")
+    reference = fb.line((0.09, 0.068), (0.05, 0.08), 0.1)
+    fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), reference).animate(tmp_path / name)
+    entries = "stream=codec_name,pix_fmt,width,height,r_frame_rate,nb_read_frames"
+    command = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", entries, "-of", "json", str(tmp_path / name)]
+    (found,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)["streams"]
+    assert (found["codec_name"], found["pix_fmt"], found["r_frame_rate"]) == (codec, "yuv420p", "30/1")
+    assert found["nb_read_frames"] == "3" and found["width"] == 960 and found["height"] > 400
+    decode = ["ffmpeg", "-v", "error", "-i", str(tmp_path / name), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    frames = np.frombuffer(subprocess.run(decode, capture_output=True, check=True).stdout, np.uint8)
+    frames = frames.reshape(3, found["height"], 960, 3).astype(int)
+    assert (np.ptp(frames[:, 80:], axis=0).max(axis=2) > 60).mean() > 0.005  # it moves
+    for colour in ((0, 114, 178), (213, 94, 0)):  # both proximal bars
+        assert (np.abs(frames[0] - colour) < 25).all(axis=2).mean() > 0.005
+
+
+def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(tmp_path / "ffmpeg"))
+    with pytest.raises(FileNotFoundError, match=r"\.mp4 is written by the program ffmpeg, .* or take \.html or \.gif"):
+        run.animate(tmp_path / "run.mp4")
+    (tmp_path / "ffmpeg").write_text("#!/bin/sh\necho no codec today >&2\nexit 1\n")
+    (tmp_path / "ffmpeg").chmod(0o755)
+    with pytest.raises(OSError, match=r"ffmpeg could not write a \.webm: no codec today"):
+        run.animate(tmp_path / "run.webm")
+    assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
 @pytest.mark.parametrize("poses", [1, 6, 7])
@@ -427,7 +460,7 @@ def test_biglide_has_driven_feet_on_rails():
     run = fb.simulate(robot, fb.PD(robot, 200.0, 30.0), reference)
     scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
     (machine,), index = scene.machines, scene.machines[0].frames.index
-    assert scene.title == "biglide robot" and len(set(machine.body.colours)) == 2
+    assert scene.title == "biglide robot, all bars 282.8 mm, base 400 mm" and len(set(machine.body.colours)) == 2
     for leg, ((foot, tip), block, rail) in enumerate(zip(machine.body.bars, machine.body.blocks, machine.body.rails)):
         np.testing.assert_allclose(machine.body.points[:, foot, 0], (-0.2, 0.2)[leg])
         np.testing.assert_allclose(machine.body.points[:, foot, 1], run.q[index, leg])
@@ -437,7 +470,7 @@ def test_biglide_has_driven_feet_on_rails():
         assert low < run.q[:, leg].min() and run.q[:, leg].max() < high and block[2] == foot in machine.body.actuated
     forces = [layer for layer in layers(scene, Arrows) if layer.name == "forces"]
     np.testing.assert_array_equal([layer.vectors[:, 1] for layer in forces], run.tau[index].T)
-    assert "forces (longest" in scene.html and scene.png
+    assert "F\\u2081, F\\u2082: motor forces (longest" in scene.html and scene.png
     for item, message in [("workspace", "has no end"), ("elbow-circles", "are for cranks")]:
         with pytest.raises(ValueError, match=message):
             view.scene(robot, run, item)
@@ -458,3 +491,32 @@ assert threading.active_count() == 1
 """
     folder = Path(scenes.__file__).parents[2]
     subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, cwd=folder, env={**os.environ})
+
+
+# sRGB as people without one kind of cone see it: Machado, Oliveira and Fernandes 2009, severity 1, on linear values.
+MACHADO = {
+    "all cones": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def lab(colour, seen):
+    """CIE L*a*b* of a colour as it is seen."""
+    rgb = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = TO_XYZ @ np.clip(seen @ linear, 0, 1) / TO_XYZ.sum(axis=1)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("cones", MACHADO)
+def test_colours_of_a_scene_are_told_apart_by_the_colour_blind(run, cones):
+    (machine,) = view.scene(ROBOT, run, view.SHOWS).machines
+    lines = {layer.colour for layer in machine.layers if isinstance(layer, (Line, Arrows, Turning))}
+    names = sorted(lines | set(machine.body.colours))
+    seen = np.stack([lab(name, np.array(MACHADO[cones])) for name in names])
+    apart = np.linalg.norm(seen[:, None] - seen, axis=2) + 100 * np.eye(len(names))
+    assert len(names) >= 11 and apart.min() > 12, [names[k] for k in np.unravel_index(apart.argmin(), apart.shape)]

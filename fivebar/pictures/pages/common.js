@@ -96,10 +96,11 @@ function button(text, label, action) {
   return element("button", {type: "button", title: label, "aria-label": label, onclick: action}, text);
 }
 
-function swatch(ink, width, dashes) {
-  return element("svg", {width: 30, height: 10, "aria-hidden": "true"},
-    element("line", {x1: 1, x2: 29, y1: 5, y2: 5, "stroke-width": width, "stroke-dasharray": dashes.join(" "),
-      style: `stroke: var(${ink})`}));
+// A line of one colour, or of several one after the other; each a name of the theme, or a colour.
+function swatch(inks, width, dashes = []) {
+  return element("svg", {width: 30, height: 10, "aria-hidden": "true"}, ...[inks].flat().map((ink, k, {length}) =>
+    element("line", {x1: 1 + 28 * k / length, x2: 1 + 28 * (k + 1) / length, y1: 5, y2: 5, "stroke-width": width,
+      "stroke-dasharray": dashes.join(" "), style: `stroke: ${ink.startsWith("#") ? ink : `var(${ink})`}`})));
 }
 
 // A line of a legend: its sign, its text.

@@ -30,8 +30,7 @@ const bounds = robot.turns
   : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
 const scene = new Picture(frame, bounds);
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
-const parts = {...content.body, bars: content.body.bars.map(([i, j, leg]) => [i, j, "--c" + leg])};
-const machine = opacity => scene.mechanism({...parts, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
+const machine = opacity => scene.mechanism({...content.body, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
 // Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
 const joints = ({xi, elbows: [left, right]}) => robot.turns
   ? [robot.drives[0].slice(0, 2), left, xi, right, robot.drives[1].slice(0, 2)]
@@ -40,7 +39,7 @@ const ghosts = layers.map(() => machine(0.22)), mechanism = machine(1);
 const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state));
 frame.append(element("ul", {class: "legend", "aria-label": "colours of the picture"},
-  entry(swatch("--c0", 6, []), "left leg"), entry(swatch("--c1", 6, []), "right leg"), entry("pale: the other modes")));
+  ...content.body.key.map(([name, inks]) => entry(swatch(inks, 6), name)), entry("pale: the other modes")));
 
 // The map ---------------------------------------------------------------------------------------------------------
 

@@ -42,7 +42,7 @@ def map_content(data: Map) -> dict:
             "rail": None if robot.turns else _rail(data),
         },
         # What joins its points, which the page computes; where they are here is of no account.
-        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2))), legs=True),
+        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2)))),
         "field": {
             "name": data.field, "words": scale.words, "factor": scale.factor, "palette": scale.palette,
             "limits": [scale.low, scale.high], "logarithmic": scale.logarithmic,

@@ -29,8 +29,9 @@ const columnsOf = k => subjects.flatMap(subject =>
   [...subject.joints, ...(subject.reference ? [subject.reference] : [])].map(([...pair]) =>
     typeof pair[k] === "number" ? [pair[k]] : pair[k]));
 
-// Each of several subjects has a colour and dashes; the ink is left to the joints while there are others.
-const look = k => several ? [0, 1, 3, 4, 5, 2][k % 6] : k % 6;
+// Each of several subjects, and of a linkage's curves, has a colour and dashes; the ink is left to the joints while
+// there are others.
+const look = k => several || subjects[0].names.length ? [0, 1, 3, 4, 5, 2][k % 6] : k % 6;
 
 const frame = document.getElementById("picture");
 const scene = new Picture(frame, around(columnsOf(0), columnsOf(1)));
@@ -39,7 +40,7 @@ const mechanisms = subjects.map((subject, k) => {
     scene.path(...subject.reference, several ? "--line" : "--c3", 6, [], {opacity: 0.7});
   scene.path(...traced(subject), several ? "--c" + look(k) : "--c4", 2, several ? dash(k) : [], {class: "trace"});
   return scene.mechanism({
-    ...subject, bars: subject.bars.map(([i, j, leg]) => [i, j, "--c" + (several ? look(k) : leg ?? 2)]),
+    ...subject, bars: subject.bars.map(([i, j, ink]) => [i, j, several ? "--c" + look(k) : ink]),
     letters: subject.names, opacity: several ? 0.8 : 1, mark: k % 2 ? "square" : "round",
   });
 });
@@ -63,8 +64,7 @@ function pathLegend() {
     ? subjects.map((subject, k) => named(subject.name, "--c" + look(k), 2, dash(k)))
     : [named("path", "--c4", 2)];
   if (subjects.some(subject => subject.reference)) entries.push(named("reference", several ? "--line" : "--c3", 6));
-  if (!several && subjects[0].bars.some(bar => bar[2] !== null))
-    entries.push(named("left leg", "--c0", 6), named("right leg", "--c1", 6));
+  if (!several) entries.push(...subjects[0].key.map(([name, inks]) => named(name, inks, 6)));
   return element("ul", {class: "legend", "aria-label": "colours of the picture"}, ...entries);
 }
 

@@ -12,6 +12,7 @@ from ...singularities.margins import singularity_margins
 from ...tables import must_increase
 from ..names import names_of
 from ..skeleton import measured_pose, run_body
+from ..style import robot_title
 from .document import packed
 from .samples import gaps, kept, panel, subject
 
@@ -74,13 +75,13 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
         reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
-        own = subject(name, run.t, run_body(run), columns[-1], legs=True, reference=reference, marks=marks)
+        own = subject(name, run.t, run_body(run), columns[-1], reference=reference, marks=marks)
         subjects.append(own)
     words = next(iter(runs.values())).robot.words
     units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
     titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
     return {
-        "title": f"{words.title}: {', '.join(runs)}" if several else words.title,
+        "title": f"{words.title}: {', '.join(runs)}" if several else robot_title(run.robot),
         "notes": notes,
         "axis": {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": subjects,

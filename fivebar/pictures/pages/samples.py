@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import readable
+from ..style import of_unit, readable
 from .document import packed
 
 if TYPE_CHECKING:
@@ -28,10 +28,11 @@ def kept(samples: int, columns: int, everywhere: str) -> tuple[np.ndarray, list[
     return np.linspace(0, samples - 1, most).round().astype(int), [note]
 
 
-def parts(body: Skeleton, legs: bool) -> dict:
-    """What the picture joins the points of a body by; bars in the colours of their legs or of none."""
+def parts(body: Skeleton) -> dict:
+    """What the picture joins the points of a body by, and its colours."""
     return {
-        "bars": [[*bar, leg if legs else None] for bar, (_, leg) in zip(body.bars, body.legs)],
+        "bars": [[*bar, colour] for bar, colour in zip(body.bars, body.colours)],
+        "key": list(body.key.items()),
         "pins": body.joints,
         "grounded": body.feet,
         "actuated": body.actuated,
@@ -39,7 +40,7 @@ def parts(body: Skeleton, legs: bool) -> dict:
     }
 
 
-def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, legs: bool, **more) -> dict:
+def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> dict:
     """A motion on the page: times (n,) s, its body in these poses, columns {key: (n,)}, and what else it has."""
     blocks = [ends for *ends, joint in body.blocks if joint not in body.actuated]  # others are drawn as motors
     drawn = max(0, *body.joints, *(point for pair in (*body.rails, *blocks) for point in pair)) + 1
@@ -49,7 +50,7 @@ def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, legs: bool,
         "x": None,
         "joints": _joints(body.points[:, :drawn]),
         "names": [text.removeprefix("joint ") for text in body.names],
-        **parts(body, legs),
+        **parts(body),
         "rails": body.rails,
         "blocks": blocks,
         "reference": None,
@@ -75,7 +76,7 @@ def panel(title: str, unit: str, curves: list, limits: Sequence[float] = (), ste
     largest = max((values.max() for values in finite if len(values)), default=0.0)
     shown = _shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
     return {
-        "title": title, "unit": shown[1], "scale": shown[0], "limits": list(limits), "step": step,
+        "title": title, "unit": of_unit(shown[1]), "scale": shown[0], "limits": list(limits), "step": step,
         "curves": [{"label": label, "subject": subject, "key": key} for label, subject, key, _ in curves],
     }  # fmt: skip
 

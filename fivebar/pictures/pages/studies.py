@@ -31,7 +31,7 @@ def study_content(study: Study, show: str | Iterable | None = None) -> dict:
         "axis": {"name": "crank angle", "unit": "deg", "scale": 180 / np.pi}
         if one_way
         else {"name": "time", "unit": "s", "scale": 1.0},
-        "subjects": [subject("", study.t[keep], body.at(keep), columns, legs=False, x=x)],
+        "subjects": [subject("", study.t[keep], body.at(keep), columns, x=x)],
         "panels": [_panel([(_short(name, own), 0, name, columns[name]) for name in own], own) for own in panels],
         "table": [[name, f"{name} ({unit(name)})"] for name in names],
         "source": "Study.to_csv",
@@ -48,7 +48,7 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         "notes": [note for *_, notes in found.values() for note in notes],
         "axis": {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": [
-            subject(name, studies[name].t[keep], body.at(keep), columns, legs=False)
+            subject(name, studies[name].t[keep], body.at(keep), columns)
             for name, (keep, body, columns, _) in found.items()
         ],
         "panels": [

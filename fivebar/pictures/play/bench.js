@@ -2,7 +2,6 @@
 
 const bench = new View(byId("bench")), plots = new View(byId("curves"));
 const arrows = {velocity: true, acceleration: true};
-const INKS_OF_LINKS = ["c0", "c1", "c3", "c2"];  // the coupler's triangle is one link
 let benchBefore = 0;
 
 function benchBounds() {
@@ -46,7 +45,7 @@ function drawBench(pen = bench.front, alone = true) {
     pen.lines([[on[k], [on[k][0] - 9, on[k][1] + 15], [on[k][0] + 9, on[k][1] + 15]]], {ink: "quiet", fill: "line",
       closed: true});
   for (const [i, j] of blocks) pen.lines([[on[i], on[j]]], {ink: "quiet", width: 18});
-  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: INKS_OF_LINKS[lab.kind === "four" && k > 2 ? 1
+  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: content.links[lab.kind === "four" && k > 2 ? 1
     : k % 4], width: 6}));
   for (const k of pins) {
     pen.circle(on[k], actuated.includes(k) ? 8 : 6, k === traced ? {fill: "c4", ink: "ink", width: 2}

@@ -114,7 +114,8 @@ function drawTaskFront(pen = task.front, alone = true) {
   for (const [x, y] of [left, right])
     pen.lines([[[x, y], [x - 9, y + 15], [x + 9, y + 15]]], {ink: "quiet", fill: "line", closed: true});
   if (shown.ellipses) drawEllipses(pen, end);
-  for (const [line, ink] of [[[left, e1, end], "c0"], [[right, e2, end], "c1"]]) pen.lines([line], {ink, width: 7});
+  [[left, e1, end], [right, e2, end]].forEach((joints, leg) =>
+    content.legs[leg].forEach((ink, k) => pen.lines([joints.slice(k, k + 2)], {ink, width: 7})));
   const label = (text, [x0, y0], [x1, y1]) => {
     const size = Math.hypot(x1 - x0, y1 - y0);
     if (size < 40) return;

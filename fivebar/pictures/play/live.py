@@ -22,6 +22,7 @@ from ...models.robots import FiveBar
 from ...tables import written
 from ..document import as_json, document
 from ..pages.document import script
+from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
 from .mechanisms import address_of, digits, mechanisms, straight_lines
 
@@ -115,6 +116,8 @@ def _content(robot, pose, opening):
         "tableau": tableau,
         "presets": _presets(),
         "kinds": mechanisms()[1],
+        "legs": LEGS[:2],
+        "links": LINKS,
         "straight": straight_lines(),
         **_parameters(robot, pose),
     }

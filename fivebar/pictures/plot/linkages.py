@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import BASE, COLOURS, DASHES, INK, PATH, of_unit
+from ..style import BASE, COLOURS, DASHES, INK, PALE, PATH, of_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +48,7 @@ def picture(axes: Axes, study: Study) -> None:
     body = study_body(study)
     points, traced = body.points, study.motion.chain.traced
     bars = list(zip(body.bars, body.colours))
-    sliding = [*body.moving_rails, *(block[:2] for block in body.blocks)]
-    sliding = [(pair, COLOURS[(max(body.links) + 1 + k) % len(COLOURS)]) for k, pair in enumerate(sliding)]
+    sliding = [(pair, PALE) for pair in (*body.moving_rails, *(block[:2] for block in body.blocks))]
     for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
         first = sample == 0
         bar = dict(lw=3, marker="o", ms=5, mfc="white") if first else dict(lw=1.2, alpha=0.3)

@@ -1,13 +1,14 @@
-"""A scene drawn by Matplotlib: strips of poses and GIFs, for where no page can be shown."""
+"""A scene drawn by Matplotlib: strips of poses, GIFs and films, for where no page can be shown."""
 
 from __future__ import annotations
 
 import io
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.animation import PillowWriter
+from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -21,8 +22,9 @@ from ..view.machine import EVENT, MOTOR, PIN, PLATE, RAIL, STEEL
 if TYPE_CHECKING:
     from ..view.scenes import Scene
 
-PER_SECOND = 20  # pictures in a GIF; browsers slow down shorter frames
-MOST_PICTURES = 400  # a longer motion is shown faster
+# Pictures a second, which browsers slow down where a GIF has more; how many at most, beyond which a motion is shown
+# faster; and pixels to an inch.
+GIF, FILM = (20, 400, 80), (30, 1200, 160)
 TURN = np.linspace(0.5 * np.pi, 1.5 * np.pi, 13)
 ROUND = np.stack([np.cos(TURN), np.sin(TURN)], axis=1)
 
@@ -43,8 +45,9 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     for axes in panels[poses:]:
         axes.remove()
     figure.suptitle(_heading(scene), fontsize=11)
-    entries = {layer.key: layer for machine in scene.machines for layer in machine.layers}
-    handles = [Line2D([], [], color=layer.colour, lw=3, label=key) for key, layer in entries.items()]
+    entries = {layer.key: layer.colour for machine in scene.machines for layer in machine.layers}
+    bars = {name: colours[0] for machine in scene.machines for name, colours in machine.body.key.items()}
+    handles = [Line2D([], [], color=colour, lw=3, label=key) for key, colour in (bars | entries).items()]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     return figure
@@ -64,18 +67,42 @@ def strip_png(scene: Scene, poses: int) -> bytes:
 
 def gif(scene: Scene, path: str | Path) -> None:
     """Write a GIF of 20 pictures a second; a motion of more than 20 s is shown faster, which its heading says."""
-    count = max(2, round(scene.duration * PER_SECOND))
-    times = np.linspace(0.0, scene.duration, min(count, MOST_PICTURES))
+    _filmed(scene, path, PillowWriter(fps=GIF[0]), *GIF)
+
+
+def film(scene: Scene, path: str | Path) -> None:
+    """Write an MP4 or a WebM by its suffix, of 30 pictures a second; more than 40 s are shown faster.
+
+    FileNotFoundError without ffmpeg, OSError where it fails.
+    """
+    kind = Path(path).suffix.lower()
+    if not FFMpegWriter.isAvailable():
+        raise FileNotFoundError(
+            f"{kind} is written by the program ffmpeg, which is not here: install it (apt-get install ffmpeg, brew "
+            "install ffmpeg), or take .html or .gif"
+        )
+    arguments = ["-movflags", "+faststart"] if kind == ".mp4" else ["-deadline", "realtime", "-cpu-used", "5"]
+    try:
+        codec = "h264" if kind == ".mp4" else "vp9"
+        writer = FFMpegWriter(FILM[0], codec, extra_args=["-pix_fmt", "yuv420p", *arguments])
+        _filmed(scene, path, writer, *FILM)
+    except CalledProcessError as error:
+        raise OSError(f"ffmpeg could not write a {kind}: {' '.join(error.stderr.split()[-40:])}") from None
+
+
+def _filmed(scene, path, writer, per_second, most, dpi):
+    count = max(2, round(scene.duration * per_second))
+    times = np.linspace(0.0, scene.duration, min(count, most))
     faster = f", {count / len(times):.3g} times as fast" if count > len(times) else ""
     shape = _shape(scene)
     width, height = 6.0 / max(1.0, shape), 6.0 * min(1.0, shape)
-    figure = Figure(figsize=(width, height + 0.35), dpi=80)
+    figure = Figure(figsize=(width, height + 0.35), dpi=dpi)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, height / (height + 0.35)))
     _stage(axes, scene)
     heading = figure.text(0.5, 0.99, "", ha="center", va="top", fontsize=9)
-    writer, moving = PillowWriter(fps=PER_SECOND), []
-    with writer.saving(figure, path, dpi=80):
+    moving = []
+    with writer.saving(figure, path, dpi=dpi):
         for time in progress(times, unit=" pictures", delay=2, leave=False):
             for artist in moving:
                 artist.remove()
@@ -211,7 +238,11 @@ def _layer(axes, machine, layer, time, at):
     corners = [tip, tip - head * along + 0.45 * head * across, tip - head * along - 0.45 * head * across]
     if isinstance(layer, Arrows):
         path = np.array([place, tip - head * along])
-    return [*axes.plot(*path.T, color=colour, lw=2, zorder=8), axes.add_patch(Polygon(corners, fc=colour, zorder=8))]
+    words = dict(ha="center", va="center", fontsize=8, clip_on=True, zorder=8.5)
+    sign = axes.text(*(tip + 0.8 * w * along), layer.sign if head > 0.9 * w else "", **words)
+    return [
+        sign, *axes.plot(*path.T, color=colour, lw=2, zorder=8), axes.add_patch(Polygon(corners, fc=colour, zorder=8))
+    ]  # fmt: skip
 
 
 def _capsule(a, b, width, colour, **style):

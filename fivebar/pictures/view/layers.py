@@ -32,11 +32,13 @@ class Layer:
     """Has a name and a colour; `parts` are its nodes in the scene, the number-th layer of a machine."""
 
     still = False  # whether it belongs to the base
+    glyph = "line"  # how a legend shows it
+    words = sign = ""  # more of what it is; what is written at an arrow's tip
 
     @property
     def key(self) -> str:
-        """What the page's key calls it."""
-        return self.name
+        """What a legend calls it."""
+        return self.words or self.name
 
     def reach(self, machine: Machine) -> np.ndarray:
         """Points (n, 2) m for which the picture must have room."""
@@ -59,6 +61,7 @@ class Line(Layer):
     opacity: float = 1.0
     lift: float = 0.0
     good: np.ndarray | None = None  # (m,) at which frames it is shown
+    words: str = ""
     still = True
 
     def reach(self, machine: Machine) -> np.ndarray:
@@ -86,6 +89,7 @@ class Area(Layer):
     outline: list
     colour: str
     still = True
+    glyph = "area"
 
     def reach(self, machine: Machine) -> np.ndarray:
         return np.concatenate(self.outline)
@@ -110,14 +114,21 @@ class Arrows(Layer):
     colour: str
     unit: str
     largest: float
+    words: str = ""
+    sign: str = ""
+    glyph = "arrow"
 
     @property
     def key(self) -> str:
-        return f"{self.name} (longest {self.largest:.3g} {self.unit})"
+        return f"{super().key} (longest {self.largest:.3g} {self.unit})"
 
     def reach(self, machine: Machine) -> np.ndarray:
         tips = self.places + self.drawn(machine)
         return tips[np.isfinite(tips).all(axis=1)]
+
+    def place_of_sign(self, machine: Machine) -> dict:
+        """Where it is in the tip's own frame, and the tip's least size for it to be seen."""
+        return {"at": (1.8, 0.0), "least": 0.9 * machine.pen}
 
     def drawn(self, machine: Machine) -> np.ndarray:
         """The arrows as they are drawn, (m, 2) m; nan where there is none."""
@@ -151,11 +162,18 @@ class Turning(Layer):
     colour: str
     unit: str
     largest: float
+    words: str = ""
+    sign: str = ""
+    glyph = "turn"
     radius = 2.4  # widths of a bar
 
     @property
     def key(self) -> str:
-        return f"{self.name} (largest {self.largest:.3g} {self.unit})"
+        return f"{super().key} (largest {self.largest:.3g} {self.unit})"
+
+    def place_of_sign(self, machine: Machine) -> dict:
+        """Where it is in the tip's own frame, and the tip's least size for it to be seen."""
+        return {"at": (self.radius * machine.pen, 2.2 * machine.pen), "least": 0.3}
 
     def sweeps(self) -> np.ndarray:
         """Angles (m,) through which they turn, rad."""
@@ -184,6 +202,8 @@ class Ghost(Layer):
     name: str
     mechanism: np.ndarray
     colour: str = PALE
+    words = "ghost: the reference"
+    glyph = "bar"
 
     def reach(self, machine: Machine) -> np.ndarray:
         points = self.mechanism.reshape(-1, 2)

@@ -90,9 +90,10 @@ function furnish() {
     $("marks").append(mark);
   }
   for (const entry of data.entries) {
-    const item = document.createElement("button"), swatch = document.createElement("i");
-    swatch.style.background = entry.colour;
-    item.append(swatch, entry.key);
+    const item = document.createElement(entry.nodes.length ? "button" : "span");
+    item.append(swatch(entry), entry.key);
+    $("key").append(item);
+    if (!entry.nodes.length) continue;
     item.setAttribute("aria-pressed", "true");
     item.title = "show or hide";
     item.onclick = () => {
@@ -101,18 +102,37 @@ function furnish() {
       for (const path of entry.nodes) find(path).visible = on;
       viewer.set_dirty();
     };
-    $("key").append(item);
   }
-  for (const label of data.labels) {
-    const text = document.createElement("span");
-    text.textContent = label.text;
-    $("labels").append(text);
-  }
+  for (const [kind, labels] of Object.entries({name: data.labels, sign: data.tips}))
+    for (const label of labels) {
+      label.element = document.createElement("span");
+      label.element.className = kind;
+      label.element.textContent = label.text;
+      $("labels").append(label.element);
+    }
   $("play").onclick = () => player.toggle();
   $("time").oninput = () => player.seek(+$("time").value);
   $("speed").onchange = () => { player.speed = +$("speed").value; };
   $("loop").onclick = () => { player.loop = !player.loop; player.show(); };
   $("fit").onclick = () => fit();
+}
+
+// What a line of the key shows: a bar, a line, an area, an arrow, an arrow that turns, in its colours.
+const GLYPHS = {
+  bar: "M0 2H22V10H0Z", area: "M0 1H22V11H0Z", line: "M0 5H22V7H0Z", arrow: "M0 5H14V2L22 6L14 10V7H0Z",
+  turn: "M3 12A8 8 0 0 1 15 4.5L15.500 1L22 6L14 9.500L14.500 6.500A6 6 0 0 0 5.500 12Z",
+};
+function swatch({glyph, colours}) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("aria-hidden", "true");
+  colours.forEach((colour, k) => {
+    const path = document.createElementNS(svg.namespaceURI, "path"), share = 100 / colours.length;
+    path.setAttribute("d", GLYPHS[glyph]);
+    path.style.cssText = `fill: ${colour}; clip-path: inset(0 ${100 - share * (k + 1)}% 0 ${share * k}%)`;
+    if (glyph == "area") path.style.fillOpacity = 0.3;
+    svg.append(path);
+  });
+  return svg;
 }
 
 const KEYS = {
@@ -149,11 +169,12 @@ document.addEventListener("keydown", event => {
 // A button takes the space bar when it is let go: on `play` the key has been handled already.
 $("play").addEventListener("keyup", event => { if (event.key == " ") event.preventDefault(); });
 
-function drawnByProcessor() {
-  const gl = document.createElement("canvas").getContext("webgl"), own = gl && gl.getExtension("WEBGL_debug_renderer_info");
+// What draws: a graphics card, the processor in its place, or nothing, where there is no WebGL.
+function graphics() {
+  const gl = document.createElement("canvas").getContext("webgl"), own = gl?.getExtension("WEBGL_debug_renderer_info");
   const name = own ? gl.getParameter(own.UNMASKED_RENDERER_WEBGL) : "";
-  if (gl) gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return !gl ? "nothing" : /swiftshader|llvmpipe|software|basic render/i.test(name) ? "processor" : "card";
 }
 
 async function begin() {
@@ -161,9 +182,9 @@ async function begin() {
   script.textContent = new TextDecoder().decode(await unpack("viewer-gz"));
   document.head.append(script);
   const bytes = await unpack("scene-gz"), lengths = new DataView(bytes.buffer);
-  const { Color, Vector3, WebGLRenderer } = MeshCat.THREE;
+  const { Color, Vector3, WebGLRenderer } = MeshCat.THREE, drawnBy = graphics(), flat = drawnBy == "nothing";
   // Opaque, and without a graphics card with plain edges: on the processor both would halve the pictures per second.
-  const renderer = new WebGLRenderer({ alpha: false, antialias: !drawnByProcessor() });
+  const renderer = flat ? new FlatRenderer() : new WebGLRenderer({ alpha: false, antialias: drawnBy == "card" });
   $("pane").append(renderer.domElement);
   const made = new MeshCat.Viewer($("pane"), true, renderer);
   const resize = made.set_3d_pane_size;
@@ -175,15 +196,32 @@ async function begin() {
   }
   made.animator.pause();
   viewer = window.viewer = made;
+  if (flat) {
+    viewer.controls.enableRotate = false;
+    const note = document.createElement("p");
+    note.textContent = "This browser has no WebGL here: the motion is drawn flat, and cannot be turned.";
+    $("notes").append(note);
+  }
   const camera = viewer.camera, [x, y] = data.half, place = new Vector3();
 
+  function put({element}) {
+    place.project(camera);
+    element.style.left = (place.x + 1) / 2 * $("pane").clientWidth + "px";
+    element.style.top = (1 - place.y) / 2 * $("pane").clientHeight + "px";
+  }
   function labels() {
-    data.labels.forEach((label, k) => {
-      viewer.scene.localToWorld(place.set(label.x, label.y, 0)).project(camera);
-      const style = $("labels").children[k].style;
-      style.left = (place.x + 1) / 2 * $("pane").clientWidth + "px";
-      style.top = (1 - place.y) / 2 * $("pane").clientHeight + "px";
-    });
+    for (const label of data.labels) {
+      viewer.scene.localToWorld(place.set(label.x, label.y, 0));
+      put(label);
+    }
+    for (const sign of data.tips) {
+      let seen = find(sign.path);
+      seen.localToWorld(place.set(...sign.at, 0));
+      put(sign);
+      let shown = seen.scale.y > sign.least;
+      for (; seen; seen = seen.parent) shown &&= seen.visible;
+      sign.element.hidden = !shown;
+    }
   }
   function distance() {
     const room = 1 - (data.labels.length ? 56 : 8) / Math.max(100, $("pane").clientHeight);
@@ -219,6 +257,7 @@ async function begin() {
   });
   furnish();
   player.seek(0);
+  document.body.dataset.ready = "yes";
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
   (function frame(now) {
     player.frame(now);
@@ -230,5 +269,5 @@ async function begin() {
 begin().catch(error => {
   $("banner").className = "on failed";
   $("controls").hidden = true;
-  $("banner").textContent = "This page needs a browser with WebGL and DecompressionStream: " + error.message;
+  $("banner").textContent = "This page needs a browser with DecompressionStream: " + error.message;
 });

@@ -31,11 +31,16 @@ def page(scene: Scene) -> str:
     # About the origin at unit size: there the viewer's lights and the centre of its orbit are right for any mechanism.
     span = right - left, high - low
     scale = 1 / max(span)
-    messages, animations, entries, events, labels = [*_stage()], [], {}, [], []
+    messages, animations, entries, events, labels, tips = [*_stage()], [], {}, [], [], []
     for k, (machine, offset) in enumerate(zip(scene.machines, scene.offsets)):
         root, x, y = f"/m{k}", scale * (offset - (left + right) / 2), -scale * (low + high) / 2
         messages.append({"type": "set_transform", "path": root, "matrix": at(x, y, scale=scale)})
         animations += _machine(root, machine, messages, entries)
+        tips += [
+            {"path": f"{root}/moving/{layer.name}/{number}/tip", "text": layer.sign} | layer.place_of_sign(machine)
+            for number, layer in enumerate(machine.layers)
+            if layer.sign
+        ]
         events += [{**event._asdict(), "root": root} for event in machine.events[:MOST_EVENTS]]
         if scene.names:
             middle = float(machine.box[0][0] + machine.box[1][0]) / 2
@@ -45,14 +50,16 @@ def page(scene: Scene) -> str:
     notes = list(scene.notes) + ([f"{len(events)} of {count} events are marked."] if count > len(events) else [])
     data = {
         "duration": scene.duration, "start": scene.machines[0].frames.start, "events": events, "labels": labels,
-        "gaps": [gap for machine in scene.machines for gap in machine.frames.gaps], "entries": list(entries.values()),
+        "tips": tips, "entries": list(entries.values()),
+        "gaps": [gap for machine in scene.machines for gap in machine.frames.gaps],
         "half": [scale * side / 2 for side in span], "field": FIELD_OF_VIEW, "pieces": PIECES / SWEEP,
         "bands": [f"/m{k}/moving/{layer.name}/{number}" for k, machine in enumerate(scene.machines)
                   for number, layer in enumerate(machine.layers) if isinstance(layer, Turning)],
     }  # fmt: skip
+    script = "\n".join((HERE / f"{name}.js").read_text("utf-8") for name in ("page", "flat"))
     return document(
         HERE, scene.title, notes="".join(f"<p>{html.escape(note)}</p>" for note in notes), data=as_json(data),
-        viewer=_packed_viewer(viewer), scene=_packed(messages), script=(HERE / "page.js").read_text("utf-8"),
+        viewer=_packed_viewer(viewer), scene=_packed(messages), script=script,
         licences=html.escape(_licences(viewer)),
     )  # fmt: skip
 
@@ -103,6 +110,8 @@ def _machine(root, machine, messages, entries):
 
     for part in parts(machine):
         add(part, f"{root}/still" if part.path == "base" else f"{root}/moving")
+    for name, colours in machine.body.key.items():
+        entries.setdefault((name, *colours), {"key": name, "glyph": "bar", "colours": colours, "nodes": []})
     w = machine.width  # the light comes from the upper left
     messages.append({"type": "set_transform", "path": f"{root}/moving/shadows", "matrix": at(0.3 * w, -0.4 * w)})
     if machine.frames.switches is not None:
@@ -111,10 +120,12 @@ def _machine(root, machine, messages, entries):
         group = f"{root}/still" if layer.still else f"{root}/moving"
         for part in layer.parts(machine, number):
             add(part, group)
-        entry = entries.setdefault(layer.name, {"name": layer.name, "key": layer.key, "nodes": []})
-        entry["colour"] = layer.colour
-        if f"{group}/{layer.name}" not in entry["nodes"]:
-            entry["nodes"].append(f"{group}/{layer.name}")
+        entry = entries.setdefault(
+            layer.name, {"key": layer.key, "glyph": layer.glyph, "colours": [], "nodes": []}
+        )  # fmt: skip
+        for known, own in ((entry["colours"], layer.colour), (entry["nodes"], f"{group}/{layer.name}")):
+            if own not in known:
+                known.append(own)
     if machine.events:
         messages.append(node(f"{root}/flash", flash(machine).meshes))
         messages.append({"type": "set_property", "path": f"{root}/flash", "property": "visible", "value": False})

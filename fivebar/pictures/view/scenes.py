@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ..motions import Run
 
-WRITERS = {".html": "a page", ".gif": "an animation", ".png": "a strip of poses"}
+WRITERS = {
+    ".html": "a page", ".gif": "an animation", ".mp4": "a film", ".webm": "a film", ".png": "a strip of poses",
+}  # fmt: skip
 HEIGHT = 480  # px, of the frame in a notebook
 
 
@@ -75,9 +77,9 @@ class Scene:
         return tuple(dict.fromkeys(note for machine in self.machines for note in machine.frames.notes))
 
     def save(self, path: str | Path) -> None:
-        """Write it to a file: .html the page, .gif an animation, .png a strip of six poses.
+        """Write it to a file: .html the page, .gif an animation, .mp4 or .webm a film, .png a strip of six poses.
 
-        ValueError for another suffix, OSError where the file cannot be written.
+        ValueError for another suffix, OSError where the file cannot be written, or a film without ffmpeg.
         """
         path = Path(path)
         kind = path.suffix.lower()
@@ -93,7 +95,7 @@ class Scene:
             from ..plot import poses
 
             with replaced(path, path.suffix) as part:
-                (poses.gif if kind == ".gif" else poses.save_strip)(self, part)
+                {".gif": poses.gif, ".png": poses.save_strip}.get(kind, poses.film)(self, part)
 
     @cached_property
     def png(self) -> bytes:
@@ -153,7 +155,7 @@ def scene(
         names = "first", "second"
     groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
     machines = tuple(Machine(own.frames, own.body, tuple(own.events), layers) for own, layers in zip(sources, groups))
-    return Scene(machines, sources[0].title if title is None else str(title), names)
+    return Scene(machines, sources[0].heading if title is None else str(title), names)
 
 
 def strip(

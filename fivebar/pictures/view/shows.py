@@ -11,7 +11,7 @@ import numpy as np
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from ..names import names_of
-from ..style import GREEN, LEGS, PALE, PATH
+from ..style import GREEN, LEGS, PATH, REFERENCE
 from .frames import stretches
 from .layers import Area, Arrows, Ghost, Layer, Line, Turning
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .studies import OfStudy
 
 SINGULAR, WORKSPACE = "#7e6bd9", GREEN
-VELOCITY, ACCELERATION, FORCE, TORQUE = GREEN, "#b58900", "#ee3377", "#cc3311"
+VELOCITY, ACCELERATION, FORCE, TORQUE = "#5b3fc4", "#999933", "#c0007a", "#a50026"  # told apart by the colour-blind
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}  # in widths of a bar
 
@@ -60,7 +60,7 @@ def _reference(source):
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
     paths = [path[first : last + 1] for first, last in stretches(np.isfinite(path).all(axis=1))]
-    return [Line("reference", paths, PALE, width=0.34, over=True, lift=0.06, opacity=0.75)]
+    return [Line("reference", paths, REFERENCE, width=0.34, over=True, lift=0.06, opacity=0.75)]
 
 
 def _ghost(source):
@@ -93,7 +93,8 @@ def _loci(source):
             mine = [piece for piece in own if _style(piece) == kind]
             paths = [p.drawn(*ends) if len(p.points) > 1 else _circle(p.points[0], 0.4 * width, 25) for p in mine]
             good = None if now.all() else now
-            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=DASHES.get(kind), good=good))
+            words = "loci: Type 1 solid, Type 2 dashed"
+            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=DASHES.get(kind), good=good, words=words))
     return layers
 
 
@@ -142,33 +143,41 @@ def _elbow_circles(source):
 
 
 def _velocity(source):
-    return [_arrows("velocity", source.traced, source.velocity, VELOCITY, "m/s")]
+    return [_arrows("velocity", source.traced, source.velocity, VELOCITY, "m/s", "v: velocity", "v")]
 
 
 def _acceleration(source):
-    return [_arrows("acceleration", source.traced, source.acceleration, ACCELERATION, "m/s²")]
+    words = "a: acceleration"
+    return [_arrows("acceleration", source.traced, source.acceleration, ACCELERATION, "m/s²", words, "a")]
 
 
 def _bar_forces(source):
     forces = source.bar_forces
-    return [_arrows("bar-forces", source.traced, forces[:, leg], FORCE, "N", forces) for leg in (0, 1)]
+    words = "f₁, f₂: bar-forces of the distal bars"
+    return [
+        _arrows("bar-forces", source.traced, forces[:, leg], FORCE, "N", words, sign, forces)
+        for leg, sign in enumerate(("f₁", "f₂"))
+    ]
 
 
 def _torques(source):
     torques = source.torques
-    layers = []
-    for place, axis, values in torques:
+    layers, letter = [], "τ" if source.effort == "torque" else "F"
+    signs = [f"{letter}{k}" for k in "₁₂"[: len(torques)]] if len(torques) > 1 else [letter]
+    words = f"{', '.join(signs)}: motor {source.effort}s" if len(torques) > 1 else f"{letter}: motor {source.effort}"
+    for sign, (place, axis, values) in zip(signs, torques):
         largest = max(_largest(v) for _, a, v in torques if (a is None) == (axis is None))
         if axis is None:
-            layers.append(Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest))
+            layers.append(Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest, words, sign))
         else:
-            layers.append(Arrows(f"{source.effort}s", place, values[:, None] * axis, TORQUE, "N", largest))
+            vectors = values[:, None] * axis
+            layers.append(Arrows(f"{source.effort}s", place, vectors, TORQUE, "N", largest, words, sign))
     return layers
 
 
-def _arrows(name, places, vectors, colour, unit, of=None):
+def _arrows(name, places, vectors, colour, unit, words, sign, of=None):
     lengths = np.linalg.norm(vectors if of is None else of, axis=-1)
-    return Arrows(name, places, vectors, colour, unit, _largest(lengths))
+    return Arrows(name, places, vectors, colour, unit, _largest(lengths), words, sign)
 
 
 def _largest(values):

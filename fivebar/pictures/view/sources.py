@@ -13,6 +13,7 @@ from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inve
 from ...models.geometry import Pose, igm
 from ...models.kinematics import dkm, ikm, ikm2
 from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
+from ..style import robot_title
 from .frames import choose, grid
 from .machine import Notice
 from .studies import OfStudy
@@ -62,6 +63,10 @@ class OfRobot:
 
     def __init__(self, robot: Robot):
         self.robot, self.title, self.effort = robot, robot.words.title, robot.words.effort
+
+    @property
+    def heading(self) -> str:
+        return robot_title(self.robot)
 
     @cached_property
     def body(self) -> Skeleton:

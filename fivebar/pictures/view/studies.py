@@ -22,6 +22,7 @@ class OfStudy:
 
     def __init__(self, study: Study):
         self.study, self.title = study, study.linkage.title
+        self.heading = self.title
         body = study_body(study)
         self.frames = choose(study.t, body.points)
         self.body = body.at(self.frames.index)
