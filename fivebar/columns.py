@@ -97,7 +97,7 @@ def read(
     if _only_numbers(header):
         raise ValueError(f"{name}, line {top}: no header, but numbers; needed one with {_listed(wanted)}")
     mark = mark or next((c for c in ";\t,|" if c in header), None)
-    headings = [cell.strip() for cell in _cells(header, mark)]
+    headings = [cell.strip() for cell in _cells(header, mark, f"{name}, line {top}")]
     found, said, stated = _matched(headings, wanted, units, f"{name}, line {top}")
     if before and before[0][1].startswith("fivebar ") and "SI units" in before[0][1]:
         stated |= set(found)
@@ -129,11 +129,11 @@ def _listing(value, name):
     raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
 
 
-def _cells(line: str, mark: str | None) -> list[str]:
+def _cells(line: str, mark: str | None, where: str) -> list[str]:
     try:
         return next(csv.reader([line], delimiter=mark, skipinitialspace=True)) if mark else line.split()
     except csv.Error as error:
-        raise ValueError(f"{line[:40]!r}...: {error}") from None
+        raise ValueError(f"{where}: {error}: {line[:40]!r}...") from None
 
 
 def _only_numbers(line: str) -> bool:
@@ -228,7 +228,8 @@ def _numbers(rows, mark, count, places, name):
         pass
     table = np.empty((len(rows), len(places)))
     for row, (number, line) in enumerate(rows):
-        cells, where = _cells(line, mark), f"{name}, line {number}"
+        where = f"{name}, line {number}"
+        cells = _cells(line, mark, where)
         if len(cells) != count and (any(cells[count:]) or len(cells) < count):
             hint = "; decimal commas need ; between the columns" if mark == "," and len(cells) >= 2 * count - 1 else ""
             raise ValueError(f"{where}: {len(cells)} cells, where the header has {count}{hint}")

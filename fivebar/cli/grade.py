@@ -67,7 +67,7 @@ def _check(arguments):
         siblings = [ProgramFile(path, "", path.name) for path in sorted(arguments.file.parent.glob("*.py"))]
     hints = hints_from(arguments, lab)
     job = Job(program.path, limit=limit, member=program.member, siblings=tuple(siblings), hints_from=hints)
-    _show(arguments, withheld(grade(lab, job, home=True)))
+    _show(arguments, withheld(grade(lab, job, home=True, watched=True)))
 
 
 def _grade(arguments):
@@ -97,7 +97,7 @@ def _grade(arguments):
         program.path, student, seed, robot, isolate, limit, "", program.member, tuple(siblings),
         hints_from(arguments, lab),
     )  # fmt: skip
-    report = grade(lab, job)
+    report = grade(lab, job, watched=True)
     for line in (isolation(isolate), *report.warnings):
         print(line, file=sys.stderr)
     if arguments.gradescope:

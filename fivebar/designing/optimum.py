@@ -62,7 +62,7 @@ def design(
     must_execute(executor)
     problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
-    with progress(unit="generation") as bar:
+    with progress(unit=" generations") as bar:
         if len(problem.goals) == 1:
             rows = _one(problem, rng, effort, bar)
         else:

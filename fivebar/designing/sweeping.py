@@ -100,7 +100,7 @@ def _plain(parameters):
 
 def _in_memory(manifest, compute, chunks, executor, workers, total):
     found, size, counted = {}, len(manifest["variables"]) + len(manifest["figures"]), _Counted(chunks)
-    with progress(total=total, unit="chunk") as bar:
+    with progress(total=total, unit=" chunks") as bar:
         for number, done in computed(compute, counted.all(), executor, workers):
             found[number] = done
             if len(found) * manifest["chunk"] * size > MOST_KEPT:
@@ -113,7 +113,7 @@ def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
     with alone(folder):
         known = begin(folder, manifest)
         numbers = _Counted(chunks)
-        with progress(total=total, unit="chunk") as bar:
+        with progress(total=total, unit=" chunks") as bar:
             try:
                 for number, done in computed(compute, numbers.left(folder, bar), executor, workers):
                     write_chunk(folder, number, done)

@@ -24,9 +24,8 @@ EXACT = 1e-9  # of a wrong model's largest answer
 class Answers:
     """What was asked and came, (n, k): expected nan where no answer exists; good, refused: (n,) bool.
 
-    raised: whether every row ended in an exception; deep: whether to
-    look for two mistakes together, too. own(follow) -> arrays (n,
-        *shape) that the student's function of this name gives for the same rows, or None.
+    raised: whether every row ended in an exception; deep: whether to look for two mistakes together, too.
+    own(follow) -> arrays (n, *shape) that the student's function of this name gives for the same rows, or None.
     """
 
     exercise: Exercise
@@ -197,7 +196,7 @@ def _by_parts(true, starts):
 def _pair(answers):
     """Two slips in different steps, first those of which one explains a part of the answer already."""
     exercise, starts = answers.exercise, _starts(answers.exercise)
-    if not exercise.slips:
+    if not exercise.slips or not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing that could fit
         return None
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     wrong = ~_by_parts(exact | answers.refused[:, None], starts)

@@ -8,13 +8,14 @@ import stat
 import sys
 import time
 from collections.abc import Callable
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from ..models.robots import Biglide
+from ..progress import progress
 from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
@@ -33,10 +34,10 @@ OTHER_ROBOT = "The constants of your file are another robot's"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
-def run_checks(lab: Lab, program: Program, seed: str) -> Checks:
-    """The lab's checks on a Program; `found` has a Check per test."""
+def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> Checks:
+    """The lab's checks on a Program; `found` has a Check per test. watched: by somebody, who is shown a bar."""
     checks = Checks(program, seed)
-    with _alone(lab):
+    with _alone(lab), progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar:
         arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
         code = pytest.main(list(map(str, arguments)), plugins=[checks])
     if checks.interrupted:
@@ -71,12 +72,12 @@ def _forget(lab):
         del sys.modules[name]
 
 
-def grade(lab: Lab, job: Job, home: bool = False) -> ShownReport:
-    """Report on one file; home: the inputs are public and the report says that others exist."""
+def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> ShownReport:
+    """Report on one file; home: the inputs are public and the report says that others exist; watched: `run_checks`."""
     before, digest = time.perf_counter(), job_hash(job)  # a file replaced from now on is graded again
     program = job.open()
     try:
-        checks = run_checks(lab, program, job.seed)
+        checks = run_checks(lab, program, job.seed, watched)
     finally:
         program.student.close()
     return _report(
@@ -102,7 +103,7 @@ def check(
     if (submission is None) == (not functions):
         raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
     if submission is not None:
-        return grade(lab, Job(Path(submission), seed=seed), home=True)
+        return grade(lab, Job(Path(submission), seed=seed), home=True, watched=True)
     before = time.perf_counter()
     checks = run_checks(lab, Program(from_functions(**functions), None), seed)
     return _report(lab, checks, before, True, submission="this session")

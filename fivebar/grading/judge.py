@@ -66,9 +66,8 @@ def judge(
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
     the function shall raise or give nan; they earn only if some of the others are right. threshold: the mean error that
-    the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the "
-        "student's own functions
-    gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep: of
+    the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the student's own
+    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep: of
     `Answers`.
     """
     n = len(columns[0])

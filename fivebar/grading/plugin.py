@@ -68,6 +68,7 @@ class Checks:
     def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
+        self.bar = None  # of who watches
         self._hopeless, self._known = {}, ({}, {})  # of all checks; the latter: repairs and diagnoses by function
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -76,6 +77,14 @@ class Checks:
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
             raise pytest.UsageError("which file is to be checked? Give --submission FILE")
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        if self.bar is not None:
+            self.bar.reset(len(session.items))
+
+    def pytest_runtest_logfinish(self) -> None:
+        if self.bar is not None:
+            self.bar.update()
 
     @pytest.fixture
     def ask(self, request: pytest.FixtureRequest) -> Ask:

@@ -1,11 +1,14 @@
 """The judge: what real files return is read, what is wrong is named, and nothing else is diagnosed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception, Reply, judge
 from fivebar.grading.judge import answered, came_text, rows_right
+from fivebar.grading.labs import find_lab
 from fivebar.grading.worker.replies import KINDS
 
 Q = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 12))
@@ -105,6 +108,16 @@ def test_refusals_count_only_beside_right_answers():
     assert verdict([*[list(row) for row in RIGHT[:9]], broken, *refusals[1:]], refuse=refuse).reason == "exception"
     accepted = verdict([list(row) for row in RIGHT], refuse=refuse)
     assert (accepted.share, accepted.reason) == (0.75, "accepted")
+
+
+def test_no_mistakes_are_sought_where_nothing_came():
+    exercise, calls = find_lab("lab1").exercises()["dgm"], []
+    counted = replace(
+        exercise, derivation=lambda *given, **steps: calls.append(1) or exercise.derivation(*given, **steps)
+    )
+    todo = [Reply("exception", text="NotImplementedError: lab1 task 1")] * 12
+    assert judge(counted, fb.FiveBar(), (*Q, MODES), todo).diagnosis is None
+    assert 0 < len(calls) < 3 * len(exercise.slips)  # and not one for each pair of slips
 
 
 def test_where_refusals_are_asked_for_the_report_says_what_became_of_them():

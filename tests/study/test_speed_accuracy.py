@@ -1,5 +1,6 @@
 """The charts of speed against accuracy: their references, orders of convergence, runner, files; a bit of each chart."""
 
+import io
 import json
 import platform
 import re
@@ -9,6 +10,7 @@ from types import SimpleNamespace
 import mpmath
 import numpy as np
 import pytest
+from PIL import Image
 
 from fivebar.cli import main
 from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
@@ -16,7 +18,7 @@ from fivebar.study.speed_accuracy import chart as declared
 from fivebar.study.speed_accuracy import machine, making, runner
 from fivebar.study.speed_accuracy.charts import chip, contours, derivatives, geometry, integrators, motions, simulators
 from fivebar.study.speed_accuracy.charts.exact import DIGITS, cos_sin, distance, exact_motion
-from fivebar.study.speed_accuracy.findings import caption, failures, observed_order, orders, words_of
+from fivebar.study.speed_accuracy.findings import caption, failures, observed_order, orders, table, words_of
 from fivebar.study.speed_accuracy.picture import figure
 from fivebar.study.speed_accuracy.runner import Worker, measure, row_of, run
 from fivebar.study.speed_accuracy.store import BASE, Partial, Result, from_csv
@@ -403,14 +405,36 @@ def test_caption_is_made_of_the_measurements(toy_result):
         return caption(Result(toy_result.chart, {}, rows))
 
     ahead = timed({"<ours> & mine": 1e-3, "cruder": 1.0, "after the crash": 4e-3})
-    assert "fivebar is 4 × (to 1e-2) as fast as after the crash" in ahead
-    assert "only fivebar gets to 1e-4" in ahead and "loses" not in ahead
+    assert ahead == "Of 2 errors asked for, fivebar gets to all first, 4 times as fast as the next, to 1 of them alone."
     behind = timed({"<ours> & mine": 1e-3, "cruder": 1.0, "after the crash": 5e-4})
-    assert "fivebar loses: after the crash is 2 × (to 1e-2) as fast" in behind
+    assert "gets to 1 first" in behind and "loses to after the crash once, which is 2 times as fast." in behind
     assert (
         words_of([(None, f"wrong in {n}%") for n in (7, 30, 12)] + [(None, "nan")]) == "wrong in 7-30% (3 times), nan"
     )
-    assert "of the others: astray 2 of 2, nan 2 of 2" in behind and "needs more" not in behind
+
+
+def test_the_table_has_each_method_and_its_failures(toy_result):
+    (title, head, rows), cells = table(toy_result)[0], {}
+    for name, *found in rows:
+        cells[name] = dict(zip(head[1:], found))
+    names = [method.name for method in toy_result.chart.methods if method.name != "cruder"]  # never at 1e-2, nor failed
+    assert title == "one panel" and list(cells) == names
+    failed = "2 of 2: error above 1 (2 times)"
+    assert cells["astray"] == {"s, to 1e-2": "-", "s, to 1e-4": "-", "s, to 1e-9": "-", "failed": failed}
+    assert float(cells["after the crash"]["s, to 1e-2"]) > 0 and cells["after the crash"]["s, to 1e-4"] == "-"
+    assert cells["needs more"]["failed"] == "left out: no C compiler (cc, gcc, clang)"
+
+
+def test_the_page_has_the_pictures_words_as_text(toy_result, tmp_path):
+    """Its picture is the PNG without title and verdict, whose pixels are none of a panel's."""
+    bare = Image.open(io.BytesIO(making.draw(toy_result, tmp_path))).convert("L")
+    whole = Image.open(tmp_path / "toy.png").convert("L")
+    lines = [
+        k for k in range(whole.height) if whole.crop((0, k, whole.width, k + bare.height)).tobytes() == bare.tobytes()
+    ]
+    assert len(lines) == 1 and 0.3 * making.DPI < lines[0] < 0.5 * making.DPI
+    assert min(whole.crop((0, 0, whole.width, lines[0])).tobytes()) < 100 > min(bare.tobytes())
+    assert whole.height - lines[0] - bare.height > 0.1 * making.DPI
 
 
 def test_an_error_of_ours_ends_the_run():

@@ -125,7 +125,7 @@ def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int, executor: Execut
     left = [entry for entry in entries if entry not in reports]
     if kept := len(reports):
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
-    with progress(total=len(left), unit="student") as bar:
+    with progress(total=len(left), unit=" students") as bar:
         shown = _Shown(bar)
         _grade_all(cohort, left, jobs, reports, shown, executor)
         again = [entry for entry in left if reports[entry].ungraded]

@@ -85,7 +85,6 @@ class Panel:
     rounding: float = 1e-15
     floor: float = 1e-17  # an error of 0 is drawn here
     ceiling: float = float("inf")  # a larger error counts as a failure
-    each: bool = False  # whether the caption lists every method's time over ours
     guide: tuple | None = None  # (factor, words): the line y = factor x
 
 

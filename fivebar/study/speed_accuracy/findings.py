@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,46 +83,75 @@ def words_of(failed: list) -> str:
 
 
 def caption(result: Result) -> str:
-    """What the charts shows, in sentences, wins and losses of ours alike."""
-    sentences = []
-    for panel in (panel for row in result.chart.panels for panel in row):
-        said = [*_standing(result, panel), *_each(result, panel), *_ratios(result, panel)]
-        if said:
-            sentences.append(f"{panel.title[0].upper()}{panel.title[1:]}: {'; '.join(said)}.")
-    return "\n".join([*sentences, *_failed(result)])
-
-
-def _standing(result, panel):
-    """For each level how the fastest of ours stands to the fastest other, and which of ours are slower than that."""
-    won, level_with, lost, alone, short, slower, named = {}, {}, {}, [], {}, {}, {}
-    for level in panel.levels:
+    """What the chart shows in a sentence, wins and losses of ours alike; `table` has the numbers."""
+    won, even, lost, short, named, alone = [], {}, {}, {}, {}, 0
+    panels = [panel for row in result.chart.panels for panel in row]
+    for panel, level in [(each, level) for each in panels for level in each.levels]:
         mine, others, apart = _fastest(result, panel, level)
         if mine and apart:
-            named.setdefault(apart[0]["method"], []).append((level, mine[0]["seconds"] / apart[0]["seconds"]))
-        if mine and not others:
-            alone.append(level)
-        elif others and not mine:
-            short.setdefault(others[0]["method"], []).append(level)
-        elif mine:
+            named.setdefault(apart[0]["method"], []).append(mine[0]["seconds"] / apart[0]["seconds"])
+        if mine and others:
             ratio, name = others[0]["seconds"] / mine[0]["seconds"], others[0]["method"]
             if max(ratio, 1 / ratio) < LEVEL:
-                level_with.setdefault(name, []).append(level)
+                even.setdefault(name, []).append(ratio)
+            elif ratio > 1:
+                won.append(ratio)
             else:
-                (won if ratio > 1 else lost).setdefault(name, []).append((level, max(ratio, 1 / ratio)))
-            behind = {row["method"]: row["seconds"] / others[0]["seconds"] for row in mine[1:]}
-            slower = {name: (others[0]["method"], ratio) for name, ratio in behind.items() if ratio > LEVEL}
-    ahead = [f"{_ratios_at(found)} as fast as {name}" for name, found in won.items()]
-    ahead += [f"level with {name} (to {_levels(found)})" for name, found in level_with.items()]
-    parts = ["fivebar is " + ", ".join(ahead)] if ahead else []
-    if lost:
-        parts.append("fivebar loses: " + ", ".join(f"{n} is {_ratios_at(found)} as fast" for n, found in lost.items()))
-    parts += [f"only fivebar gets to {_levels(alone)}"] if alone else []
-    parts += [f"fivebar does not get to {_levels(found)}, {name} does" for name, found in short.items()]
-    if slower:
-        listed = ", ".join(f"{name} ({_number(ratio)} ×)" for name, (_, ratio) in slower.items())
-        parts.append(f"slower than {next(iter(slower.values()))[0]} are {listed}")
-    parts += [f"apart from these, {name} is {_ratios_at(found)} as fast as fivebar" for name, found in named.items()]
-    return parts
+                lost.setdefault(name, []).append(1 / ratio)
+        elif others:
+            short.setdefault(others[0]["method"], []).append(level)
+        alone += bool(mine and not others)
+    total = len(won) + alone + sum(len(found) for part in (even, lost, short) for found in part.values())
+    said = []
+    if total:
+        first = {0: "none", total: "all"}.get(len(won) + alone, len(won) + alone)
+        first = f"of {total} errors asked for, fivebar gets to {first} first"
+        first += f", {_range(won)} times as fast as the next" if won else ""
+        said.append(first + (f", to {'all' if alone == total else alone} of them alone" if alone else ""))
+    said += [f"it is level with {name} {_times(found)}" for name, found in even.items()]
+    said += [
+        f"it loses to {name} {_times(found)}, which is {_range(found)} times as fast" for name, found in lost.items()
+    ]
+    said += [f"it does not get to {_levels(found)}, which {name} does" for name, found in short.items()]
+    said += [f"apart from these, {name} is {_range(found)} times as fast as fivebar" for name, found in named.items()]
+    ratios = {}
+    for panel in panels:
+        for name, ratio in _ratios(result, panel).items():
+            ratios.setdefault(name, []).append(ratio)
+    if ratios:
+        listed = ", ".join(f"{name} {_range(found)}" for name, found in ratios.items())
+        said.append(f"errors over fivebar's, in the median: {listed}")
+    text = "; ".join(said)
+    return f"{text[:1].upper()}{text[1:]}." if text else "Nothing is to be compared."
+
+
+def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Per panel that compares: title, head, and per method the seconds it takes to each error, and how it failed."""
+    tables = []
+    for panel in (panel for row in result.chart.panels for panel in row):
+        ratios, failed = _ratios(result, panel), failures(result, panel)
+        if not (panel.levels or ratios):
+            continue
+        fastest = [{row["method"]: row for part in _fastest(result, panel, x) for row in part} for x in panel.levels]
+        rows = []
+        for name in (method.name for method in result.chart.methods):
+            cells = [_short(f"{found[name]['seconds']:.1e}") if name in found else "-" for found in fastest]
+            cells += [_short(f"{ratios[name]:.2g}") if name in ratios else "-"] if ratios else []
+            if name in failed or set(cells) != {"-"}:
+                rows.append([name, *cells, _failed(result, panel, failed.get(name))])
+        head = [f"s, to {_levels([level])}" for level in panel.levels] + ["error over fivebar's, median"] * bool(ratios)
+        tables.append((panel.title, ["method", *head, "failed"], rows))
+    return tables
+
+
+def _failed(result, panel, failed):
+    """How often and how a method failed on a panel's problem."""
+    if not failed:
+        return ""
+    if failed[0][0]["status"] == "left out":
+        return words_of(failed)
+    total = sum((row["problem"], row["method"]) == (panel.problem, failed[0][0]["method"]) for row in result.rows)
+    return f"{len(failed)} of {total}: {words_of(failed)}"
 
 
 def _fastest(result, panel, level):
@@ -141,63 +169,37 @@ def _fastest(result, panel, level):
     return ours, others, apart
 
 
-def _each(result, panel):
-    """For a panel that asks for it, the time of every method over that of the fastest of ours, level by level."""
-    if not panel.each:
-        return []
-    columns = {}
-    for level in panel.levels:
-        mine, *others = _fastest(result, panel, level)
-        for row in (row for part in others for row in part if mine):
-            columns.setdefault(row["method"], {})[level] = _number(row["seconds"] / mine[0]["seconds"])
-    listed = [f"{name} {', '.join(found.get(level, '-') for level in panel.levels)}" for name, found in columns.items()]
-    return [f"times over the fastest of fivebar's to {_levels(panel.levels)}: {'; '.join(listed)}"] if listed else []
+def _range(ratios):
+    """From the least to the largest, with two digits."""
+    shown = list(dict.fromkeys(_short(f"{float(f'{ratio:.2g}'):g}") for ratio in (min(ratios), max(ratios))))
+    return " to ".join(shown)
 
 
-def _number(ratio):
-    """Two digits, without an exponent."""
-    return f"{float(f'{ratio:.2g}'):g}"
+def _times(found):
+    return f"{len(found)} times" if len(found) > 1 else "once"
 
 
 def _levels(levels):
-    return ", ".join(f"{level:.0e}".replace("e-0", "e-") for level in levels)
+    return ", ".join(_short(f"{level:.0e}") for level in levels)
 
 
-def _ratios_at(found):
-    return f"{', '.join(_number(ratio) for _, ratio in found)} × (to {_levels([level for level, _ in found])})"
+def _short(number):
+    return re.sub(r"e([+-])0", r"e\1", number)
 
 
 def _ratios(result, panel):
-    """Where the abscissa is neither time nor knob: the other methods' errors over ours, at the same abscissa."""
+    """{method: its errors over ours at the same abscissa, median}, where the abscissa is neither time nor knob."""
     if panel.x in ("seconds", "knob"):
-        return []
+        return {}
     mine = {}
     families = {method.name: method.family for method in result.chart.methods}
     for row in counted(result, panel):
         if families[row["method"]] == OURS:
             mine[row["knob"]] = row[panel.y]
-    ratios = {
-        name: np.median([r[panel.y] / mine[r["knob"]] for r in counted(result, panel, name) if r["knob"] in mine])
+    return {
+        name: float(
+            np.median([r[panel.y] / mine[r["knob"]] for r in counted(result, panel, name) if r["knob"] in mine])
+        )
         for name, family in families.items()
         if family != OURS and any(r["knob"] in mine for r in counted(result, panel, name))
     }
-    if not ratios:
-        return []
-    return ["errors over fivebar's, median: " + ", ".join(f"{name} {ratio:.2g}" for name, ratio in ratios.items())]
-
-
-def _failed(result):
-    """Which methods failed how often on which problem, ours first."""
-    sentences = []
-    for problem, words in result.chart.problems.items():
-        panel = next(panel for row in result.chart.panels for panel in row if panel.problem == problem)
-        found = {
-            name: failed for name, failed in failures(result, panel).items() if failed[0][0]["status"] != "left out"
-        }
-        totals = Counter(row["method"] for row in result.rows if row["problem"] == problem)
-        families = {method.name: method.family for method in result.chart.methods}
-        for ours in (True, False):
-            own = [f"{n} {len(f)} of {totals[n]}" for n, f in found.items() if (families[n] == OURS) == ours]
-            if own:
-                sentences.append(f"Failed on “{words}”, {'of ours' if ours else 'of the others'}: {', '.join(own)}.")
-    return sentences

@@ -7,6 +7,7 @@ from importlib import import_module
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PIL import Image
 
 from ...progress import progress
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from .chart import Chart
     from .store import Result
 
-DPI, COLOURS = 100, 256  # a palette makes a third of the file; MAXCOVERAGE keeps rare colours
+DPI, COLOURS = 200, 256  # a palette makes a third of the file
 
 
 def chart_names(peers: bool = False) -> tuple[str, ...]:
@@ -47,11 +48,13 @@ def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, R
             results[name], partial = runner.run(name, folder, quick, bar.update)
             results[name].to_csv(folder / f"{name}.csv")
             partials.append(partial)
-    ordered = {name: results[name] for name in MODULES if name in results}
-    pictures, captions = {}, {}
-    for name, result in ordered.items():
-        pictures[name], captions[name] = draw(result, folder), module_with(result.chart).caption(result)
-    write_page(folder / "index.html", ordered, pictures, captions)
+        ordered, pictures = {name: results[name] for name in MODULES if name in results}, {}
+        for name, result in ordered.items():
+            bar.set_description(f"{name}, drawn")
+            pictures[name] = draw(result, folder)
+            bar.refresh()
+    said = {n: (module_with(r.chart).caption(r), module_with(r.chart).table(r)) for n, r in ordered.items()}
+    write_page(folder / "index.html", ordered, pictures, said)
     for partial in partials:  # not before all are done: an interrupted run of several charts keeps the finished ones
         partial.done()
     return {name: results[name] for name in modules}
@@ -63,20 +66,32 @@ def redraw(path: Path, name: str) -> Result:
 
 
 def draw(result: Result, folder: Path) -> bytes:
-    """NAME.png and .svg of a Result; the PNG's bytes."""
-    figure = module_with(result.chart).figure(result)
-    buffer = io.BytesIO()
+    """NAME.png and .svg of a Result; a PNG's bytes without title and verdict, for a page that has them as text."""
+    figure, buffer = module_with(result.chart).figure(result), io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
-    small = io.BytesIO()
-    Image.open(buffer).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, "png", optimize=True)
+    image = _few_colours(Image.open(buffer).convert("RGB"))
     with written(folder / f"{result.chart.name}.png", binary=True) as file:
-        file.write(small.getvalue())
+        image.save(file, "png", optimize=True)
     saved(figure, folder / f"{result.chart.name}.svg")
-    return small.getvalue()
+    bare = io.BytesIO()
+    picture.plain(figure, image).save(bare, "png", optimize=True)
+    return bare.getvalue()
+
+
+def _few_colours(image):
+    """A picture with a palette: its most frequent colours as they are, all others as the nearest of these."""
+    pixels = np.asarray(image).astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
+    found, index, counts = np.unique(pixels, return_inverse=True, return_counts=True)
+    levels = found[:, None] >> np.array([16, 8, 0]) & 255
+    kept = levels[np.argsort(counts)[: -COLOURS - 1 : -1]]
+    nearest = np.array([np.argmin(((kept - level) ** 2).sum(axis=1)) for level in levels.astype(int)])
+    small = Image.fromarray(nearest[index].reshape(pixels.shape).astype(np.uint8), "P")
+    small.putpalette(kept.astype(np.uint8).tobytes())
+    return small
 
 
 def module_with(chart: Chart) -> object:
-    """What has figure(result) and caption(result) for a chart."""
+    """What has figure(result), caption(result) and table(result) for a chart."""
     if chart.picture:
         return import_module(f".charts.{chart.picture}", __package__)
-    return SimpleNamespace(figure=picture.figure, caption=findings.caption)
+    return SimpleNamespace(figure=picture.figure, caption=findings.caption, table=findings.table)

@@ -18,7 +18,8 @@ body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-
 body { padding: 0 1rem } img { max-width: 100%; height: auto; border: 1px solid #ddd }
 table { border-collapse: collapse; font-size: .8rem; display: block; overflow-x: auto }
 td, th { padding: .1rem .6rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap }
-td.word, th.word { text-align: left } .about { color: #666; font-size: .85rem } nav a { margin-right: 1.2rem }
+td.word, th.word { text-align: left } h3 { font-size: 1rem; margin: 1rem 0 .3rem }
+.about { color: #666; font-size: .85rem } nav a { margin-right: 1.2rem }
 .chart { overflow-x: auto } .chart img { min-width: min(40rem, 100vh) }
 @media screen and (prefers-color-scheme: dark) {
   :root { color-scheme: dark } body { color: #eceff2; background: #14171b } .about { color: #a9b2bc }
@@ -28,13 +29,14 @@ td.word, th.word { text-align: left } .about { color: #666; font-size: .85rem } 
 @media print { nav, details { display: none } section { break-inside: avoid } }
 """
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+WORDS = ("problem", "method", "status", "word", "failed")  # columns set to the left
 COLUMNS = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
 
 
-def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes], captions: dict[str, str]) -> None:
-    """The page of results {name: Result}, pictures {name: PNG bytes} and captions {name: text}."""
+def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes], said: dict[str, tuple]) -> None:
+    """The page of results {name: Result}, pictures {name: PNG bytes} and said {name: (caption, table)}."""
     links = " ".join(f'<a href="#{escape(n)}">{escape(n)}</a>' for n in results)
-    sections = [_section(name, result, pictures[name], captions[name]) for name, result in results.items()]
+    sections = [_section(name, result, pictures[name], *said[name]) for name, result in results.items()]
     text = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -46,30 +48,30 @@ def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes
         file.write(text)
 
 
-def _section(name, result, png, caption):
-    verdict, *more = caption.split("\n")
+def _section(name, result, png, caption, tables):
     image = base64.b64encode(png).decode()
     about = ", ".join(f"{key} {value}" for key, value in result.about.items())
     measures = list(dict.fromkeys(key for row in result.rows for key in row if key not in COLUMNS))
-    head = "".join(f"<th{_side(key)}>{escape(key)}</th>" for key in (*COLUMNS, *measures))
-    rows = "".join(
-        "<tr>"
-        + "".join(f"<td{_side(key)}>{escape(_text(row.get(key, '')))}</td>" for key in (*COLUMNS, *measures))
-        + "</tr>"
-        for row in result.rows
-    )
+    keys = (*COLUMNS, *measures)
+    rows = [[_text(row.get(key, "")) for key in keys] for row in result.rows]
+    compared = "".join(f"<h3>{escape(title)}</h3>{_table(head, rows)}" for title, head, rows in tables)
     return (
         f'<section id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p>'
         f'<div class="chart"><img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"></div>'
-        f"<p><strong>{escape(verdict)}</strong></p><ul>{''.join(f'<li>{escape(each)}</li>' for each in more)}</ul>"
+        f"<p><strong>{escape(caption)}</strong></p>{compared}"
         f'<p class="about">{escape(about)}</p><p class="about"><a href="{escape(name)}.csv">{escape(name)}.csv</a>, '
         f'<a href="{escape(name)}.svg">{escape(name)}.svg</a></p><details><summary>{len(result.rows)} measurements, SI '
-        f"units</summary><table><tr>{head}</tr>{rows}</table></details></section>"
+        f"units</summary>{_table(keys, rows)}</details></section>"
     )
 
 
-def _side(key):
-    return ' class="word"' if key in ("problem", "method", "status", "word") else ""
+def _table(head, rows):
+    sides = [' class="word"' if key in WORDS else "" for key in head]
+    lines = [("th", head), *(("td", row) for row in rows)]
+    return "<table>" + "".join(
+        "<tr>" + "".join(f"<{tag}{side}>{escape(cell)}</{tag}>" for side, cell in zip(sides, cells)) + "</tr>"
+        for tag, cells in lines
+    ) + "</table>"  # fmt: skip
 
 
 def _text(value):

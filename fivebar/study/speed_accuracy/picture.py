@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
+from PIL import Image
 
 from ...pictures.style import COLOURS as OKABE_ITO
 from ...pictures.style import INK
@@ -23,7 +24,8 @@ COLOURS = (*OKABE_ITO[:-1], "#8C6239", "#332288")  # brown and indigo for black,
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
 # Inches.
 WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
-LONGEST = 96  # letters in a strip
+HEAD = 0.45  # for the title
+LONGEST = 86  # letters in a strip
 LINE, LETTER = 0.158, 0.0655  # of small text: height of a line, mean width of a letter
 
 
@@ -34,14 +36,13 @@ def figure(result: Result) -> Figure:
     strips = [LANE * max(map(len, row)) for row in lanes]
     width = max(map(len, chart.panels)) * (LEFT + WIDTH + RIGHT)
     labels = _labels(result)
-    reading, findings = wrapped(chart.reading, width), wrapped(caption(result), width)
+    verdict = wrapped(caption(result), width)
     columns = max(1, int((width - 2 * EDGE) / (LETTER * max(map(len, labels.values())) + 0.75)))
     key = LINE * 1.25 * -(-len(labels) // columns) + 0.1
-    head, foot = 0.5 + LINE * len(reading), key + LINE * len(findings) + 3 * EDGE
+    head, foot = HEAD, key + LINE * len(verdict) + 3 * EDGE
     height = head + foot + sum(strip + ABOVE + HEIGHT + BELOW for strip in strips)
     made = Figure(figsize=(width, height))
     title(made, chart.title)
-    made.text(EDGE / width, 1 - 0.48 / height, "\n".join(reading), fontsize=8.5, va="top", linespacing=1.3, color=INK)
     top = height - head
     for panels, failed, strip in zip(chart.panels, lanes, strips):
         top -= ABOVE + strip + HEIGHT
@@ -61,8 +62,15 @@ def figure(result: Result) -> Figure:
         fontsize=8.5, frameon=False, borderaxespad=0, columnspacing=2.0, labelspacing=0.35,
     )  # fmt: skip
     y = (foot - key - 1.6 * EDGE) / height
-    made.text(EDGE / width, y, "\n".join(findings), fontsize=8.5, va="top", linespacing=1.3, color=INK)
+    made.text(EDGE / width, y, "\n".join(verdict), fontsize=8.5, va="top", linespacing=1.3, color=INK)
     return made
+
+
+def plain(made: Figure, image: Image.Image) -> Image.Image:
+    """The image without the figure's own words, title and verdict, for a page that has them as text."""
+    above, below = (text.get_window_extent() for text in made.texts)
+    scale = image.height / made.bbox.height
+    return image.crop((0, round(image.height - scale * above.y0), image.width, round(image.height - scale * below.y1)))
 
 
 def title(made: Figure, text: str) -> None:

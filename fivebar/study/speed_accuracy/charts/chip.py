@@ -221,7 +221,7 @@ def chart() -> Chart:
         "executes it, counted by an emulator, with the sines of the GNU library (whose single ones are computed in "
         "double): a chip whose hardware has single precision alone, as a Cortex-M4F, and one that has double too. "
         "Right: M and c close to Type 2, where 1 / det A magnifies what the angles' rounding leaves, in any formula. "
-        "References are the same instructions in extended precision. As printed: h = sqrt(l^2 - a^2), passive joints "
+        "References are the same instructions in extended precision. As printed: h = sqrt(l² - a²), passive joints "
         "by atan2, A inverted as it stands.",
         problems={REGULAR: "regular poses", ARM: "regular poses on ARM", NEAR: "dynamic model near Type 2"},
         methods=methods,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..picture import ABOVE, BELOW, EDGE, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, title, wrapped
+from ..picture import ABOVE, BELOW, EDGE, HEAD, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, title, wrapped
 from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
 if TYPE_CHECKING:
@@ -22,13 +22,12 @@ def figure(result: Result) -> Figure:
     """Matplotlib figure of the stability chart's Result."""
     rows = result.chart.panels
     width = len(rows[0]) * (LEFT + WIDTH + RIGHT + BAR)
-    reading, findings = wrapped(result.chart.reading, width), wrapped(caption(result), width)
-    head, foot = 0.5 + LINE * len(reading), LINE * len(findings) + 2 * EDGE
-    height = head + foot + len(rows) * (ABOVE + HEIGHT + BELOW)
+    verdict = wrapped(caption(result), width)
+    foot = LINE * len(verdict) + 2 * EDGE
+    height = HEAD + foot + len(rows) * (ABOVE + HEIGHT + BELOW)
     made = Figure(figsize=(width, height))
     title(made, result.chart.title)
-    made.text(EDGE / width, 1 - 0.48 / height, "\n".join(reading), fontsize=8.5, va="top", linespacing=1.3, color=INK)
-    top = height - head
+    top = height - HEAD
     for row in rows:
         top -= ABOVE + HEIGHT
         for k, panel in enumerate(row):
@@ -38,7 +37,7 @@ def figure(result: Result) -> Figure:
             _map(made, axes, bar, result, panel)
         top -= BELOW
     made.text(
-        EDGE / width, 1.3 * EDGE / height, "\n".join(findings), fontsize=8.5, va="bottom", linespacing=1.3, color=INK
+        EDGE / width, 1.3 * EDGE / height, "\n".join(verdict), fontsize=8.5, va="bottom", linespacing=1.3, color=INK
     )
     return made
 
@@ -95,20 +94,32 @@ def _holds(problem, row):
     return row["value"] < 1 if problem.startswith("growth") else True  # it grows less than the run is long
 
 
-def caption(result: Result) -> str:
-    """How far the simulated robot is from the exact values."""
-    sentences = []
+def _compared(result):
+    """Per map: its words, pairs of gains, on which simulated and exact disagree about stability, how far these are from
+    the limit, and by which share the others' values differ, (n,)."""
     for problem, (words, *_) in PROBLEMS.items():
-        rows = result.of(problem)
-        lost = result.of(problem, status="failed")
-        if not rows:
-            continue
-        off = np.array([abs(row["value"] / row["exact"] - 1) for row in rows if row["exact"] < NEVER])
-        wrong = [row["radius"] for row in rows if (row["radius"] < 1) != _holds(problem, row)]
-        astray = sum(row["word"] != "grows" for row in lost)
-        text = f"{words[0].upper()}{words[1:]}, {len(rows) + len(lost)} pairs of gains: simulated and exact differ by "
-        text += f"{100 * np.median(off):.2g} % in the median, {100 * off.max():.2g} % at most; "
-        text += f"they disagree on stability in {len(wrong) + astray}"
-        text += f", where the exact factor is within {max(abs(r - 1) for r in wrong):.2g} of 1" if wrong else ""
-        sentences.append(text + ".")
-    return " ".join(sentences)
+        rows, lost = result.of(problem), result.of(problem, status="failed")
+        if rows:
+            off = np.array([abs(row["value"] / row["exact"] - 1) for row in rows if row["exact"] < NEVER])
+            wrong = [abs(row["radius"] - 1) for row in rows if (row["radius"] < 1) != _holds(problem, row)]
+            astray = sum(row["word"] != "grows" for row in lost)
+            yield words, len(rows) + len(lost), len(wrong) + astray, max(wrong, default=0.0), off
+
+
+def caption(result: Result) -> str:
+    """How far the simulated robot is from the exact values, in a sentence."""
+    _, pairs, apart, limit, off = zip(*_compared(result))
+    medians = [100 * np.median(each) for each in off]
+    text = f"On {sum(apart)} of {sum(pairs)} pairs of gains simulated and exact disagree about stability"
+    text += f", none farther than {max(limit):.2g} from a factor of 1" if any(limit) else ""
+    return f"{text}; the values differ by {min(medians):.2g} to {max(medians):.2g} % in the median of a map."
+
+
+def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
+    """The numbers behind the caption, a row for each map."""
+    head = ["problem", "pairs of gains", "disagree about stability", "values differ by, median (%)", "at most (%)"]
+    rows = [
+        [words, str(pairs), str(apart), f"{100 * np.median(off):.2g}", f"{100 * off.max():.2g}"]
+        for words, pairs, apart, _, off in _compared(result)
+    ]
+    return [("Simulated against exact", head, rows)]

@@ -257,7 +257,7 @@ def chart() -> Chart:
         panels=(*(
             tuple(
                 Panel(
-                    p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()), each=True,
+                    p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()),
                     rounding=ROUNDING[p], **row,
                 )
                 for p, motion in DRIVEN.items()
@@ -265,7 +265,7 @@ def chart() -> Chart:
             for row in rows
         ), (
             Panel(POSITIONS, TURNING, ylabel="largest error of a position (m)", xlabel="time of a pose (s)",
-                  levels=(1e-9,), ceiling=1e-3, each=True),
+                  levels=(1e-9,), ceiling=1e-3),
             Panel(POSITIONS, "branches, by the turn between poses", y="wrong",
                   ylabel="share of wrong branches (none: 0.001)", x="knob",
                   xlabel="turn of the cranks from pose to pose (°)", floor=1e-3),
