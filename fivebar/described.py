@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import html
 import io
-from base64 import b64encode
 from collections.abc import Mapping
 
 import numpy as np
@@ -35,6 +33,9 @@ class Pictured:
     """What a notebook shows with the line that it says of itself and its `plot` under it."""
 
     def _repr_html_(self) -> str:
+        import html  # here and below: what a start without a notebook need not load
+        from base64 import b64encode
+
         picture = io.BytesIO()
         self.plot().savefig(picture, format="png", dpi=70)
         said, data = html.escape(repr(self)), b64encode(picture.getvalue()).decode()
@@ -43,5 +44,7 @@ class Pictured:
 
 def table(words: str, rows: Mapping[str, object]) -> str:
     """HTML of a line of words over a table of names and values."""
+    import html
+
     cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
     return f"<code>{html.escape(words)}</code><table>{''.join(cells)}</table>"

@@ -34,6 +34,7 @@ COMMANDS = {
     "check": ("grade", "check your own solution of a lab, with hints"),
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
+OF_A_FILE = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
 SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes for an option
 
 
@@ -63,7 +64,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _complain(error, code):
     from ..grading.report.text import printable  # the error may quote a file's hostile name
 
-    print("fivebar: " + printable(" ".join(str(error).split())), file=sys.stderr)
+    text = OF_A_FILE.sub(r"\3: \1", " ".join(str(error).split()))
+    print("fivebar: " + printable(text), file=sys.stderr)
     return code
 
 

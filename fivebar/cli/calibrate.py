@@ -49,6 +49,8 @@ def _calibrate(arguments):
     from ..measured.calibrate import DEFAULT, LOSSES, calibrate, known_names
 
     robot = chosen_robot(arguments)
+    if not Path(arguments.data).exists():
+        raise UsageError(f"no file {arguments.data!r}")
     if not robot.turns:
         raise UsageError("calibrate knows five-bars only, and --robot is a biglide")
     if arguments.mend and arguments.keep:

@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UsageError
-from ..paths import strokes
-from ..simulation.comparison import peak_name
 from .robot_options import add_robot_options, chosen_robot
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
@@ -77,7 +75,9 @@ def _draw(arguments):
     from ..control.tracker import Tracker
     from ..models.geometry import igm
     from ..models.kinematics import ikm
+    from ..paths import strokes
     from ..paths.setpoints import setpoints
+    from ..simulation.comparison import peak_name
     from ..simulation.simulate import simulate
 
     robot, path = chosen_robot(arguments), _read(arguments)
@@ -231,6 +231,7 @@ def _proved(arguments, robot, path, working):
 
 def _written(arguments, robot, path, working, run, table, down, error):
     """The picture, the setpoints and the run, in their folder."""
+    from ..paths import strokes
     from ..pictures.plot.drawing import drawing
     from ..tables import saved
 
@@ -248,6 +249,8 @@ def _written(arguments, robot, path, working, run, table, down, error):
 
 
 def _print(robot, figures):
+    from ..simulation.comparison import peak_name
+
     words = robot.words
     left, right = figures[peak_name(robot)]
     bound = 100 * (figures["duration_s"] / figures["lower_bound_s"] - 1)

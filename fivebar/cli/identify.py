@@ -48,8 +48,8 @@ def _identify(arguments):
         for name in ("counts_per_turn", "gear_ratio", "offset", "torque_constant")
     }
     for path in [*arguments.logs, arguments.validate]:
-        if path is not None and not Path(path).is_file():
-            raise UsageError(f"there is no file {path}")
+        if path is not None and not Path(path).exists():
+            raise UsageError(f"no file {path!r}")
     found = identify(
         robot, arguments.logs, validate=arguments.validate, unknown=arguments.unknown, assembly=arguments.assembly,
         cutoff=arguments.cutoff, consistent=arguments.consistent, units=_units(arguments.units),

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UsageError
-from ..simulation.comparison import peak_name
 from .robot_options import add_robot_options, chosen_robot
 
 SAMPLES = 4001
@@ -100,6 +99,8 @@ def _end(arguments, robot, name):
 
 
 def _figures(robot, plan):
+    from ..simulation.comparison import peak_name
+
     t = np.linspace(0.0, plan.duration, SAMPLES)
     pose = plan.accelerations(t).rates.pose
     margins = {"1": pose.sines, "2": [pose.det_A]}
@@ -134,6 +135,8 @@ def _written(arguments, robot, plan):
 
 
 def _print(robot, figures):
+    from ..simulation.comparison import peak_name
+
     words = robot.words
     left, right = figures[peak_name(robot)]
     rows = [

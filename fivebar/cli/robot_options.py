@@ -65,7 +65,9 @@ def robot_from(path):
     try:
         with open(path, "rb") as file:
             table = read(file)
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        raise UsageError(error) from None
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: {error}") from None
     try:
         return robot_of(table)

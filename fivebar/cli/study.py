@@ -22,13 +22,15 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _ladder(arguments):
     from ..errors import UsageError
-    from ..study.ladder import CASES, climb, figure, table
+    from ..progress import progress
+    from ..study.ladder import CASES, RUNGS, climb, figure, table
     from ..tables import saved, written
 
     names = arguments.robots or list(CASES)
     if unknown := [name for name in names if name not in CASES]:
         raise UsageError(f"no robot {', '.join(unknown)}; the known ones are {', '.join(CASES)}")
-    found = {name: climb(CASES[name]) for name in names}
+    with progress(total=len(names) * len(RUNGS), unit=" rungs", leave=False) as bar:
+        found = {name: climb(CASES[name], bar.update) for name in names}
     header, rows = table(found)
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)

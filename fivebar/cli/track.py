@@ -15,7 +15,6 @@ from ..errors import UsageError
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
 from ..planning.trajectory import line
-from ..simulation.comparison import compare, peak_name
 from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
@@ -144,6 +143,7 @@ def _controller(arguments, robot, assembly):
 def _compare(arguments):
     """Computed torque at two gains and the tracker on one case: table, picture, and the runs."""
     from ..simulation.cases import CASES, case, run_case
+    from ..simulation.comparison import compare
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
@@ -189,6 +189,7 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
     """Simulate; gives the figures for the table, and the Run."""
     from ..models.geometry import igm
     from ..models.kinematics import ikm
+    from ..simulation.comparison import compare, peak_name
     from ..simulation.simulate import simulate  # here, and with it CasADi: before the clock starts
 
     step = period / max(1, round(period / 1e-3))
@@ -214,6 +215,8 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
 
 
 def _print_table(robot, figures):
+    from ..simulation.comparison import peak_name
+
     words = robot.words
     left, right = figures[peak_name(robot)]
     error_left, error_right = figures[f"max_joint_error_{words.unit}"]

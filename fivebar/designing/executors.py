@@ -31,7 +31,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     try:
         from dask.distributed import Client
     except ImportError:
-        raise RuntimeError("--dask needs the packages dask and distributed: pip install 'fivebar[scale]'") from None
+        raise RuntimeError("--dask takes two more packages: pip install dask distributed") from None
     try:
         client = Client(**({"scheduler_file": address} if address.endswith(".json") else {"address": address}),
                         timeout=10)  # fmt: skip

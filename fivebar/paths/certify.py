@@ -16,7 +16,7 @@ try:
     import flint
     import mpmath  # noqa: F401, which the checker has
 except ImportError:
-    raise ImportError("to certify a path takes python-flint and mpmath: pip install 'fivebar[certify]'") from None
+    raise ImportError("to certify a path takes python-flint and mpmath: pip install python-flint mpmath") from None
 
 from ..checks import instance, modes, not_negative, number
 from ..described import one_line

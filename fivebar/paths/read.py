@@ -73,7 +73,7 @@ def _read(file: TextFile, units, kind) -> Draft:
     try:
         from .read_svg import read_svg
     except ImportError as error:
-        raise ImportError("to read an SVG, svgelements is needed: pip install 'fivebar[draw]'") from error
+        raise ImportError("to read an SVG, svgelements is needed: pip install svgelements") from error
     return read_svg(text, name, units)
 
 

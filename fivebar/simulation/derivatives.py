@@ -18,7 +18,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.signal import correlate, welch
 
 DEGREE, FIDELITY, MOST = 6, 1e-3, 500  # MOST: rows on either side
 ABOVE = 6.0  # times the floor
@@ -39,6 +38,8 @@ class Spectrum:
 
 def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
     """What the pieces (n, 2) of a motion, in rows `step` s apart, say of their frequencies."""
+    from scipy.signal import welch  # half a second to load, and a simulated run needs none of it
+
     rate, longest = 1 / step, max(pieces, key=len)
     window = max(16, min(4096, 2 * len(longest) // PARTS))
     power, weight = 0.0, 0
@@ -97,6 +98,8 @@ def derivatives(
 
     ends: those rows by the polynomials of the first and the last whole window, which are several times less exact.
     """
+    from scipy.signal import correlate
+
     rows = kernels(cutoff * step)
     n = len(rows[0]) // 2
     found = []

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ..checks import number, positive, shown, two_numbers
 from ..columns import (
@@ -291,6 +290,8 @@ def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -
         elif name == "tau" or not np.isfinite(pair).all():
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
+            from scipy.interpolate import CubicSpline  # only where a log asks for it
+
             moved[name] = CubicSpline(t, pair)(even)
     if moved.get("tau") is not None:
         moved["tau"] = np.where(lost[:, None], np.nan, moved["tau"])

@@ -48,7 +48,7 @@ def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["nowhere.csv"], 2, "there is no file nowhere.csv"),
+        (["nowhere.csv"], 2, "no file 'nowhere.csv'"),
         (["log.csv", "--units", "deg"], 2, "must be NAME=UNIT"),
         (["log.csv", "--offset", "1", "2", "3"], 2, "--offset takes one number or two"),
         (["log.csv", "--units", "q1=rad"], 1, "is in deg, but its unit is given as rad"),

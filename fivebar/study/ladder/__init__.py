@@ -5,6 +5,6 @@ picture   the chart of them
 """
 
 from .picture import figure
-from .rungs import CASES, Case, Rung, climb, table
+from .rungs import CASES, RUNGS, Case, Rung, climb, table
 
-__all__ = ["CASES", "Case", "Rung", "climb", "figure", "table"]
+__all__ = ["CASES", "RUNGS", "Case", "Rung", "climb", "figure", "table"]

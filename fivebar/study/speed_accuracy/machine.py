@@ -23,10 +23,11 @@ LIBRARIES = (
 )  # fmt: skip
 
 PEERS = "heyoka", "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
+PACKAGES = {"pinocchio": "pin", "pydrake": "drake"}  # where they are called otherwise
 
 
 def _installed(module):
-    return None if find_spec(module) else f"{module} is not installed: pip install 'fivebar[peers]'"
+    return None if find_spec(module) else f"{module} is not installed: pip install {PACKAGES.get(module, module)}"
 
 
 # What a method may need -> () -> None, or what is missing.

@@ -140,7 +140,7 @@ def lacks_headers() -> str | None:
     prefix = _prefix()
     wanted = "pinocchio/algorithm/constrained-dynamics.hpp", "eigen3/Eigen/Core"
     missing = [name for name in wanted if not (prefix and (prefix / "include" / name).exists())]
-    return f"{missing[0]} is not installed: pip install 'fivebar[peers]'" if missing else None
+    return f"{missing[0]} is not installed: pip install pin cmeel-eigen" if missing else None
 
 
 def _prefix():
