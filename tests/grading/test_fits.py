@@ -32,6 +32,7 @@ def named(exercise, *came, rows=12):
     replies = [Reply("value", list(row) if len(row) > 1 else row[0]) for row in list(zip(*came))[:rows]]
     found = judge(exercise, ROBOT, (A[:rows], B[:rows]), replies)
     assert found.share < 1
+    assert not found.diagnosis or found.diagnosis.hint.endswith((".", "?"))
     return found.diagnosis and found.diagnosis.name
 
 

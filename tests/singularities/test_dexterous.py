@@ -169,11 +169,10 @@ def test_nothing_asked_gives_the_aspects_and_almost_nothing_almost():
         assert [(p.number, p.working, p.assembly, p.area) for p in parts] == [
             (p.number, p.working, p.assembly, p.area) for p in same
         ]
+        smaller = [dexterous(robot, margin, margin) for margin in (1e-9, 1e-4, 0.01, 0.1)]
         for working in MODES:
             for assembly in (1, -1):
-                areas = [
-                    total(dexterous(robot, margin, margin), working, assembly) for margin in (1e-9, 1e-4, 0.01, 0.1)
-                ]
+                areas = [total(found, working, assembly) for found in smaller]
                 assert areas[0] == pytest.approx(total(parts, working, assembly), rel=1e-6)
                 assert areas == sorted(areas, reverse=True)
 

@@ -8,7 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.singularities.locus import MODES
-from fivebar.singularities.maps import FIELDS, Map, singularity_map, workspace_window
+from fivebar.singularities.maps import FIELDS, Map, singularity_map, turned_into, workspace_window
 from fivebar.singularities.margins import singularity_margins
 
 UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)
@@ -85,6 +85,7 @@ def test_other_files_are_refused(tmp_path, content):
         (dict(window=(1, 0, 0, 1)), "finite min < max"),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
         (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
+        (dict(window=(0, 10.01 * 2 * np.pi, 0, 20 * np.pi), space="joint"), "10.01 x 10 turns, .* loci 100 times"),
         (dict(shape=(1, 5)), "two whole numbers"),
         (dict(shape=(10.5, 5)), "two whole numbers"),
         (dict(shape=100), "two whole numbers"),
@@ -94,6 +95,18 @@ def test_other_files_are_refused(tmp_path, content):
 def test_bad_input(arguments, message):
     with pytest.raises(ValueError, match=message):
         singularity_map(fb.FiveBar(), **arguments)
+
+
+def test_points_are_turned_into_a_window():
+    """By just those turns that bring one of them into it, of a window of up to a hundred turns."""
+    wide = singularity_map(fb.FiveBar(), space="joint", window=(-7, 20 * np.pi - 7, 1, 1 + 20 * np.pi), shape=(9, 5))
+    points = np.random.default_rng(3).uniform(-9, 9, (3, 2))
+    shifts = 2 * np.pi * np.stack(np.meshgrid(*[np.arange(-15, 16)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    low, high = (wide.x[0], wide.y[0]), (wide.x[-1], wide.y[-1])
+    # As a box of all points, so that what joins them is drawn too.
+    every = points + shifts
+    meets = ((every.max(axis=1) >= low) & (every.min(axis=1) <= high)).all(axis=-1)
+    np.testing.assert_allclose(list(turned_into(wide, points)), every[meets], atol=1e-13)
 
 
 def test_workspace_of_one_point():
