@@ -54,8 +54,10 @@ class Draft:
         by, turned = complex(*placement.shift), placement.turned
         moves = [move._replace(shape=move.shape.moved(by, turned)) for move in self.moves]
         ends = [_ends(move.shape) for move in moves]
+        extents = [_extent(move.shape) for move in moves]
         size = float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max()) if ends else 0.0
-        none = [k for k, move in enumerate(moves) if _extent(move.shape) <= ROUND * size]
+        size = max([size, *extents])  # of whole circles the ends are one point
+        none = [k for k, extent in enumerate(extents) if extent <= ROUND * size]
         if none:
             lines = listed(moves[k].line for k in none)
             said.append(f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed over{lines}")

@@ -10,10 +10,11 @@ from .pieces import Arc, Line
 
 WORD = re.compile(r"([A-Za-z])\s*([-+]?\s*(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
-PASSED = {  # codes that say nothing of a path in the plane
+PASSED = {  # codes that say nothing of a path in the plane, M73 to M221 those of printers
     "G": {17, 28, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
-    "M": {0, 1, 6, 7, 8, 9, 17, 18, 82, 84, 104, 105, 106, 107, 108, 109, 140, 190},
-}
+    "M": {0, 1, 17, 18, 73, 115, 117, 140, 190, 220, 221}
+         | {*range(6, 10), *range(82, 85), *range(104, 110), *range(201, 206)},
+}  # fmt: skip
 ENDS = 2, 30
 RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
 WHOLE = 1e-9  # m, between the ends of a whole circle
@@ -41,9 +42,12 @@ class _Machine:
         self.absolute, self.centres_absolute, self.modal = True, False, None
         self.x, self.y, self.z, self.known = 0.0, 0.0, None, False
         self.feed, self.spindle, self.power, self.line = math.inf, False, None, 0
-        self.passed, self.ended = {}, False
+        self.passed, self.ended, self.assumed = {}, False, None  # assumed: the unit that the file has only later
         plain = COMMENT.sub("", text.upper().replace("\r", "\n"))
         self.by_z = re.search(r"Z\s*[-+.\d]", plain) is not None
+        if self.unit is None and len(found := set(re.findall(r"G\s*(2[01])(?![.\d])", plain))) == 1:
+            self.unit = INCH if found == {"20"} else MILLIMETRE
+            self.assumed = f"G{found.pop()}"
         self.by_spindle = re.search(r"M\s*0*[345](?!\d)", plain) is not None
 
     def run(self):
@@ -118,6 +122,8 @@ class _Machine:
                 for axis in "XYZ":
                     values.pop(axis, None)
             elif value == 92:
+                if not {"X", "Y", "Z"} & set(values):
+                    return None  # of an extruder
                 if self.draft.moves:
                     raise self.error("G92 after the first move: another origin on the way is not read")
                 self.x, self.y, self.z = (
@@ -145,9 +151,12 @@ class _Machine:
     def set_unit(self, unit, code):
         if self.asked not in (None, unit):
             raise self.error(f"{code}, but units are given as {'mm' if self.asked == MILLIMETRE else 'in'}")
-        self.unit = unit
+        self.unit, self.assumed = unit, None
 
     def scale(self):
+        if self.assumed:
+            self.draft.said.append(f"lengths before the first {self.assumed} are read as after it (line {self.line})")
+            self.assumed = None
         if self.unit is None:
             raise self.error('neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or units="in"')
         return self.unit
@@ -205,6 +214,8 @@ class _Machine:
 
     def arc(self, start, end, values):
         clockwise = self.modal == 2
+        if values.get("P", 1) != 1:
+            raise self.error(f"P{values['P']:g}: an arc of more than one turn is not read")
         a, b = complex(*start), complex(*end)
         if "R" in values:
             if {"I", "J"} & set(values):

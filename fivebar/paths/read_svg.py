@@ -13,9 +13,10 @@ import svgelements  # the extra `draw`
 from .draft import Draft, Move, listed
 from .fit import Bezier, Ellipse
 from .pieces import Line
-from .svg_checks import LINE, NUMBER, PIXELS, SVG, clean, length, refuse_endless
+from .svg_checks import LINE, SVG, clean, refuse_endless
+from .svg_styles import styled
+from .svg_viewports import viewport
 
-METRE = 0.0254 / 96  # of a pixel, by CSS
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -27,8 +28,9 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     """
     root = _tree(text, name)
     draft = Draft(name)
+    styled(root, draft)
+    to_metres = viewport(root, draft, units)
     clean(root, draft)
-    to_metres = _viewport(root, draft, units)
     refuse_endless(root, name)
     source = io.BytesIO(ElementTree.tostring(root))
     unseen, filled = [], []
@@ -72,50 +74,6 @@ def _tree(text, name):
     return root
 
 
-def _viewport(root, draft, units):
-    """(metres per user unit along x, along y, shift in metres): from x + i y of the file, y down, to metres, y up."""
-    where = f"{draft.name}, line {root.get(LINE)}: <svg>"
-    size = {key: root.attrib.pop(key, None) for key in ("width", "height")}
-    sizes = [None if v is None or "%" in v else length(v, f"{where}: {key}", True) for key, v in size.items()]
-    box = root.attrib.pop("viewBox", None)
-    keep = root.attrib.pop("preserveAspectRatio", "xMidYMid").strip()
-    if box is not None:
-        numbers = [float(n) for n in NUMBER.findall(box)]
-        if len(numbers) != 4 or NUMBER.sub(" ", box).replace(",", " ").strip() or min(numbers[2:]) <= 0:
-            raise ValueError(f"{where}: viewBox must be four numbers, the last two > 0, not {box!r}")
-    stated = [s for s in sizes if s and s[1] not in ("", "px")]
-    if units is not None and stated:
-        raise ValueError(f"{where}: units are given as {units}, but its size is {size['width']} x {size['height']}")
-    unit = METRE if units is None else _unit(units)
-    pixels = [None if s is None else s[0] * unit if s[1] in ("", "px") else s[0] * PIXELS[s[1]] * METRE for s in sizes]
-    if not stated and units is None:
-        draft.said.append("it states no size in mm: its units are read as pixels of 1/96 inch")
-    if box is None:
-        return unit, unit, 1j * (pixels[1] or 0.0)
-    wide, high = (s and s / n for s, n in zip(pixels, numbers[2:]))
-    if not wide and not high:
-        wide = high = unit
-    wide, high = wide or high, high or wide
-    shift = 0j
-    if not keep.startswith("none"):
-        pixels = [p or n * s for p, n, s in zip(pixels, numbers[2:], (wide, high))]
-        scale = max(wide, high) if keep.endswith("slice") else min(wide, high)
-        share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
-        spare = [p - n * scale for p, n in zip(pixels, numbers[2:])]
-        shift = complex(spare[0] * share.get(keep[1:4], 0.5), spare[1] * share.get(keep[5:8], 0.5))
-        wide = high = scale
-    total = pixels[1] if pixels[1] is not None else numbers[3] * high
-    return wide, high, complex(shift.real - numbers[0] * wide, total - shift.imag + numbers[1] * high)
-
-
-def _unit(word):
-    if word == "m":
-        return 1.0
-    if word.lower() not in PIXELS:
-        raise ValueError(f"units: {word}: known are {', '.join(filter(None, PIXELS))}, m")
-    return PIXELS[word.lower()] * METRE
-
-
 def _add(element, to_metres, draft, unseen, filled):
     """The moves along a shape's outline."""
     values, m = element.values, element.transform
@@ -136,7 +94,7 @@ def _add(element, to_metres, draft, unseen, filled):
     def at(point):
         return way(point.x, point.y) + complex(wide * m.e, -high * m.f) + shift
 
-    for segment in svgelements.Path(element):
+    for segment in _reflected(svgelements.Path(element)):
         kind = type(segment).__name__
         if kind == "Move" or segment.start is None or segment.end is None:
             continue
@@ -156,6 +114,19 @@ def _add(element, to_metres, draft, unseen, filled):
         else:  # of no length: it is listed later
             shape = Bezier(np.full(4, start))
         draft.moves.append(Move(shape, line=line))
+
+
+def _reflected(segments):
+    """Segments; smooth curves begin as the standard has it: only a curve of the same kind before is mirrored."""
+    before = None
+    for segment in segments:
+        kind = type(segment).__name__
+        if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
+            same, own = type(before).__name__ == kind, "control" if kind == "QuadraticBezier" else "control1"
+            last = getattr(before, "control" if kind == "QuadraticBezier" else "control2") if same else segment.start
+            setattr(segment, own, last.reflected_across(segment.start))
+        before = segment
+        yield segment
 
 
 def _ellipse(arc, way, at, start):

@@ -10,7 +10,7 @@ from .draft import Draft, listed
 SVG = "{http://www.w3.org/2000/svg}"
 LINE = "data-fivebar-line"
 SHAPES = "path", "rect", "circle", "ellipse", "line", "polyline", "polygon"
-CONTAINERS = "svg", "g", "a", "switch", "defs", "symbol", "use", "style"
+CONTAINERS = "svg", "g", "a", "switch", "defs", "symbol", "use"
 SILENT = "title", "desc", "metadata"
 PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "pt": 96 / 72, "pc": 16.0, "q": 96 / 101.6}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -18,6 +18,10 @@ COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "Z": 0
 TRANSFORMS = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewx": (1,), "skewy": (1,)}
 LENGTHS = "x", "y", "width", "height", "r", "rx", "ry", "cx", "cy", "x1", "y1", "x2", "y2"
 SIZES = "r", "rx", "ry", "width", "height"  # which are not negative
+PASSED = (  # properties that change how a line looks
+    "clip-path", "mask", "stroke-dasharray", "filter", "marker", "marker-start", "marker-mid", "marker-end",
+)  # fmt: skip
+HREF = "href", "{http://www.w3.org/1999/xlink}href"
 MOST = 100_000  # elements, those counted that `use` repeats
 
 
@@ -35,11 +39,6 @@ def clean(root: Element, draft: Draft) -> None:
                 continue
             _check(child, tag, draft.name, passed)
             visit(child)
-            if tag == "symbol":  # seen only where it is used
-                child.tag = f"{SVG}g"
-                hidden = Element(f"{SVG}defs", {LINE: child.get(LINE)})
-                hidden.append(child)
-                element[list(element).index(child)] = hidden
 
     _check(root, "svg", draft.name, passed)
     visit(root)
@@ -51,17 +50,15 @@ def _check(element, tag, name, passed):
     where = f"{name}, line {line}: <{tag}>"
     if "transform" in element.attrib:
         _check_transform(element.get("transform"), where)
-    style = element.get("style", "") + (element.text or "") * (tag == "style")
-    if re.search(r"(^|[;{\s])transform\s*:", style):
-        raise ValueError(f"{where}: a transform in a style is not read: make it an attribute")
-    for key in ("clip-path", "mask", "stroke-dasharray", "filter", "marker-start", "marker-mid", "marker-end"):
-        if element.get(key, "none") != "none" or re.search(rf"(^|[;\s]){key}\s*:(?!\s*none)", style):
+        if element.get("transform-origin", "0 0").replace("px", "").split() != ["0", "0"]:
+            raise ValueError(f"{where}: transform-origin is not read: write it into the transform")
+    for key in PASSED:
+        if element.attrib.pop(key, "none") != "none":
             passed.setdefault(key, []).append(line)
-            element.attrib.pop(key, None)
     for key, owners in (("d", "path"), ("points", "polyline polygon")):
         if tag not in owners.split():
             element.attrib.pop(key, None)  # svgelements hands them on to what is inside
-    if tag not in SHAPES:
+    if tag not in (*SHAPES, "use"):
         return
     for key in LENGTHS:
         if key in element.attrib:
@@ -138,7 +135,7 @@ def refuse_endless(root: Element, name: str) -> None:
         if key in above or len(above) > 200:
             raise ValueError(f"{name}, line {element.get(LINE)}: <use> repeats itself without end, or too deep")
         if key not in sizes:
-            target = known.get((element.get("{http://www.w3.org/1999/xlink}href") or element.get("href") or "#")[1:])
+            target = known.get((element.get(HREF[1]) or element.get(HREF[0]) or "#")[1:])
             inner = [target] if target is not None and element.tag.removeprefix(SVG) == "use" else []
             sizes[key] = 1 + sum(size(child, above | {key}) for child in (*element, *inner))
         return sizes[key]

@@ -68,6 +68,12 @@ def test_a_whole_circle_and_absolute_centres():
     assert longer.length == pytest.approx(0.015 * math.pi)
 
 
+def test_circles_in_a_row_and_a_unit_that_comes_late_as_printers_write_it():
+    path = read("G92 E0\nG0 X1 F6000\nM83\nG1 F900 E-5\nG2 I.5\nG92 E0\nG3 X1 Y0 I-.5\nG20")
+    assert [type(piece) for piece in path.pieces] == [Arc, Arc] and path.length == pytest.approx(4 * math.pi * 0.0127)
+    assert "lengths before the first G20 are read as after it (line 2)" in path.said
+
+
 def test_rounded_centres_are_mended():
     """Three decimals in mm: both ends are on the arc to rounding."""
     (arc,) = read("G21\nG0 X10 Y0\nG3 X7.071 Y7.071 I-10 J0").pieces
@@ -92,6 +98,8 @@ def test_rounded_centres_are_mended():
         ("G21\nG1 X1 F0", "line 2: F must be > 0"),
         ("G21\nG4 P50", "line 2: G4 P50 could be in s or in ms"),
         ("G21\nG4", "line 2: G4 needs S or P"),
+        ("G21\nG0X1\nG2 I4 P2", "line 3: P2: an arc of more than one turn is not read"),
+        ("G0 X1\nG20\nG21", "line 1: neither G20"),
         ("G21\nG1 X1\nG92 X0", "line 3: G92 after the first move"),
         ("", "nothing is drawn"),
         ("G21\nG0 X1 Y1", "nothing is drawn"),

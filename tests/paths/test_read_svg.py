@@ -87,6 +87,50 @@ def test_transforms_are_honoured():
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
 
+ONE = '<path stroke="black" fill="none" d="M1 1L9 9"/>'
+
+
+@pytest.mark.parametrize(
+    "body, ends",  # by hand, in mm from the upper left
+    [
+        (f'<svg x="10" y="20" width="50" height="40" viewBox="0 0 10 10">{ONE}</svg>', [(19, 24, 51, 56)]),
+        (f'<svg x="10%" y="20%" transform="scale(.5)">{ONE}</svg>', [(5.5, 5.5, 9.5, 9.5)]),
+        (f'<use href="#s" x="10" y="20" width="40" height="20"/><symbol id="s" viewBox="0 0 10 10">{ONE}</symbol>',
+         [(22, 22, 38, 38)]),
+        (f'<symbol id="s" viewBox="0 0 10 10" width="40" height="20" preserveAspectRatio="none">{ONE}</symbol>'
+         '<g transform="scale(.5)"><use href="#s" x="10"/></g>', [(7, 1, 23, 9)]),
+        (f'<switch><foreignObject/><g requiredExtensions="x">{ONE}</g><path d="M2 2H4"/>{ONE}</switch>',
+         [(2, 2, 4, 2)]),
+        ('<line x1="10%" y1="10%" x2="90%" y2="90%"/>', [(10, 5, 90, 45)]),
+        # Only a curve of the same kind before is mirrored: the first handle is where the curve begins.
+        ('<path d="M0 0c0 0 4 0 4 0t0 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
+        ('<path d="M0 0Q2 0 4 0S4 8 4 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
+        # As Inkscape hides a layer: what is in it is not shown, whatever it says of itself.
+        (f'<g style="display:none"><g style="display:inline" id="g">{ONE}</g></g><use href="#g" x="5"/>',
+         [(6, 1, 14, 9)]),
+        (f'<g class="a b"><g>{ONE}<path id="k" d="M1 2H5"/></g></g><path class="c" style="display:inline" d="M0 0H9"/>'
+         "<style>#k{display:inline} .c{display:none!important} g.a > path, .a #k, .b > g path{display:none}</style>",
+         []),
+        (f'<g visibility="hidden">{ONE}<path style="visibility:visible" d="M1 2H5"/></g>', [(1, 2, 5, 2)]),
+    ],
+)  # fmt: skip
+def test_what_is_seen_where(body, ends):
+    if not ends:
+        with pytest.raises(ValueError, match=r"nothing is drawn: what is not displayed is passed over \(line 2\)"):
+            read(body)
+        return
+    path = read(body)
+    drawn = [piece for piece, pen in zip(path.pieces, path.pen) if pen]
+    lines = [1e3 * np.array([*piece.start, *piece.end]) for piece in drawn if isinstance(piece, Line)]
+    np.testing.assert_allclose(lines, [(x, 50 - y, u, 50 - v) for x, y, u, v in ends], atol=1e-9)
+
+
+def test_a_size_in_a_style_and_the_radius_that_is_not_given():
+    head = MM.replace('width="100mm" height="50mm"', 'style="width:200mm; height:100mm"')
+    circle = read('<ellipse cx="50" cy="25" rx="10" fill="none" stroke="black"/>', head)
+    assert circle.length == pytest.approx(0.04 * math.pi) and not circle.said
+
+
 def test_curves_are_kept_within_the_deviation():
     q = read('<path d="M0 50 Q 50 0 100 50"/>', deviation=1e-6)
     t = np.linspace(0, 1, 20001)
@@ -132,7 +176,8 @@ def test_what_is_passed_over_is_listed():
         ('<path d="M0 0 A 1 1 0 2 0 3 3"/>', "line 2: <path>: d has"),
         ('<path d="M0 0C1e10 2 3 4 5 6"/>', "line 2: a curve 1e.07 m large cannot be kept within 1e-09 m"),
         ('<circle r="-3"/>', "line 2: <circle>: r must not be negative"),
-        ('<rect width="10%" height="3"/>', "line 2: <rect>: width must be a number"),
+        ('<rect width="1e%" height="3"/>', "line 2: <rect>: width must be a number"),
+        ('<path transform="scale(2)" transform-origin="5 5" d="M0 0H1"/>', "line 2: <path>: transform-origin is not"),
         ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),
         ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: transform rotate.abc. is not one"),
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: transform twist"),
