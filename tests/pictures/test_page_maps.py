@@ -247,7 +247,7 @@ def test_size_and_notes(tmp_path, monkeypatch):
 
 def test_from_the_command_line(tmp_path, capsys):
     page = tmp_path / "page.html"
-    (tmp_path / "path.csv").write_text("t,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7)))
+    (tmp_path / "path.csv").write_text("t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7)))
     track = ["--path", str(tmp_path / "path.csv"), "--sin", "0.3"]
     assert main(["map", "--nodes", "31", "--out", str(tmp_path / "map.png"), "--page", str(page), *track]) == 0
     assert capsys.readouterr().out.rstrip().endswith(str(page)) and page.stat().st_size > 1e6
