@@ -68,7 +68,8 @@ def _map(arguments):
         print(f"{arguments.path}: {sentence}", file=sys.stderr)
     found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
-    _draw(data, path, regions, arguments.out)
+    points = _points(path) if path else None
+    _draw(data, points, regions, arguments.out)
     if arguments.graph:
         from ..pictures.plot.graph import aspect_graph
 
@@ -76,7 +77,9 @@ def _map(arguments):
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
     if arguments.page:
-        data.page(arguments.page)
+        from ..pictures.pages.linked import map_page
+
+        map_page(data, arguments.page, along=points, regions=regions)
     if arguments.json:
         print(json.dumps(_as_json(found, checks) | _levels_as_json(regions, levels), indent=2))
         return
@@ -99,12 +102,15 @@ def _table(name, parts):
         print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
 
 
-def _draw(data, path, regions, out):
+def _points(path):
     import numpy as np
 
+    return path(np.linspace(path.start, path.start + path.duration, 1001))[0]
+
+
+def _draw(data, points, regions, out):
     from ..pictures.plot.maps import singularity_map as picture
 
-    points = path(np.linspace(path.start, path.start + path.duration, 1001))[0] if path else None
     saved(picture(data, points, regions), out)
 
 

@@ -291,6 +291,20 @@ def test_contrast(opened, tmp_path, run):  # noqa: F811
             assert contrast(stroke, paper) > 3
         axis = page.evaluate("plots[0].figure.yaxes[0].major_label_text_color")
         assert contrast(axis if isinstance(axis, str) else axis["value"], paper) > 7
+    # On paper the dark is light, plots are still pictures, and controls are gone.
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.emulate_media(color_scheme="dark", media="print")
+    assert contrast(colour("body", "backgroundColor"), "#ffffff") < 1.01 and contrast(colour("h1"), "#ffffff") > 12
+    assert not page.locator("#controls").is_visible() and page.locator(".still").count() == len(strokes) // 2
+    darkest = page.evaluate(
+        """(canvas => [...canvas.getContext("2d").getImageData(0, 0, 60, canvas.height).data]
+            .reduce((least, value, k, all) => k % 4 === 0 && all[k + 3] === 255 ? Math.min(least, value) : least, 255)
+        )(document.querySelector(".still"))"""
+    )
+    assert darkest < 100  # the ordinates' numbers
+    page.emulate_media(color_scheme="dark", media="screen")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.locator(".still").count() == 0 and contrast(colour("body", "backgroundColor"), "#ffffff") > 15
 
 
 def test_curves_differ_by_more_than_colour(opened, tmp_path, run):  # noqa: F811

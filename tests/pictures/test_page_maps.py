@@ -2,12 +2,15 @@
 
 import csv
 import io
+import json
+import re
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.pictures.pages.linked import map_page
 from fivebar.pictures.style import TYPE_2
 
 from ..conftest import UNEQUAL
@@ -167,18 +170,27 @@ def test_joint_space(opened, tmp_path, name):  # noqa: F811
         assert cells[1].replace("−", "-") == ", ".join(f"{mode:+d}" for mode in pose.working)
 
 
-def test_loci_are_the_exact_ones(opened, tmp_path):  # noqa: F811
+def test_loci_are_the_exact_ones_and_aspects_have_their_numbers(opened, tmp_path):  # noqa: F811
     data, path = written(tmp_path)
+    along = np.array([(0.0, 0.1), (0.01, 0.11), (0.03, 0.12)])
+    map_page(data, path, along=along)
     page = opened(path)
-    loci = fb.singularity_loci(data.robot)
+    loci, aspects = fb.singularity_loci(data.robot), fb.aspects(data.robot)
     for layer, mode in enumerate(data.modes):
         page.keyboard.press(str(layer + 1))
+        numbers = page.evaluate("[[...numbered.data.text], [...numbered.data.x], [...numbered.data.y]]")
+        own = [aspect for aspect in aspects if aspect.working == mode]
+        assert numbers[0] == [str(aspect.number) for aspect in own] and own
+        np.testing.assert_allclose(np.transpose(numbers[1:]), [1e3 * aspect.point for aspect in own], rtol=1e-15)
         kinds = page.evaluate("drawn.map(({kind, source}) => [kind, [...source.data.x], [...source.data.y]])")
         shown = {kind: 1e-3 * np.array([x, y], dtype=float).T for kind, x, y in kinds}
         for kind, own in [("stretched", TYPE_2["stretched"]), ("self-motion", TYPE_2["self-motion"])]:
             expected = [p.points for p in loci.task if p.kind == kind and mode in p.working and len(p.points) > 1]
             points = shown[own][np.isfinite(shown[own]).all(axis=1)]
             np.testing.assert_allclose(points, np.concatenate(expected) if expected else np.empty((0, 2)), atol=1e-15)
+        np.testing.assert_allclose(shown["path, from ● to ■"][:-1], along, rtol=1e-15)
+    in_picture = page.evaluate("scene.curves.map(({xs, ys}) => [[...xs], [...ys]])")
+    np.testing.assert_allclose(np.transpose(in_picture[-1]), along, rtol=1e-15)
 
 
 def test_csv_and_png(opened, tmp_path):  # noqa: F811
@@ -235,5 +247,12 @@ def test_size_and_notes(tmp_path, monkeypatch):
 
 def test_from_the_command_line(tmp_path, capsys):
     page = tmp_path / "page.html"
-    assert main(["map", "--nodes", "31", "--out", str(tmp_path / "map.png"), "--page", str(page)]) == 0
+    (tmp_path / "path.csv").write_text("t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7)))
+    track = ["--path", str(tmp_path / "path.csv"), "--sin", "0.3"]
+    assert main(["map", "--nodes", "31", "--out", str(tmp_path / "map.png"), "--page", str(page), *track]) == 0
     assert capsys.readouterr().out.rstrip().endswith(str(page)) and page.stat().st_size > 1e6
+    content = json.loads(re.search(r'<script type="application/json" id="content">(.*?)</script>', page.read_text())[1])
+    kinds = [locus["kind"] for locus in content["loci"]]
+    assert kinds.count("path, from ● to ■") == 1 and "dexterous region, inside its border" in kinds
+    regions = fb.dexterous(fb.FiveBar(), sin=0.3)
+    assert [number for number, *_ in content["numbers"]] == [region.number for region in regions]

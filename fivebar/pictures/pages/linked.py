@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...checks import shown, text
 from ...linkages import Study
@@ -13,6 +14,9 @@ from .document import write
 from .maps import map_content, map_models
 from .runs import is_run, runs_content
 from .studies import studies_content, study_content
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def page(subject: object, path: str | Path, show: str | Iterable | None = None, title: str | None = None) -> None:
@@ -33,7 +37,6 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
         text(title, "title")
     if not (show is None or isinstance(show, (str, list, tuple, dict, set, Iterator)) or hasattr(show, "keys")):
         raise TypeError(f"show must be a name or several, not {shown(show)}")
-    models = ""
     if is_run(subject):
         code, content = "motion", runs_content({"": subject}, show)
     elif isinstance(subject, Mapping) and subject and all(isinstance(each, Study) for each in subject.values()):
@@ -45,7 +48,15 @@ def page(subject: object, path: str | Path, show: str | Iterable | None = None, 
     elif isinstance(subject, Map):
         if show is not None:
             raise ValueError("the page of a map shows the map's own margin: leave out show")
-        code, content, models = "map", map_content(subject), map_models(subject)
+        return map_page(subject, path, title)
     else:
         raise TypeError(f"subject: a page shows a Run, a dict of Runs, a Study or a Map, not {type(subject).__name__}")
-    write(path, code, content if title is None else content | {"title": str(title)}, models)
+    write(path, code, content if title is None else content | {"title": str(title)})
+
+
+def map_page(
+    data: Map, path: str | Path, title: str | None = None, along: np.ndarray | None = None, regions: tuple | None = None
+) -> None:
+    """Write the page of a map; along: a path (n, 2) m on it; regions: of `dexterous`, in place of the aspects."""
+    content = map_content(data, along, regions)
+    write(path, "map", content if title is None else content | {"title": title}, map_models(data))

@@ -80,6 +80,8 @@ const STYLES = {
   "Type 1: a leg in line": {}, "Type 1: a bar across its guide": {},
   "Type 2: distal bars stretched": {line_dash: [7, 3]}, "Type 2: distal bars folded": {line_dash: [8, 3, 2, 3]},
   "Type 2: elbows coincide, self-motion": {line_dash: [2, 2]},
+  "path, from ● to ■": {line_color: "#009E73", line_width: 2.6},
+  "dexterous region, inside its border": {line_color: "#B5508C", line_width: 2.2},
   "Type 3": {marker: "diamond"}, "Type 1 in a point: a leg folded on its base": {marker: "x"},
   "Type 2 in a point: elbows coincide, self-motion": {marker: "cross"},
 };
@@ -89,11 +91,25 @@ const drawn = present.map(([kind, style]) => {
   const source = new Bokeh.ColumnDataSource({data: {x: [], y: []}}), place = {x: {field: "x"}, y: {field: "y"}, source};
   const renderer = style.marker
     ? plot.figure.scatter({...place, size: 8, fill_color: "#ffffff", line_color: INK, ...style})
-    : plot.figure.line({...place, line_color: INK, line_width: 1.6, ...style});
+    : plot.figure.line({...place, line_color: INK, line_width: 1.6, line_join: "round", ...style});
   const mark = style.marker && element("span", {"aria-hidden": "true"}, MARKS[style.marker]);
-  legend.append(entry(mark ?? swatch("--ink", 2, style.line_dash ?? []), kind));
+  legend.append(entry(mark ?? swatch(style.line_color ?? "--ink", 2, style.line_dash ?? []), kind));
   return {kind, source, renderer};
 });
+
+// A path's ends, and the number of each aspect, on a disc.
+const along = loci.find(({kind}) => kind.startsWith("path"))?.points.map(
+  (values, k) => Float64Array.from(values, value => axes[k][2] * value));
+if (along) {
+  scene.path(...along.map((values, k) => values.map(value => value / axes[k][2])), "--c3", 3);
+  for (const [marker, at] of [["circle", 0], ["square", along[0].length - 1]])
+    plot.figure.scatter({x: [along[0][at]], y: [along[1][at]], marker, size: 9, fill_color: "#009E73", line_color: "#ffffff"});
+}
+const numbered = new Bokeh.ColumnDataSource({data: {x: [], y: [], text: []}});
+const byNumber = {x: {field: "x"}, y: {field: "y"}, source: numbered};
+plot.figure.scatter({...byNumber, size: 19, fill_color: "#ffffff", line_color: INK});
+plot.figure.text({...byNumber, text: {field: "text"}, text_align: "center", text_baseline: "middle", text_color: INK,
+  text_font: FONT, text_font_size: "12px", text_font_style: "bold"});
 
 function palette(name) {
   const {PuOr11, Cividis256} = Bokeh.Palettes;
@@ -123,11 +139,14 @@ function choose(layer) {
       }
     source.data = {x: xs, y: ys};
   }
+  const own = content.numbers.filter(number => number[3].includes(layer));
+  numbered.data = {x: own.map(number => scaleX * number[1]), y: own.map(number => scaleY * number[2]),
+    text: own.map(([number]) => String(number))};
   draw();
 }
 
 plot.legend = () => drawn.map(({kind}) =>
-  ({text: kind, colour: theme("--ink"), dash: STYLES[kind].line_dash ?? [], mark: MARKS[STYLES[kind].marker]}));
+  ({text: kind, colour: STYLES[kind].line_color ?? theme("--ink"), dash: STYLES[kind].line_dash ?? [], mark: MARKS[STYLES[kind].marker]}));
 plot.pointed = () => Object.assign(plot.pixels(scaleX * at[0], scaleY * at[1]), {ink: INK});
 plot.element.setAttribute("aria-label",
   `map of ${field.words} over ${nameX} and ${nameY}; the point is moved by the arrow keys`);

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...singularities.aspects import aspects
 from ...singularities.loci import singularity_loci
 from ...singularities.maps import turned_into
 from ..functions import pose_functions, script
 from ..skeleton import robot_body
-from ..style import TYPE_3, field_scale, locus_words
+from ..style import ALONG, DEXTEROUS, TYPE_3, field_scale, locus_words
 from .document import packed
 from .samples import parts
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 NODES = 700_000  # of all modes together at most: 3.7 MB of the page
 
 
-def map_content(data: Map) -> dict:
-    """What the page of a Map holds."""
+def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | None = None) -> dict:
+    """What the page of a Map holds; along: a path (n, 2) m in task space; regions: of `dexterous`, for the aspects."""
     stride, notes = _stride(data)
     x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
     scale = field_scale(data)
@@ -51,10 +52,23 @@ def map_content(data: Map) -> dict:
         "y": packed(y),
         "layers": [{"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
                    for mode, layer in zip(data.modes, values)],
-        "loci": list((_task_loci if task else _joint_loci)(data)),
+        "loci": list((_task_loci if task else _joint_loci)(data)) + list(_more(data, along, regions)),
+        "numbers": [
+            [region.number, *region.point.tolist(), _layers(data, [region.working])]
+            for region in ((aspects(robot) if regions is None else regions) if task and robot.turns else ())
+        ],
         "columns": data.columns,
         "source": "Map.to_csv",
     }  # fmt: skip
+
+
+def _more(data, along, regions):
+    """A path, and the outlines of regions."""
+    if along is not None:
+        yield _locus(ALONG, _layers(data, data.modes), along)
+    for region in regions or ():
+        for loop in region.polygons:
+            yield _locus(DEXTEROUS, _layers(data, [region.working]), np.concatenate([loop, loop[:1]]))
 
 
 def map_models(data: Map) -> str:

@@ -20,6 +20,12 @@ class Range {
   }
 }
 
+for (const event of ["beforeprint", "afterprint"])  // on paper all is as in the light, and so painted once more
+  addEventListener(event, () => {
+    document.documentElement.classList.toggle("printed", event === "beforeprint");
+    dark.dispatchEvent(new Event("change"));
+  });
+
 const FONT = "system-ui, sans-serif";
 
 class Plot {
@@ -47,6 +53,12 @@ class Plot {
     this.view = await Bokeh.Plotting.show(this.figure, this.element);
     this.view.el.inert = true;  // its own focus has no name and no use: keys are the page's
     this.element.append(this.glass);
+    addEventListener("beforeprint", () => {  // what has been painted just now would be drawn too late
+      const still = this.view.export("png", true).canvas;
+      still.className = "still";
+      this.glass.before(still);
+    });
+    addEventListener("afterprint", () => this.element.querySelector(".still")?.remove());
     this.figure.properties.inner_width.change.connect(changed);
     this.figure.properties.inner_height.change.connect(changed);
   }

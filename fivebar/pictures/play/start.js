@@ -67,6 +67,7 @@ showSliders();
 modesDrawn = modes.join();
 ask({back: true});
 dark.addEventListener("change", painted);
+addEventListener("beforeprint", () => document.documentElement.classList.toggle("from-dark", dark.matches));
 const sizes = new ResizeObserver(oncePerFrame(resized));
 for (const {box} of [task, bench]) sizes.observe(box);
 addEventListener("hashchange", () => {

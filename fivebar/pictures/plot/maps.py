@@ -18,7 +18,7 @@ from ...singularities.aspects import aspects
 from ...singularities.loci import singularity_loci
 from ...singularities.maps import SIGNED, turned_into
 from ...singularities.margins import Singularity
-from ..style import ACROSS, GREEN, INK, PINK, POINTS, TYPE_1, TYPE_2, TYPE_3, field_scale, locus_words
+from ..style import ACROSS, ALONG, DEXTEROUS, GREEN, INK, PINK, POINTS, TYPE_1, TYPE_2, TYPE_3, field_scale, locus_words
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -33,7 +33,7 @@ def _part(name, low, high):
 # Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
 PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
 PALETTES["falling"] = PALETTES["rising"].reversed()
-OUTSIDE, PATH, DEXTEROUS = "#ececec", "path, from ● to ■", "dexterous region, inside its border"
+OUTSIDE = "#ececec"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
 _LINE, _POINT = dict(color=INK, lw=1.5), dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
@@ -48,7 +48,7 @@ STYLES = {
     POINTS[Singularity.PARALLEL]: _POINT | dict(marker="+", ms=8),
     "base joint": dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3),
     "guide": dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5),
-    PATH: dict(color=GREEN, lw=2.0, ls="-"),
+    ALONG: dict(color=GREEN, lw=2.0, ls="-"),
     DEXTEROUS: dict(color=PINK, lw=1.8, ls="-"),
 }
 
@@ -181,7 +181,7 @@ def _outline(axes, region, scale, known):
 
 
 def _path(axes, points, known):
-    _draw(axes, known, PATH, points, path_effects=HALO, zorder=5)
+    _draw(axes, known, ALONG, points, path_effects=HALO, zorder=5)
     axes.plot(*points[0], "o", color=GREEN, mec="white", ms=7, zorder=5.5)
     axes.plot(*points[-1], "s", color=GREEN, mec="white", ms=7, zorder=5.5)
 

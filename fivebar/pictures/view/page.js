@@ -246,6 +246,23 @@ async function begin() {
     viewer.set_dirty();
   };
   dark.onchange();
+  const still = document.createElement("canvas"), main = $("pane").parentElement;  // what is printed
+  window.addEventListener("beforeprint", () => {
+    const {width, height} = renderer.domElement;
+    document.documentElement.classList.add("printed");
+    dark.onchange();
+    viewer.render();
+    Object.assign(still, {width, height});
+    still.getContext("2d").drawImage(renderer.domElement, 0, 0);
+    main.style.cssText = `width: ${main.clientWidth}px; height: ${main.clientHeight}px`;
+    $("pane").replaceChildren(still);
+  });
+  window.addEventListener("afterprint", () => {
+    document.documentElement.classList.remove("printed");
+    main.style.cssText = "";
+    $("pane").replaceChildren(renderer.domElement);
+    dark.onchange();
+  });
   camera.fov = data.field;
   viewer.controls.addEventListener("change", clip);
   viewer.set_3d_pane_size();
