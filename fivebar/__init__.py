@@ -128,6 +128,8 @@ else:
     def __getattr__(name: str) -> object:
         if name in _PARTS:
             return _import_module(f".{name}", __name__)
+        if name == "__version__":
+            return _import_module("importlib.metadata").version(__name__)
         if name not in _LATER:
             raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
         value = globals()[name] = getattr(_import_module(f".{_LATER[name]}", __name__), name)

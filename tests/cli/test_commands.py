@@ -5,7 +5,6 @@ import json
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import version
 
 import pytest
 
@@ -14,6 +13,7 @@ from fivebar.cli import COMMANDS, main
 from fivebar.cli.robot_options import add_robot_options, chosen_robot
 from fivebar.errors import UsageError
 from fivebar.models.named_robots import ROBOTS
+from tests.helpers import ROOT
 
 LINE = ["track", "--from", "0.09", "0.06796322", "--to", "0", "0.1", "--duration", "2"]
 
@@ -177,7 +177,9 @@ def test_alone_it_shows_its_help(capsys):
 def test_version(capsys):
     with pytest.raises(SystemExit) as end:
         main(["--version"])
-    assert end.value.code == 0 and capsys.readouterr().out == f"fivebar {version('fivebar')}\n"
+    assert end.value.code == 0 and capsys.readouterr().out == f"fivebar {fb.__version__}\n"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert fb.__version__ == project["version"]
 
 
 @pytest.mark.parametrize(
