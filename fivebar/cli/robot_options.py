@@ -1,5 +1,6 @@
 """The robot on the command line: a named set, a TOML or JSON file, single values."""
 
+import sys
 from dataclasses import fields, replace
 
 from ..errors import UsageError
@@ -11,6 +12,7 @@ DEFAULT = "amoro"
 LAB = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)[: kind.lab]))
 BEYOND = tuple(f.name for kind in KINDS for f in fields(kind)[kind.lab :])
 PARAMETERS = tuple(dict.fromkeys((*LAB, *BEYOND)))
+LONG = 20.0  # m: hardly a robot's or a linkage's, but likely in mm
 
 
 def add_robot_options(parser):
@@ -47,7 +49,9 @@ def chosen_robot(arguments):
             raise UsageError(
                 f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with {', '.join(own)}"
             )
-        return replace(robot, **given)
+        robot = replace(robot, **given)
+        ask_for_mm(max(getattr(robot, name) for name in own if name[0] in "ld"))
+        return robot
     except ValueError as error:
         raise UsageError(error) from None
 
@@ -70,6 +74,16 @@ def robot_from(path):
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: {error}") from None
     try:
-        return robot_of(table)
+        robot = robot_of(table)
     except (ValueError, TypeError) as error:
         raise UsageError(f"{path}: {error}") from None
+    own = () if "links" in table else fields(robot)[: robot.lab]
+    if taken := [f"{f.name} = {f.default:g}" for f in own if f.name not in table]:
+        print(f"{path}: not in it, so as usual of a {robot.words.title}: {', '.join(taken)}", file=sys.stderr)
+    return robot
+
+
+def ask_for_mm(longest):
+    """Say it where the longest length looks as if it were in mm."""
+    if longest > LONG:
+        print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)
