@@ -207,13 +207,15 @@ def _ranges(result):
 
 
 def _print_ranges(result, ranges):
+    from ..pictures.style import of_unit
+
     print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
     if result.lock:
         at = ", ".join(f"{math.degrees(angle):.6f}" for angle in _several(result.lock[0]))
         print(f"the run ends before the lock at {at} deg, {result.lock[1]:.6f} s")
     for name, (least, largest) in ranges.items():
         if least is not None:
-            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {unit(name)}")
+            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
 
 
 def _several(x):

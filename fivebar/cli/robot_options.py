@@ -17,7 +17,7 @@ LONG = 20.0  # m: hardly a robot's or a linkage's, but likely in mm
 
 def add_robot_options(parser):
     group = parser.add_argument_group(
-        "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
+        "robot", "lengths in m, inertias in kg m², masses in kg; single values go over the set's"
     )
     group.add_argument(
         "--robot", default=DEFAULT, metavar="NAME|FILE",
@@ -30,7 +30,7 @@ def add_robot_options(parser):
     )
     for name in PARAMETERS[len(LAB) :]:
         if name == "gravity":
-            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s^2; 0 -9.81: upright")
+            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s²; 0 -9.81: upright")
         else:
             group.add_argument(f"--{name}", type=float)
 
