@@ -30,7 +30,7 @@ def symbols():
         (symbols, "<Pose: xi of symbols, five-bar robot>"),
         (lambda: fb.dgm(fb.Biglide(), (0.0, 0.1)), "q = (0, 0.1) m"),
         (lambda: RATES, "<Rates: xi' = (0.1, 0) m/s, q' = "),
-        (lambda: fb.dkm2(RATES, (1.0, -2.0)), "q'' = (1, -2) rad/s^2"),
+        (lambda: fb.dkm2(RATES, (1.0, -2.0)), "q'' = (1, -2) rad/s²"),
         (lambda: fb.singularity_margins(POSE), "<Margins: sin q12, sin q22, det A = (0.97"),
         (lambda: RUN, "<Run: five-bar robot, 1 s in 1001 rows, error at most "),
         (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),

@@ -40,7 +40,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
         "--margin", type=float, default=0.005, metavar="M", help="from singularities (default: %(default)g)"
     )
     place.add_argument("--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as -1 -1")
-    speed = draw.add_argument_group("speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s^2")
+    speed = draw.add_argument_group("speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s²")
     speed.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor")
     speed.add_argument(
         "--reserve", type=float, default=0.05, metavar="SHARE", help="of it, for the tracker (default: %(default)g)"

@@ -119,7 +119,9 @@ def _program(arguments, lab):
     from ..grading.worker.submission import SubmissionError
 
     if not arguments.file.exists():
-        raise UsageError(f"no file {str(arguments.file)!r}")
+        to_fill_in = lab.folder / "student.py"
+        hint = f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
+        raise UsageError(f"no file {str(arguments.file)!r}{hint}")
     programs, left = look_into(arguments.file)
     try:
         program = choose(lab, programs, arguments.program)

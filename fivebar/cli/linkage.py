@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from argparse import _SubParsersAction
 from dataclasses import fields, replace
 from pathlib import Path
@@ -29,8 +28,8 @@ from ..linkages.drives import DRIVES
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
+from .robot_options import ask_for_mm
 
-LONG = 20.0  # m: hardly a linkage's, but likely in mm
 SIX_BAR_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
 
@@ -110,8 +109,7 @@ def _run(arguments, build):
     except ValueError as error:
         raise UsageError(error) from None
     longest = max((v for v in vars(linkage).values() if isinstance(v, float)), default=0.0)
-    if longest > LONG:
-        print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)
+    ask_for_mm(longest)
     options.pop("branch", None)
     if options.get("drive") != "swing":
         options.pop("between", None)
@@ -209,13 +207,15 @@ def _ranges(result):
 
 
 def _print_ranges(result, ranges):
+    from ..pictures.style import of_unit
+
     print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
     if result.lock:
         at = ", ".join(f"{math.degrees(angle):.6f}" for angle in _several(result.lock[0]))
         print(f"the run ends before the lock at {at} deg, {result.lock[1]:.6f} s")
     for name, (least, largest) in ranges.items():
         if least is not None:
-            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {unit(name)}")
+            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
 
 
 def _several(x):

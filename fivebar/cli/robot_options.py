@@ -1,5 +1,6 @@
 """The robot on the command line: a named set, a TOML or JSON file, single values."""
 
+import sys
 from dataclasses import fields, replace
 
 from ..errors import UsageError
@@ -11,11 +12,12 @@ DEFAULT = "amoro"
 LAB = tuple(dict.fromkeys(f.name for kind in KINDS for f in fields(kind)[: kind.lab]))
 BEYOND = tuple(f.name for kind in KINDS for f in fields(kind)[kind.lab :])
 PARAMETERS = tuple(dict.fromkeys((*LAB, *BEYOND)))
+LONG = 20.0  # m: hardly a robot's or a linkage's, but likely in mm
 
 
 def add_robot_options(parser):
     group = parser.add_argument_group(
-        "robot", "lengths in m, inertias in kg m^2, masses in kg; single values go over the set's"
+        "robot", "lengths in m, inertias in kg m², masses in kg; single values go over the set's"
     )
     group.add_argument(
         "--robot", default=DEFAULT, metavar="NAME|FILE",
@@ -28,7 +30,7 @@ def add_robot_options(parser):
     )
     for name in PARAMETERS[len(LAB) :]:
         if name == "gravity":
-            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s^2; 0 -9.81: upright")
+            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s²; 0 -9.81: upright")
         else:
             group.add_argument(f"--{name}", type=float)
 
@@ -47,7 +49,9 @@ def chosen_robot(arguments):
             raise UsageError(
                 f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with {', '.join(own)}"
             )
-        return replace(robot, **given)
+        robot = replace(robot, **given)
+        ask_for_mm(max(getattr(robot, name) for name in own if name[0] in "ld"))
+        return robot
     except ValueError as error:
         raise UsageError(error) from None
 
@@ -70,6 +74,16 @@ def robot_from(path):
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: {error}") from None
     try:
-        return robot_of(table)
+        robot = robot_of(table)
     except (ValueError, TypeError) as error:
         raise UsageError(f"{path}: {error}") from None
+    own = () if "links" in table else fields(robot)[: robot.lab]
+    if taken := [f"{f.name} = {f.default:g}" for f in own if f.name not in table]:
+        print(f"{path}: not in it, so as usual of a {robot.words.title}: {', '.join(taken)}", file=sys.stderr)
+    return robot
+
+
+def ask_for_mm(longest):
+    """Say it where the longest length looks as if it were in mm."""
+    if longest > LONG:
+        print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)

@@ -51,7 +51,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
         help="computed torque, PD, or model-predictive (default: %(default)s)",
     )
     track.add_argument(
-        "--kp", type=float, help="of ctc in 1/s^2 (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)"
+        "--kp", type=float, help="of ctc in 1/s² (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)"
     )
     track.add_argument(
         "--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)"

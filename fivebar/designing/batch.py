@@ -18,7 +18,7 @@ BOTH = {
     "r1": ("Liu's r1, both proximal bars", {"l11": 1.0, "l21": 1.0}),
     "r2": ("Liu's r2, both distal bars", {"l12": 1.0, "l22": 1.0}),
     "r3": ("Liu's r3, half the distance of the base joints", {"d": 2.0}),
-    "zz": ("both grouped inertias, kg m^2", {"zz1": 1.0, "zz2": 1.0}),
+    "zz": ("both grouped inertias, kg m²", {"zz1": 1.0, "zz2": 1.0}),
 }
 PLACE = {"task_x": "m, where the task's own origin is", "task_y": "m, the same"}
 LENGTHS = ("l11", "l12", "l21", "l22", "d")

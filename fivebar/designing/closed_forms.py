@@ -46,7 +46,7 @@ def _bars_bound(robots, task):
 
 # Name, unit, better, words, of, needs, bound.
 CLOSED = (
-    ("workspace_area", "m^2", "large", "what the end-effector reaches, in any mode", _workspace_area, (),
+    ("workspace_area", "m²", "large", "what the end-effector reaches, in any mode", _workspace_area, (),
      _workspace_bound),
     ("bars", "m", "small", "length of the four bars together", _bars, (), _bars_bound),
 )  # fmt: skip

@@ -168,10 +168,10 @@ def _square_bound(robots, task):
 
 # Name, unit, better, words, of, needs, bound.
 ONE_BY_ONE = (
-    ("dexterous_area", "m^2", "large", "the largest part of the working mode with |det A| >= det_A, |sin q_i2| >= sin",
+    ("dexterous_area", "m²", "large", "the largest part of the working mode with |det A| >= det_A, |sin q_i2| >= sin",
      _dexterous_area, (), _area_bound),
     ("largest_disc", "m", "large", "radius of the largest disc in such a part", _largest_disc, (), _regions_bound),
-    ("largest_rectangle", "m^2", "large", "the largest rectangle along x and y in such a part", _largest_rectangle, (),
+    ("largest_rectangle", "m²", "large", "the largest rectangle along x and y in such a part", _largest_rectangle, (),
      _square_bound),
     ("inscribed_circle", "m", "large", "radius of Liu's maximal inscribed circle, of a symmetric robot",
      _inscribed_circle, (), _regions_bound),

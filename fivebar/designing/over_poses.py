@@ -201,6 +201,6 @@ OVER_POSES = (
      ("table", "motor")),
     ("worst_tip_error", "m", "small", "the largest error of the end-effector under the tolerances, to first order",
      _tip_error, ("table", "tolerances")),
-    ("footprint", "m^2", "small", "box around base joints, elbows and end-effector while it works", _footprint,
+    ("footprint", "m²", "small", "box around base joints, elbows and end-effector while it works", _footprint,
      ("table",), _footprint_bound),
 )  # fmt: skip

@@ -28,7 +28,7 @@ MOST_POINTS = 200_000  # that a picture shows, evenly chosen
 
 def label(name: str) -> str:
     """A figure with its unit."""
-    return FIGURES[name].label.replace("^2", "²") if name in FIGURES else name
+    return FIGURES[name].label if name in FIGURES else name
 
 
 def sweep_picture(sweep: Sweep, figure: str, file: str | os.PathLike | None = None) -> Figure:

@@ -173,7 +173,7 @@ def _must_move(motion, noise, cutoff, step, robot):
             span = np.nanmax(q) - np.nanmin(q)
             raise ValueError(
                 f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of {moves:.3g} "
-                f"{robot.words.unit}/s^2 where its noise alone makes {looks:.3g}: move both motors"
+                f"{robot.words.unit}/s² where its noise alone makes {looks:.3g}: move both motors"
             )
 
 

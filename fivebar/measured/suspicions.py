@@ -80,7 +80,7 @@ def _suspicions(robot, assembly):
     for gravity in ((0.0, -G), (0.0, G), (G, 0.0), (-G, 0.0), (0.0, 0.0)):
         if gravity != robot.gravity:
             own = replace(robot, gravity=gravity)
-            yield [f"gravity is ({gravity[0]:g}, {gravity[1]:g}) m/s^2"], assembly, own, lambda log: {}
+            yield [f"gravity is ({gravity[0]:g}, {gravity[1]:g}) m/s²"], assembly, own, lambda log: {}
 
 
 def _others(log):
@@ -175,7 +175,7 @@ def _zero(side):
 def _gravity(axis):
     def words(robot, value, sd):
         has = robot.gravity["xy".index(axis)]
-        return f"gravity along {axis} looks like {has + value:.3g} ± {sd:.1g} m/s^2, and the robot has {has:g}"
+        return f"gravity along {axis} looks like {has + value:.3g} ± {sd:.1g} m/s², and the robot has {has:g}"
 
     return words
 

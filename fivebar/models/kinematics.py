@@ -134,8 +134,8 @@ class Accelerations:
     _from_task: bool = field(default=False, kw_only=True)  # xi'' was given
 
     def __repr__(self) -> str:
-        unit = f"{self.rates.pose.robot.words.unit}/s^2"
-        own = vector("xi''", self._xi_ddot, "m/s^2"), vector("q''", self._q_ddot, unit)
+        unit = f"{self.rates.pose.robot.words.unit}/s²"
+        own = vector("xi''", self._xi_ddot, "m/s²"), vector("q''", self._q_ddot, unit)
         return one_line("Accelerations", *own, *self.rates._words())
 
     @cached_property

@@ -46,13 +46,13 @@ class Link:
         object.__setattr__(self, "inertia", inertia(self.inertia, "a link's inertia"))
         if self.x is None:
             raise ValueError(
-                f"a link's inertia = {self.inertia:g} kg m^2 is about its first joint: it needs x, the centre of mass"
+                f"a link's inertia = {self.inertia:g} kg m² is about its first joint: it needs x, the centre of mass"
             )
         least = self.mass * (self.x * self.x + self.y * self.y)
         if self.inertia < least * (1 - ROUNDING):
             raise ValueError(
-                f"a link's inertia = {self.inertia:g} kg m^2 about its first joint is less than mass (x^2 + y^2) = "
-                f"{least:g} kg m^2: no body has that; is it about the centre of mass? Then Link.about_centre(...)"
+                f"a link's inertia = {self.inertia:g} kg m² about its first joint is less than mass (x^2 + y^2) = "
+                f"{least:g} kg m²: no body has that; is it about the centre of mass? Then Link.about_centre(...)"
             )
 
     @classmethod

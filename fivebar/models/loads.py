@@ -32,7 +32,7 @@ def refuse_weightless(robot: Robot, physics: Physics, model: str) -> None:
     """Raise where there is gravity and nothing that it pulls."""
     if physics.weighs and not any(map(named, (robot.m, *physics.levers, *physics.sides, *physics.across))):
         names = ", ".join(name for name in ("m", "mx11", "my11", "mx21", "my21", "mf1", "mf2") if hasattr(robot, name))
-        raise ValueError(f"{model}: gravity = {physics.gravity} m/s^2 pulls at nothing: {names} are 0")
+        raise ValueError(f"{model}: gravity = {physics.gravity} m/s² pulls at nothing: {names} are 0")
 
 
 def carries(robot: Robot, physics: Physics) -> bool:

@@ -144,7 +144,7 @@ class Problem:
     def listed(self, violations: dict[str, float]) -> str:
         """The violated limits in words."""
         words, own = [], self.robot.words
-        units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s^2", "workspace": "m"}
+        units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s²", "workspace": "m"}
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
                 limit = getattr(self.limits, name, None)

@@ -179,5 +179,5 @@ def _compared(motion, t, points, lines):
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
         own = np.linalg.norm(own, axis=1).max()
-        said.append(f"its acceleration reaches {reached:.3g} m/s^2, second differences of the samples {own:.3g} m/s^2")
+        said.append(f"its acceleration reaches {reached:.3g} m/s², second differences of the samples {own:.3g} m/s²")
     return said

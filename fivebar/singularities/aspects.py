@@ -113,7 +113,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
-            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm^2 and should be equal; please "
+            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm² and should be equal; please "
             "report this robot; lengths that differ by 1e-4 of their size may help"
         )
     return found

@@ -27,7 +27,7 @@ DYNAMIC_MODEL = Exercise(
         ),
         with_model(
             "mass forgotten in c",
-            "c is in N m, J^T A^-1 d is in m^2/s^2. What is missing?",
+            "c is in N m, J^T A^-1 d is in m²/s². What is missing?",
             lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), c_of(Z, 1.0, A, B, d)),
         ),
         Misconception(

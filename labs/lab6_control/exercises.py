@@ -81,7 +81,7 @@ COMPUTED_TORQUE = Exercise(
     (
         Misconception(
             "gains exchanged",
-            "Which gain has the unit 1/s^2?",
+            "Which gain has the unit 1/s²?",
             lambda robot, *row: computed_torque(robot, *row[:14], row[15], row[14]),
         ),
         Misconception(
@@ -101,7 +101,7 @@ COMPUTED_TORQUE = Exercise(
         ),
         Misconception(
             "mass matrix missing",
-            "kp e, kd e' and the target's acceleration are in rad/s^2. What makes a torque of them?",
+            "kp e, kd e' and the target's acceleration are in rad/s². What makes a torque of them?",
             lambda robot, *row: tuple(
                 tau + q for tau, q in zip(computed_torque(robot, *row, acceleration=0, outside=True), row[4:6])
             ),

@@ -207,12 +207,12 @@ BIAS = [
     *wrong_bias(KIND),
     with_d(
         "rate not squared",
-        "d is an acceleration in m/s^2. Which unit does l phi' have?",
+        "d is an acceleration in m/s². Which unit does l phi' have?",
         lambda robot, *row: np.stack([-robot.l1 * row[5], -robot.l2 * row[7]], -1),
     ),
     with_d(
         "length forgotten in d",
-        "d is an acceleration in m/s^2. Which unit does phi'^2 have?",
+        "d is an acceleration in m/s². Which unit does phi'^2 have?",
         lambda robot, *row: d_of(robot, *row) / np.array(robot.distal),
     ),
     with_d(

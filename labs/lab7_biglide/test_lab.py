@@ -212,7 +212,7 @@ def crossing_of(robot, c, task):
         for order, (wanted, what) in enumerate([(point, "is not at the point"), (0, "moves"), (0, "accelerates")]):
             off = np.abs(at(c, np.array(t), order) - wanted).max()
             if not off < 1e-6:
-                return None, f"at t = {t:g} s it {what}: {off:.3g} m{('', '/s', '/s^2')[order]} too much"
+                return None, f"at t = {t:g} s it {what}: {off:.3g} m{('', '/s', '/s²')[order]} too much"
     t = np.linspace(0, T, 4004)  # no node where one would choose to cross
     pose = fb.igm(robot, at(c, t), CROSSING, unreachable="nan")
     sines = np.abs(np.array(pose.sines))

@@ -57,7 +57,12 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         "0.005",
     ]
     assert main(["track", str(tmp_path / "path.csv"), *options]) == 0
-    assert "real-time factor" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "real-time factor" in said.out and "not in it, so as usual of a five-bar robot: l12 = 0.09, l21" in said.err
+    (tmp_path / "robot.toml").write_text("l1 = 120\n")
+    chosen("--robot", str(tmp_path / "robot.toml"))
+    said = capsys.readouterr().err
+    assert "biglide robot: l2 = 0.28" in said and "the longest 120 m: were they meant in mm?" in said
 
 
 @pytest.mark.parametrize(

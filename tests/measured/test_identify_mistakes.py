@@ -45,7 +45,7 @@ def test_what_is_wrong_is_named(change, options, words):
 
 
 def test_gravity_that_the_robot_does_not_have_is_named():
-    with pytest.raises(ValueError, match=r"if gravity is \(0, -9.81\) m/s\^2"):
+    with pytest.raises(ValueError, match=r"if gravity is \(0, -9.81\) m/s²"):
         fb.identify(replace(ROBOT, gravity=(0.0, 0.0)), LOG)
 
 

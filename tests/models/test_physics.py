@@ -318,7 +318,7 @@ def test_what_no_body_can_have_is_named(make, words):
 def test_gravity_on_a_robot_without_mass_is_refused_by_name(model):
     robot = fb.FiveBar(m=0, zz1=0.001, zz2=0.001, gravity=(0, -9.81))
     with pytest.raises(
-        ValueError, match=r"gravity = \(0.0, -9.81\) m/s\^2 pulls at nothing: m, mx11, my11, mx21, my21 are 0"
+        ValueError, match=r"gravity = \(0.0, -9.81\) m/s² pulls at nothing: m, mx11, my11, mx21, my21 are 0"
     ):
         model(fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.0, 0.0)))
 

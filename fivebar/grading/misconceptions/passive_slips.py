@@ -12,7 +12,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     """Of dkm_passive, or of dkm2_passive."""
     model = passive_accelerations if accelerations else passive_rates
     v, drag, own, per, take = (usual(model, step) for step in ("v", "drag", "own", "per", "take"))
-    word, unit_ = ("acceleration", "m/s^2") if accelerations else ("rate", "m/s")
+    word, unit_ = ("acceleration", "m/s²") if accelerations else ("rate", "m/s")
     pivot = kind.words.pivots
     away = f"The end moves with the {pivot} and turns about it. Did you take the share of the {pivot} away?"
     length = f"{unit_} is no unit of a passive {word}. Which length lies between?"

@@ -11,6 +11,7 @@ from ...linkages.quantities import unit, usual_panels
 from ...tables import must_increase
 from ..names import names_of
 from ..skeleton import study_body
+from ..style import of_unit
 from .document import packed
 from .samples import gaps, kept, panel, subject
 
@@ -33,7 +34,7 @@ def study_content(study: Study, show: str | Iterable | None = None) -> dict:
         else {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": [subject("", study.t[keep], body.at(keep), columns, x=x)],
         "panels": [_panel([(_short(name, own), 0, name, columns[name]) for name in own], own) for own in panels],
-        "table": [[name, f"{name} ({unit(name)})"] for name in names],
+        "table": [[name, f"{name} ({of_unit(unit(name))})"] for name in names],
         "source": "Study.to_csv",
     }
 
@@ -55,7 +56,7 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
             _panel([(own, k, name, columns[name]) for k, (own, (_, _, columns, _)) in enumerate(found.items())], [name])
             for name in names
         ],
-        "table": [[name, f"{name} ({unit(name)})"] for name in names],
+        "table": [[name, f"{name} ({of_unit(unit(name))})"] for name in names],
         "source": "Study.to_csv",
     }
 

@@ -80,7 +80,7 @@ CASES = {
     "vertical": Case(ROBOTS["iri-vertical"].robot, circle((0.0, 0.24), 0.04, 1.0), ROBOTS["iri-vertical"].source),
     "haptic": Case(
         _haptic(), circle((0.0, 0.12), 0.02, 1.0),
-        "Haply's lengths; assumed: aluminium bars of 15 x 4 mm, 20 g in the hand, motors of 1e-6 kg m^2 and 1 mN m",
+        "Haply's lengths; assumed: aluminium bars of 15 x 4 mm, 20 g in the hand, motors of 1e-6 kg m² and 1 mN m",
         (1, -1),
     ),
 }  # fmt: skip
