@@ -149,8 +149,7 @@ class Fit:
         came, right = self.came[:, part], self.right[:, part]
         if self.angles[part].any():
             return None
-        size = np.sum(right * right)
-        factor = np.sum(came * right) / size if size > 0 else 0.0
+        factor = np.sum(came * right) / np.sum(right * right)
         if not factor or not np.all(
             np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part]
         ):

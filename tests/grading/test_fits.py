@@ -27,10 +27,12 @@ MATRIX = Exercise(
 )
 
 
-def named(exercise, *came, rows=12):
+def named(exercise, *came, rows=12, refused=()):
     """The name that is given to these answers; all are wrong somewhere."""
     replies = [Reply("value", list(row) if len(row) > 1 else row[0]) for row in list(zip(*came))[:rows]]
-    found = judge(exercise, ROBOT, (A[:rows], B[:rows]), replies)
+    for row in refused:
+        replies[row] = Reply("exception", text="ValueError: no")
+    found = judge(exercise, ROBOT, (A[:rows], B[:rows]), replies, refuse=np.isin(np.arange(rows), refused))
     assert found.share < 1
     assert not found.diagnosis or found.diagnosis.hint.endswith((".", "?"))
     return found.diagnosis and found.diagnosis.name
@@ -78,6 +80,7 @@ RELATIONS = {
 @pytest.mark.parametrize(("exercise", "came", "name"), RELATIONS.values(), ids=RELATIONS)
 def test_a_relation_that_holds_in_all_rows_is_named(exercise, came, name):
     assert named(exercise, *came) == name
+    assert named(exercise, *came, refused=(0, 9)) == name
     # Four rows tell it, and three tell nothing; for signs alone eight are needed.
     fewest = 8 if "but for signs" in name else 4
     assert named(exercise, *came, rows=fewest) in (name, None if "turn" in name else name)
@@ -117,7 +120,8 @@ def test_what_is_no_plain_relation_is_not_named(exercise, came):
         (0.045, "0.045 = 1/2 l"), (0.36, "0.36 = 4 l"), (0.0225, "0.0225 = 1/4 l"), (1 / 0.09, "11.11 = 1/l"),
         (2 / 0.09, "22.22 = 2/l"), (0.5 / 0.118, "4.237 = 1/2/d"), (0.118**2, "0.01392 = d^2"),
         (-(0.118**2) / 4, "-0.003481 = -1/4 d^2"), (1 / 0.118**2, "71.82 = 1/d^2"), (4 / 0.118**2, "287.3 = 4/d^2"),
-        (0.09 * (1 + 1e-8), "0.09"), (2 + 1e-7, "2"), (0.7, "0.7"), (1.0, "1 = 2 m"), (12345.678, "1.235e+04"),
+        (0.09 * (1 + 1e-8), "0.09"), (2 + 1e-7, "2"), (0.25 + 5e-9, "0.25"),
+        (0.7, "0.7"), (1.0, "1 = 2 m"), (12345.678, "1.235e+04"),
     ],
 )  # fmt: skip
 def test_a_number_says_what_it_may_be_made_of(value, text):
@@ -126,6 +130,8 @@ def test_a_number_says_what_it_may_be_made_of(value, text):
     assert number_text(value, None) == (text.split(" = ")[0] if set(own) & set("ldmz") else text)
 
 
-def test_unequal_bars_have_their_own_names():
+def test_what_is_nearly_another_number_is_not_it_and_unequal_bars_have_their_own_names():
     other = replace(ROBOT, l12=0.1, l22=0.11)
+    assert number_text(2.0, replace(ROBOT, m=0.5 * (1 + 3e-9))) == "2"
+    assert number_text(1.00001 * ROBOT.zz1**2, ROBOT) == "4e-06"
     assert [number_text(x, other) for x in (0.1, 0.22, 0.09)] == ["0.1 = l12", "0.22 = 2 l22", "0.09 = l11"]

@@ -198,6 +198,7 @@ def test_an_error_is_measured_by_the_largest_answer_of_its_number_an_angles_by_o
     for size, share in ((0.9e-9, 1.0), (1.1e-9, 0.0)):
         assert line(exact[0] + 4 * size, exact[1]).share == share
         assert line(exact[0], exact[1] - size + 2 * np.pi).share == share
+    assert line(*exact, tolerance=0).share == 1 and line(*exact, tolerance=0).rows == 3
     per_row = np.array([1e-3, 1e-5, 1e-2])
     assert line(exact[0] + 0.9 * 4 * per_row, exact[1] - 0.9 * per_row, tolerance=per_row).share == 1
     assert line(exact[0] + 4 * np.roll(per_row, 1), exact[1], tolerance=per_row).share == pytest.approx(1 / 3)
@@ -229,6 +230,7 @@ def test_the_labs_own_measure_is_told_beside_the_verdict():
     x, q = A * B, 1e-3 * A
     assert told(x + 0.3, q + 0.05) == "mean errors 0.3 and 0.05: error in model (threshold 0.1)"
     assert told(x + [0.1, -0.1, 0.04], q + 0.05 + 2 * np.pi) == "mean errors 0.08 and 0.05: OK (threshold 0.1)"
+    assert told(x + 0.5, q + 0.05, 0.5) == "mean errors 0.5 and 0.05: error in model (threshold 0.5)"
     assert told(x + 0.05, q + 0.2) == "mean errors 0.05 and 0.2: error in model (threshold 0.1)"
     assert told(x + 0.2, q - 0.2, 0.5, lambda n: n * (2, 0.5)) == "mean errors 0.4 and 0.1: OK (threshold 0.5)"
     assert told(x + np.nan, q) == "" == line(x, q + 0.2).beside
@@ -279,7 +281,8 @@ def test_what_follows_rightly_from_a_wrong_function_earns_its_points_where_it_co
     assert found(A**3 + B, own=lambda asked: None).diagnosis is None
     both = found(2 * A**3 + B)
     assert both.share == 0 and both.diagnosis.name == "doubled; and your square is wrong, too"
-    assert found(2 * A**2 + B).diagnosis.name == "doubled"
+    alone = found(2 * A**2 + B).diagnosis
+    assert (alone.name, alone.hint, both.diagnosis.hint) == ("doubled", "Once or twice?", "Once or twice?")
 
 
 def test_two_slips_together_are_looked_for_where_it_is_asked_to_be_deep():

@@ -1,14 +1,16 @@
 """Discs and rectangles in aspects: closed forms, published circles, brute force on the rim, and random search."""
 
 import json
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.singularities.aspects import aspects
-from fivebar.singularities.disc import _polished, largest_disc
+from fivebar.singularities.disc import _polished, largest_disc, punctures, room_at
 from fivebar.singularities.rectangle import largest_rectangle
+from fivebar.singularities.regions import roomiest
 from tests.helpers import DATA
 
 REFERENCE = json.loads((DATA / "workspace.json").read_text())
@@ -55,6 +57,12 @@ def test_no_point_is_farther_from_the_loci_than_the_disc_center(found, name):
         disc = largest_disc(part)
         assert part.contains(disc.center)
         assert disc.radius == pytest.approx(fb.locus_distance(robot, disc.center, part.working)[0], rel=1e-12)
+        rooms = roomiest(part.boundary, punctures(part), part.area, 4)
+        sizes = [room for _, room in rooms]
+        assert len(rooms) in (3, 4) and sizes == sorted(sizes, reverse=True)
+        assert sizes[0] == pytest.approx(disc.radius, rel=0.01)
+        assert all(0.99 * room < room_at(part, z) <= room for z, room in rooms)
+        assert all(abs(z - y) > 0.5 * max(room, own) for (z, room), (y, own) in combinations(rooms, 2))
         outline = part.polygons[0]
         xi = np.random.default_rng(5).uniform(outline.min(axis=0), outline.max(axis=0), (500, 2))
         xi = np.concatenate([xi, disc.center + disc.radius * np.random.default_rng(6).normal(0, 1e-3, (100, 2))])

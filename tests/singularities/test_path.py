@@ -8,6 +8,7 @@ import pytest
 from numpy.polynomial import polynomial
 
 import fivebar as fb
+from fivebar.singularities.criterion import largest_force
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.path import check_path
@@ -90,6 +91,13 @@ def test_the_criterion_holds_to_a_millionth_of_the_largest_force(share, holds):
     check = check_path(fb.FiveBar(), path)
     assert check.time == pytest.approx(2.0, abs=1e-12) and check.criterion_holds is holds
     assert check.criterion == pytest.approx(0.5 * share * 1e-6 * largest, rel=1e-3)
+
+
+def test_the_largest_force_on_a_path_under_gravity_is_that_of_its_hardest_moment():
+    robot, path = fb.FiveBar(gravity=(0.3, -9.81)), quintic((0.02, 0.1), (-0.03, 0.12), 0.31)
+    force = robot.m * (path(np.linspace(0, path.duration, 20001))[2] - (0.3, -9.81))
+    hardest = np.linalg.norm(force, axis=1).max()
+    assert largest_force(robot, path, (-1, -1), np.nan) == pytest.approx(hardest, rel=1e-6)
 
 
 def test_the_free_direction_is_the_kernel_of_a():
