@@ -166,7 +166,7 @@ def main() -> None:
             elif killed_by(SLOW.get(options.room, ()), name, folder):
                 found["killed"] += 1
                 continue
-            print(f"{name}: {outcome}{f', {why}' * bool(why)}", was, now, sep=os.linesep + "  ")
+            print(f"{name}: {outcome}{f', {why}' * bool(why)}", was, now, sep=os.linesep + "  ", flush=True)
         found[outcome] += 1
     share = (found["killed"] + found["justified"]) / len(drawn)
     print(f"{options.room}: of {len(every)} mutants {len(drawn)} drawn, {share:.1%} killed or justified", dict(found))
