@@ -103,13 +103,13 @@ class Outline:
     def seeds(self) -> np.ndarray:
         """Points (n,) all over what keeps the margin, so close that the largest rectangle has some of them inside."""
         low, high = (f(np.concatenate(self.aspect.polygons), axis=0) for f in (np.min, np.max))
-        walls = getattr(self.aspect, "walls", ())
-        least = 0.6 * (self.aspect.clearance - self.margin) if not walls else 0.0
+        walled = hasattr(self.aspect, "allowed")
+        least = 0.6 * (self.aspect.clearance - self.margin) if not walled else 0.0
         step = max(least, np.sqrt(self.aspect.area / SEEDS))
         lattice = np.stack(np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high))), axis=-1)
         points = np.concatenate([lattice[self.aspect.contains(lattice)], [self.aspect.point]])
         z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
-        return z[self.within(z)] if walls else z
+        return z[self.within(z)] if walled else z
 
     def keeps(self, v: np.ndarray) -> bool:
         """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the arcs from corners."""
