@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +26,9 @@ class Keep:
     det_A, sin: least |det A| and |sin q_i2| (of a biglide |sin phi_i|). bars: a `Bars`, whose bars must not meet.
     """
 
-    joints: tuple | None = None
-    half_planes: tuple = ()
-    region: tuple | None = None
+    joints: Sequence[Sequence[float] | None] | None = None
+    half_planes: Sequence[Sequence[float]] = ()
+    region: Sequence[Sequence[float]] | None = None
     det_A: float = 0.0
     sin: float = 0.0
     bars: Bars | None = None

@@ -14,13 +14,15 @@ from scipy.spatial import cKDTree
 
 from .._backend import EPS
 from .aspects import Aspect
-from .disc import arcs_of, punctures, room_at
+from .disc import punctures, room_at
 from .locus import divided, pairs
 from .regions import Arc, inside
 from .roots import rising_zeros
+from .walls import facing
 
 SAMPLES = 4000  # of the outline
 SEEDS = 600  # points of the aspect, about, around each of which the largest rectangle is searched
+RIM = 100  # points of each side at which it is asked whether all is kept
 INWARDS = np.array([1, -1, 1, -1])
 CORNERS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
@@ -33,10 +35,27 @@ class Outline:
     margin: float
 
     @cached_property
+    def arcs(self) -> list[Arc]:
+        """The boundary, and the parts of walls across which something is no longer kept: what is kept on the left."""
+        loops = [arc for loop in self.aspect.boundary for arc in loop]
+        walls = getattr(self.aspect, "walls", ())
+        return [
+            *loops,
+            *(facing(walls, self.within, np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag)) if walls else ()),
+        ]
+
+    def within(self, z: np.ndarray) -> np.ndarray:
+        """Whether points (n,) are in the aspect, and all is kept there."""
+        found, allowed = inside(self.aspect.boundary, z), getattr(self.aspect, "allowed", None)
+        if allowed is not None and found.any():
+            found[found] = allowed(z[found])
+        return found
+
+    @cached_property
     def pieces(self) -> list[tuple[Arc, tuple[int, int]]]:
         """Arcs, each with the corner that it limits: any other part of a rectangle meets one of its ends first."""
         found = []
-        for arc in arcs_of(self.aspect):
+        for arc in self.arcs:
             cuts = [
                 arc.start,
                 *sorted([*_turns(arc, np.real), *_turns(arc, np.imag)], key=lambda s: abs(s - arc.start)),
@@ -84,10 +103,13 @@ class Outline:
     def seeds(self) -> np.ndarray:
         """Points (n,) all over what keeps the margin, so close that the largest rectangle has some of them inside."""
         low, high = (f(np.concatenate(self.aspect.polygons), axis=0) for f in (np.min, np.max))
-        step = max(0.6 * (self.aspect.clearance - self.margin), np.sqrt(self.aspect.area / SEEDS))
+        walled = hasattr(self.aspect, "allowed")
+        least = 0.6 * (self.aspect.clearance - self.margin) if not walled else 0.0
+        step = max(least, np.sqrt(self.aspect.area / SEEDS))
         lattice = np.stack(np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high))), axis=-1)
         points = np.concatenate([lattice[self.aspect.contains(lattice)], [self.aspect.point]])
-        return points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
+        z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
+        return z[self.within(z)] if walled else z
 
     def keeps(self, v: np.ndarray) -> bool:
         """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the arcs from corners."""
@@ -95,8 +117,12 @@ class Outline:
         if not (v[1] > v[0] and v[3] > v[2]) or apart(self.points, v).min() < least:
             return False
         corners = v[CORNERS] @ (1, 1j)
-        if not inside(self.aspect.boundary, corners).all():
+        if not self.within(corners).all():
             return False
+        if hasattr(self.aspect, "allowed"):  # where bars touch, walls end short of the limit of reach
+            rim = np.concatenate([np.linspace(a, b, RIM) for a, b in zip(corners[[0, 1, 3, 2]], corners[[1, 3, 2, 0]])])
+            if not self.aspect.allowed(rim).all():
+                return False
         return least == 0 or min(room_at(self.aspect, corner) for corner in corners) >= least
 
     def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:

@@ -11,9 +11,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from ..checks import instance, not_negative, takes
+from ..checks import instance, not_negative, optional, takes
 from .aspects import Aspect
-from .disc import CANDIDATES, checked_margin, room_at, too_narrow
+from .disc import CANDIDATES, Walled, checked_margin, room_at, too_narrow, walled
+from .keep import Keep
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
@@ -33,18 +34,21 @@ class Rectangle:
         return (self.x_max - self.x_min) * (self.y_max - self.y_min)
 
 
-@takes(aspect=instance(Aspect), margin=not_negative)
-def largest_rectangle(aspect: Aspect, margin: float = 0.0) -> Rectangle:
+@takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))
+def largest_rectangle(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Rectangle:
     """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its singularities: Rectangle.
 
-    Solved to 1e-6 of its size from the best ones around points all over the aspect, each the largest of those that pass
-    between 4000 samples of its boundary. ValueError where none keeps the margin.
+    keep: what else is kept all over it, by the same margin. Solved to 1e-6 of its size from the best ones around points
+    all over the aspect, each the largest of those that pass between 4000 samples of its boundary. ValueError where none
+    keeps the margin.
     """
     margin = checked_margin(margin)
+    aspect = walled(aspect, keep)
     outline = Outline(aspect, margin)
     found = [each for start in _starts(outline) if (each := _fitted(outline, start)) is not None]
     if not found:
-        raise ValueError(too_narrow(aspect, "rectangle", margin, room_at(aspect, complex(*aspect.point))))
+        room = room_at(aspect, complex(*aspect.point)) if keep is None else _roomiest(outline)[1]
+        raise ValueError(too_narrow(aspect, "rectangle", margin, room))
     return Rectangle(*map(float, max(found, key=_area)))
 
 
@@ -64,9 +68,21 @@ def _starts(outline):
             starts.append(_around(outline, outline.seeds[k], rounds=4))
     starts = [each for each in starts if _area(each) > 0.98 * max(map(_area, starts))]
     # There is room for a square wherever there is for a disc.
-    x, y = outline.aspect.point
-    half = np.sqrt(0.5) * (room_at(outline.aspect, complex(x, y)) - outline.margin)
-    return [*starts, np.array([x, x, y, y]) - half * INWARDS]
+    z, room = _roomiest(outline)
+    if room <= outline.margin:
+        return starts
+    half = np.sqrt(0.5) * (room - outline.margin)
+    return [*starts, np.array([z.real, z.real, z.imag, z.imag]) - half * INWARDS]
+
+
+def _roomiest(outline):
+    """About the point that is farthest from all that is kept off, and its exact distance; 0 where nothing is kept."""
+    z = complex(*outline.aspect.point)
+    if isinstance(outline.aspect, Walled):
+        if not len(outline.seeds):
+            return z, 0.0
+        z = outline.seeds[outline.tree.query(np.stack([outline.seeds.real, outline.seeds.imag], axis=-1))[0].argmax()]
+    return z, room_at(outline.aspect, z)
 
 
 def _around(outline, seed, rounds=1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -11,12 +11,14 @@ from ..models.robots import FiveBar
 from .keep import Keep
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
-from .locus import Locus, pairs, pieces_of
+from .locus import Locus, divided, pairs, pieces_of
 from .margins import Singularity
 from .regions import Arc
 
 GRID = 301  # nodes a side, on which curves are found along which bars touch
-STEPS = 40  # of the bisection that puts a point on such a curve
+STEPS = 40  # of the bisection that puts a point on such a curve, or finds where a wall begins to be one
+TRACED = "bars touch"
+OFF = 1e-8  # of the size of what is kept, off a wall: there it is asked what is kept
 
 
 def walls(robot: FiveBar, working: tuple[int, int], keep: Keep) -> list[Arc]:
@@ -29,6 +31,33 @@ def walls(robot: FiveBar, working: tuple[int, int], keep: Keep) -> list[Arc]:
         found += LevelCurves(robot, keep.det_A, circles).pieces(working) if keep.det_A else ()
     found += _of_bars(robot, working, keep) if keep.bars else []
     return [Arc(piece, *piece.interval) for piece in found if len(piece.points) > 1]
+
+
+def facing(found: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
+    """Of walls the parts with what is kept on one side only, and run through so that it is on their left."""
+    parts = []
+    for wall in found:
+        # The chords of a traced curve are that far off it at most.
+        off = 0.02 * np.abs(np.diff(wall.z)).max() if wall.locus.kind == TRACED else OFF * size
+
+        def sides(s, wall=wall, off=off):
+            z, tangent = wall.curve(np.asarray(s, float))
+            across = off * 1j * tangent / np.abs(tangent)
+            return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
+
+        s = divided(wall.s, np.maximum(np.ceil(np.abs(np.diff(wall.z)) / (0.002 * size)), 1).astype(int))
+        state = sides(s)
+        k = np.flatnonzero((state[1:] != state[:-1]).any(axis=1))
+        low, high = s[k], s[k + 1]
+        for _ in range(STEPS if len(k) else 0):
+            middle = (low + high) / 2
+            same = (sides(middle) == state[k]).all(axis=1)
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        cuts = [s[0], *((low + high) / 2), s[-1]]
+        for start, end, (left, right) in zip(cuts, cuts[1:], state[np.append(k, -1)]):
+            if left != right and start != end:
+                parts.append(Arc(wall.locus, start, end) if left else Arc(wall.locus, end, start))
+    return parts
 
 
 def kept_at(robot: FiveBar, working: tuple[int, int], keep: Keep) -> Callable:
@@ -109,7 +138,7 @@ def _polyline(points):
         return points[k] + (s - k) * (points[k + 1] - points[k]), points[k + 1] - points[k]
 
     s = np.arange(len(points), dtype=float)
-    return Locus(Singularity.NONE, "bars touch", (), (), pairs(points), s, False, curve)
+    return Locus(Singularity.NONE, TRACED, (), (), pairs(points), s, False, curve)
 
 
 def _put(room, z, across):

@@ -194,7 +194,7 @@ CASES = {
     ),
     "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0, keep=KEEP), 10.0),
-    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0), 20.0),
+    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0, keep=None), 20.0),
     "routes": Case(
         fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
     ),

@@ -31,7 +31,7 @@ fb.singularity_loci(robot)
 fb.locus_distance(robot, (0.0, 0.1))
 regions = fb.aspects(robot)
 fb.largest_disc(regions[0], margin=0.01)
-fb.largest_rectangle(fb.aspect(robot, 1))
+fb.largest_rectangle(fb.aspect(robot, 1), keep=fb.Keep(half_planes=[(0, 1, 0)]))
 area: float = fb.dexterous(robot, det_A=0.3, sin=0.1)[0].area
 
 reference: fb.Trajectory = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)

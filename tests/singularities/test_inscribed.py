@@ -92,6 +92,29 @@ def test_rectangles_in_closed_form(found):
     assert largest_rectangle(part, margin).area == pytest.approx(best, rel=1e-8)
 
 
+def test_rectangles_in_which_more_is_kept(found):
+    # Of a disc of radius 3 a quarter is left: area a b with a^2 + b^2 = 9.
+    (part,) = in_mode(found["e"], (1, -1))
+    quarter = largest_rectangle(part, keep=fb.Keep(half_planes=[(0, 1, 0), (1, 0, 0)]))
+    assert quarter.area == pytest.approx(4.5, rel=1e-8)
+    # Bars that touch, on which nothing is known in closed form: kept all over, and on no side any farther.
+    keep = fb.Keep(bars=fb.Bars(0.01, layers=(1, 2, 1, 3)))
+    part = found["amoro"][0]
+    box = largest_rectangle(part, keep=keep)
+    borders = np.array([box.x_min, box.x_max, box.y_min, box.y_max])
+
+    def kept(borders):
+        x, y = (np.linspace(*borders[k : k + 2], 201) for k in (0, 2))
+        xi = np.stack(np.meshgrid(x, y), axis=-1)
+        return part.contains(xi).all() and keep.kept(fb.igm(part.robot, xi, part.working, unreachable="nan")).all()
+
+    inwards = np.array([1, -1, 1, -1])
+    assert kept(borders + 1e-9 * inwards)
+    assert not any(kept(borders + 1e-9 * inwards - 3e-5 * inwards * (np.arange(4) == k)) for k in range(4))
+    with pytest.raises(ValueError, match="no rectangle in aspect 1 keeps a margin of 0 m: nothing of it is kept"):
+        largest_rectangle(part, keep=fb.Keep(half_planes=[(0, 1, 1.0)]))
+
+
 @pytest.mark.parametrize("name, count, margin", [("amoro", 5, 0.0), ("unequal", 5, 0.0), ("hoang", 1, 0.01)])
 def test_rectangles_are_inside_and_cannot_grow(found, name, count, margin):
     for part in found[name][:count]:  # the others are their images upside down
