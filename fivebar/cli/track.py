@@ -80,15 +80,36 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _demo(arguments):
+    from ..pictures.pages.linked import story
+
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
     _print_table(robot, figures)
     files = _write(run, arguments.out)
     error = 1e6 * figures["max_error_m"]
-    page = _write_page(run, arguments.out / "page.html", f"AMORO lab, control task 1: within {error:.0f} µm")
+    crossed, sentence = _task_2(robot)
+    print(sentence)
+    page = arguments.out / "page.html"
+    runs = {f"task 1, within {error:.0f} µm": run, "task 2, through the singularity": crossed}
+    title = f"AMORO lab: task 1 within {error:.0f} µm, and task 2 through a singularity"
+    story(runs, page, ("error", "tau", "margins"), title, ["Point at any curve.", sentence])
     print(f"{page}  (open it in a browser, and point at any curve)")
     print(*files, sep="\n")
+
+
+def _task_2(robot):
+    """The lab's task 2 with a timing that can cross its singularity: the Run, and what is to be said."""
+    from ..simulation.simulate import simulate
+    from ..singularities.path import check_path
+    from ..study.pitfalls import crossing
+
+    met = check_path(robot, crossing.straight())
+    controller = crossing.OpenLoop(robot, 0.002)
+    run = simulate(robot, controller, crossing.compliant(robot), control_period=0.002, step=0.002)
+    how = f"at {met.time:.4f} s it meets Type {int(met.type)}, where its torque diverges"
+    peak = f"timed to cross without acceleration it needs {1e3 * np.abs(run.tau).max():.0f} mN m"
+    return run, f"Task 2: on the lab's quintic it is refused: {how}; {peak}."
 
 
 def _track(arguments):

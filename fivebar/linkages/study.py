@@ -29,6 +29,9 @@ from .slider_crank import SliderCrank
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..pictures.pages import Page
+    from ..pictures.view import Scene
+
 Linkage = FourBar | SliderCrank | SixBarPress | FiveBarLinkage
 KINDS = {kind.__name__: kind for kind in Linkage.__args__}
 FULL = 2 * np.pi
@@ -81,7 +84,9 @@ class Study(Pictured):
 
         return saved(study_figure(self, panels), path)
 
-    def animate(self, path: FilePath, title: str | None = None, show: str | Sequence[str] | None = None) -> None:
+    def animate(
+        self, path: FilePath | None = None, title: str | None = None, show: str | Sequence[str] | None = None
+    ) -> Scene:
         """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
         with ffmpeg .mp4, .webm) or a strip of poses (.png).
 
@@ -89,18 +94,18 @@ class Study(Pictured):
         """
         from ..pictures.view import scene
 
-        scene(self.linkage, self, show, title=title).save(path)
+        return scene(self.linkage, self, show, title=title).saved(path)
 
     def page(
         self,
-        path: FilePath,
+        path: FilePath | None = None,
         show: str | Sequence[str] | Sequence[Sequence[str]] | None = None,
         title: str | None = None,
-    ) -> None:
+    ) -> Page:
         """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
         from ..pictures.pages import page
 
-        page(self, path, show, title)
+        return page(self, path, show, title)
 
     def to_csv(self, path: TextFile) -> None:
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""

@@ -30,7 +30,8 @@ from ..tables import BinaryFile, FilePath, TextFile, saved, write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..pictures.view.scenes import Scene
+    from ..pictures.pages import Page
+    from ..pictures.view import Scene
 
 KP, KD = 400.0, 40.0  # 1/s^2, 1/s, of the computed torque that follows a reference
 SHORTEST = 4  # rows between gaps that are replayed
@@ -101,9 +102,9 @@ class Replay(Pictured):
 
         return saved(replayed(self), path)
 
-    def page(self, path: FilePath, show: object = None, title: str | None = None) -> None:
+    def page(self, path: FilePath | None = None, show: object = None, title: str | None = None) -> Page:
         """One HTML file with both robots beside their plots: `fb.page`."""
-        page(self.runs, path, show if show is not None else ("xi", "tau", "q"), title)
+        return page(self.runs, path, show if show is not None else ("xi", "tau", "q"), title)
 
     def scene(self, show: object = None, title: str | None = None) -> Scene:
         """Both in motion side by side, on one clock: `fb.view.scene`."""

@@ -24,6 +24,14 @@ def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts
     )
 
 
+def framed(page: str, title: str, height: int, style: str = "") -> str:
+    """HTML of a frame with this page, so many pixels high, for a notebook."""
+    return (
+        f'<iframe style="width:100%;height:{height}px;border:0;{style}" title="{html.escape(title)}" '
+        f'srcdoc="{html.escape(page)}"></iframe>'
+    )
+
+
 def as_json(content: dict) -> str:
     """JSON for a script element: "<" could only be in a string, and escaped no text can end the element."""
     return json.dumps(content, allow_nan=False).replace("<", "\\u003c")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Protocol
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
+if TYPE_CHECKING:
+    from ..models.geometry import Pose
     from ..models.kinematics import Accelerations
     from ..models.robots import Robot
 
@@ -96,3 +98,11 @@ class Identification(Protocol):
     predicted: np.ndarray
     misfit: float
     validation: object | None
+
+
+def crossings(t: np.ndarray, pose: Pose) -> Iterator[tuple[float, int, int, int, float]]:
+    """(s, type, vanished sine, sample before, share of the way to the next) of each singularity between poses at t."""
+    sines = np.stack([*pose.sines, pose.det_A], axis=1)
+    for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
+        share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
+        yield float(t[k] + share * (t[k + 1] - t[k])), 2 if margin == 2 else 1, int(margin), int(k), float(share)

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..measured.replays import Replay
+    from ..pictures.pages import Page
+    from ..pictures.view import Scene
 
 
 class Event(NamedTuple):
@@ -174,17 +176,19 @@ class Run(Pictured):
 
         return saved(tracking(self), path)
 
-    def animate(self, path: FilePath, show: str | Sequence[str] | None = None) -> None:
+    def animate(self, path: FilePath | None = None, show: str | Sequence[str] | None = None) -> Scene:
         """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
         with ffmpeg .mp4, .webm) or a strip of poses (.png).
 
         show: names out of view.SHOWS; None: the path, and the reference where there is one.
         """
-        scene(self.robot, self, show).save(path)
+        return scene(self.robot, self, show).saved(path)
 
-    def page(self, path: FilePath, show: str | Sequence[str] | None = None, title: str | None = None) -> None:
+    def page(
+        self, path: FilePath | None = None, show: str | Sequence[str] | None = None, title: str | None = None
+    ) -> Page:
         """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
-        page(self, path, show, title)
+        return page(self, path, show, title)
 
     def to_csv(self, path: TextFile) -> None:
         """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""

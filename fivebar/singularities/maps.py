@@ -7,6 +7,7 @@ import os
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
@@ -22,6 +23,9 @@ from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, writ
 from .loci import singularity_loci
 from .locus import MODES
 from .margins import Singularity, singularity_margins
+
+if TYPE_CHECKING:
+    from ..pictures.pages import Page
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
 SHARE = 0.5  # of the machine's memory that a map may fill
@@ -80,11 +84,11 @@ class Map:
     def _about(self):
         return {"robot": self.robot.parameters, "field": self.field, "space": self.space, "modes": self.modes}
 
-    def page(self, path: FilePath, title: str | None = None) -> None:
+    def page(self, path: FilePath | None = None, title: str | None = None) -> Page:
         """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
         from ..pictures.pages import page
 
-        page(self, path, title=title)
+        return page(self, path, title=title)
 
     def to_csv(self, path: TextFile) -> None:
         """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""

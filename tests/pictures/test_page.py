@@ -17,6 +17,7 @@ from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCrank, study
 from fivebar.pictures import document
 from fivebar.pictures.pages import runs
+from fivebar.pictures.pages.linked import story
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
@@ -354,6 +355,28 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
         np.testing.assert_allclose(bars(page, 1), chain(fb.dgm(UNEQUAL, other.q[min(k, 1000)])), atol=1e-9)
 
 
+def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
+    short = simulated(reference=fb.line((0.09, 0.06796322), (0.08, 0.07), 0.4), duration=0.4)
+    told = {"short": short, "longer": simulated(duration=0.6)}
+    shown = story(told, tmp_path / "page.html", ("error", "tau"), "A story", ["It begins."])
+    assert repr(shown) == "<Page: A story>" and "A story" in shown._repr_html_()
+    page = opened(tmp_path / "page.html")
+    assert page.locator("#notes li").first.text_content() == "It begins."
+    until(page, "!playing && at === clock.length - 1")
+    assert page.locator("svg.scene").count() == 2 == page.locator(".mechanism").count()
+    assert page.locator("#picture h2").all_text_contents() == ["short", "longer"]
+    for number, run in enumerate(told.values()):
+        ends = page.evaluate(
+            """number => [...pictures[number].svg.querySelectorAll(".bar")].map(bar => ["x1", "y1", "x2", "y2"]
+                .map(name => +bar.getAttribute(name))).map(([x1, y1, x2, y2]) => [[x1, y1], [x2, y2]].map(([x, y]) =>
+                [(x - pictures[number].origin[0]) / pictures[number].scale,
+                 (pictures[number].origin[1] - y) / pictures[number].scale]))""",
+            number,
+        )
+        np.testing.assert_allclose(ends, chain(fb.dgm(run.robot, run.q[-1])), atol=1e-9)
+    assert strokes(page) == 2 * ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]
+
+
 def test_singularities_crossed_are_marked(opened, tmp_path, crossing):  # noqa: F811
     page = opened(written(crossing, tmp_path))
     first = crossing.events[0]
@@ -526,7 +549,7 @@ def test_what_cannot_be_shown_is_refused(tmp_path, run, subject, options, messag
 
 
 def test_other_failures(tmp_path, run, monkeypatch):
-    with pytest.raises(TypeError, match="shows a Run, a dict of Runs, a Study or a Map, not a?n? ?int"):
+    with pytest.raises(TypeError, match="shows a Run, a Plan, a dict of Runs, a Study or a Map, not int"):
         fb.page(3, tmp_path / "page.html")
     with pytest.raises(TypeError, match="a page compares Runs, but 'a' is a str"):
         fb.page({"a": "run"}, tmp_path / "page.html")

@@ -1,12 +1,14 @@
 """Plans rechecked with the models on fine grids, by simulation, by exact scaling laws and against finer meshes."""
 
 import time
+from base64 import b64decode
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.models.dynamics import bar_force_dynamics
+from fivebar.pictures.pages.runs import runs_content, sampled
 from fivebar.planning import collocation, plans
 from fivebar.planning import plan as planner
 from fivebar.planning import program as transcription
@@ -307,6 +309,24 @@ def test_picture(crossing, fastest, tmp_path):
     labels = [text.get_text() for text in torques.get_legend().get_texts()]
     assert any("limit, met 100 %" in label for label in labels)
     assert "Type 2" in [text.get_text() for text in path.get_legend().get_texts()]
+
+
+def test_page_and_animation_show_themselves(crossing, fastest, tmp_path):
+    shown = crossing.page(tmp_path / "plan.html")
+    assert (tmp_path / "plan.html").read_text("utf-8") == shown.html and "<iframe" in shown._repr_html_()
+    content = runs_content({"": sampled(crossing)})
+    assert [panel["title"] for panel in content["panels"]][:2] == ["end-effector", "motors"]
+    (subject,), t = content["subjects"], np.linspace(0.0, crossing.duration, 2001)
+    ((when, what),) = subject["marks"]
+    assert what == "Type 2" and crossing.accelerations(when).rates.pose.det_A == pytest.approx(0, abs=1e-6)
+    for key, values in (("tau left", crossing.tau(t)[:, 0]), ("xi y", crossing(t)[0][:, 1])):
+        np.testing.assert_array_equal(np.frombuffer(b64decode(subject["columns"][key]["f8"])), values)
+    assert runs_content({"": sampled(fastest)})["panels"][1]["limits"] != []
+    (notice,) = crossing.animate(tmp_path / "plan.html").machines[0].events
+    assert notice.t == pytest.approx(when, abs=1e-3) and notice.text.startswith("Type 2")
+    assert "<iframe" in crossing.animate()._repr_html_() and repr(crossing.animate()).startswith(
+        "Scene('five-bar robot,"
+    )
 
 
 def test_nothing_is_printed(capfd):

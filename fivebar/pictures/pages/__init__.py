@@ -1,6 +1,6 @@
 """Linked pages: a mechanism drawn beside its plots, in one file for any browser, without a network."""
 
-from .document import write
+from .document import Page
 from .linked import page
 
-__all__ = ["page", "write"]
+__all__ = ["Page", "page"]

@@ -106,10 +106,10 @@ function swatch(inks, width, dashes = []) {
 // A line of a legend: its sign, its text.
 const entry = (...parts) => element("li", {}, element("span", {class: "entry"}, ...parts));
 
-// The page as one picture on the page's own paper: the scene with the state, then each plot with title, legend, cursor.
-async function savePng(scene, state, plots) {
+// The page as one picture on the page's own paper: its scenes with the state, then each plot with title, legend, cursor.
+async function savePng(scenes, state, plots) {
   const width = 1100, scale = 2, gap = 14, side = 480, left = side + 2 * gap, room = width - left - gap;
-  const box = scene.getBoundingClientRect(), high = side * box.height / box.width;
+  const box = scenes[0].getBoundingClientRect(), high = side * box.height / box.width;
   const canvas = element("canvas"), pen = canvas.getContext("2d"), font = "13px system-ui, sans-serif";
   pen.font = font;
   const shown = plots.map(plot => {
@@ -125,7 +125,7 @@ async function savePng(scene, state, plots) {
     return {...picture, placed, head, height: head + picture.canvas.height / picture.canvas.width * room};
   });
   canvas.width = scale * width;
-  canvas.height = scale * (50 + gap + Math.max(high + 24, shown.reduce((sum, {height}) => sum + height + gap, 0)));
+  canvas.height = scale * (50 + gap + Math.max(scenes.length * high + 24, shown.reduce((sum, {height}) => sum + height + gap, 0)));
   pen.scale(scale, scale);
   const write = (text, x, y, most, style = font) => {
     pen.font = style;
@@ -144,13 +144,15 @@ async function savePng(scene, state, plots) {
   pen.fillStyle = theme("--paper");
   pen.fillRect(0, 0, width, canvas.height);
   write(document.title, gap, 30, width - 2 * gap, "600 18px system-ui, sans-serif");
-  const image = new Image(), copy = scene.cloneNode(true);
-  for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", box.width], ["height", box.height]])
-    copy.setAttribute(name, value);
-  image.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(new XMLSerializer().serializeToString(copy));
-  await image.decode();
-  pen.drawImage(image, gap, 50, side, high);
-  write(state, gap, 50 + high + 16, side);
+  for (const [k, scene] of scenes.entries()) {
+    const image = new Image(), copy = scene.cloneNode(true);
+    for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", box.width], ["height", box.height]])
+      copy.setAttribute(name, value);
+    image.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(new XMLSerializer().serializeToString(copy));
+    await image.decode();
+    pen.drawImage(image, gap, 50 + k * high, side, high);
+  }
+  write(state, gap, 50 + scenes.length * high + 16, side);
   let y = 50;
   for (const {title, placed, head, height, canvas: drawn, frame, cursor} of shown) {
     write(title, left, y + 12, room, "600 14px system-ui, sans-serif");

@@ -10,14 +10,14 @@ slider.oninput = () => go(+slider.value);
 document.getElementById("controls").append(play, slider, output, speed,
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
   button("All", "show all", () => zoom(0)),
-  button("PNG", "save this page as a picture (PNG)", () => savePng(scene.svg, state.textContent, plots)),
+  button("PNG", "save this page as a picture (PNG)", () => savePng(pictures.map(({svg}) => svg), state.textContent, plots)),
   button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "Keys and pointer"),
     "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
     "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
     "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
 
-function start() {
+function start(once = false) {
   playing = true;
   if (at === clock.length - 1) go(0, true);
   moment = times[at];
@@ -28,6 +28,10 @@ function start() {
     if (!playing) return;
     moment += Math.max(0, now - before) / 1000 * +speed.value;
     before = now;
+    if (moment >= times[times.length - 1] && once) {
+      pause();
+      return go(clock.length - 1);
+    }
     if (moment >= times[times.length - 1]) moment = times[0];
     go(nearest(times, moment), true);
     requestAnimationFrame(next);
@@ -72,13 +76,13 @@ const draw = oncePerFrame(() => {
   const missing = [];
   subjects.forEach((subject, k) => {
     const index = shownAt(subject), points = subject.joints.map((_, point) => joint(subject, point, index));
-    if (!scene.place(mechanisms[k], points)) missing.push(subject.name);
+    if (!sceneOf(k).place(mechanisms[k], points)) missing.push(subject.name);
   });
-  const centre = mechanisms.find(({points}) => points.length)?.points[subjects[0].traced];
-  if (scene.zoom > 1 || scene.drawn !== scene.zoom) {
-    scene.fit(centre);
-    scene.drawn = scene.zoom;
-  }
+  for (const own of pictures)
+    if (own.zoom > 1 || own.drawn !== own.zoom) {
+      own.fit(own.mechanisms.find(({points}) => points.length)?.points[subjects[0].traced]);
+      own.drawn = own.zoom;
+    }
   const x = abscissa(at);
   plots.forEach((plot, number) => {
     plot.cursor.style.transform = `translateX(${plot.pixels(x)[0] - 1}px)`;
@@ -108,7 +112,7 @@ function table() {
 }
 
 function paint() {
-  scene.paint();
+  for (const own of pictures) own.paint();
   plots.forEach((plot, number) => {
     plot.paint();
     plot.curves.forEach((curve, k) => { curve.glyph.line_color = colour(look(k)); });
@@ -127,5 +131,6 @@ async function begin() {
   plots.forEach(plot => plot.layGlass());
   draw();
   requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.ready = "yes"; }));
+  if (content.plays && !matchMedia("(prefers-reduced-motion: reduce)").matches) start(true);
 }
 begin();

@@ -3,21 +3,42 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ...tables import written
-from ..document import as_json, document, library
+from ...described import one_line
+from ...tables import TextFile, written
+from ..document import as_json, document, framed, library
 
 HERE = Path(__file__).parent
 CODE = {"motion": ("motion", "curves", "controls"), "map": ("map", "map_controls")}
 
 
-def write(path: str | Path, code: str, content: dict, models: str = "") -> None:
-    """Write the page with this code, one of CODE, and content: a dict for JSON with a title and notes.
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A page, complete; in a notebook it shows itself."""
 
-    models: JavaScript of what the page computes itself.
+    title: str
+    html: str
+
+    def __repr__(self) -> str:
+        return one_line("Page", self.title)
+
+    def save(self, path: TextFile) -> None:
+        """Write it (HTML in UTF-8), whole or not at all. path: a path or an open text file."""
+        with written(path) as file:
+            file.write(self.html)
+
+    def _repr_html_(self) -> str:
+        return framed(self.html, self.title, 760)
+
+
+def made(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
+    """The page with this code, one of CODE, and content: a dict for JSON with a title and notes; written, if asked.
+
+    path: None does not write it; models: JavaScript of what the page computes itself.
     """
     bokeh = library("bokeh", "a linked page needs the plots of Bokeh") / "server" / "static" / "js"
     text = document(
@@ -27,8 +48,10 @@ def write(path: str | Path, code: str, content: dict, models: str = "") -> None:
         code="\n".join([script(name) for name in ("common", "picture", "plot")] + [models, *map(script, CODE[code])]),
         content=as_json(content),
     )
-    with written(path) as file:
-        file.write(text)
+    page = Page(content["title"], text)
+    if path is not None:
+        page.save(path)
+    return page
 
 
 def script(name: str) -> str:

@@ -24,7 +24,7 @@ document.getElementById("controls").append(
   ...fields.flatMap(input => [element("span", {"aria-hidden": "true"}, input.getAttribute("aria-label")), input]), hold,
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
   button("All", "show all", () => zoom(0)),
-  button("PNG", "save this page as a picture (PNG)", () => savePng(scene.svg, state.textContent, [plot])),
+  button("PNG", "save this page as a picture (PNG)", () => savePng([scene.svg], state.textContent, [plot])),
   button("CSV", `save the nodes of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "Keys and pointer"),
     "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click " +

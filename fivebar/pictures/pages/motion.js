@@ -25,7 +25,7 @@ const joint = (subject, k, index) =>
   subject.joints[k].map(x => typeof x === "number" ? x : x[index]);
 const traced = subject => subject.joints[subject.traced].map(x =>
   typeof x === "number" ? new Float64Array(subject.t.length).fill(x) : x);
-const columnsOf = k => subjects.flatMap(subject =>
+const columnsOf = (of, k) => of.flatMap(subject =>
   [...subject.joints, ...(subject.reference ? [subject.reference] : [])].map(([...pair]) =>
     typeof pair[k] === "number" ? [pair[k]] : pair[k]));
 
@@ -33,15 +33,22 @@ const columnsOf = k => subjects.flatMap(subject =>
 // there are others.
 const look = k => several || subjects[0].names.length ? [0, 1, 3, 4, 5, 2][k % 6] : k % 6;
 
-const frame = document.getElementById("picture");
-const scene = new Picture(frame, around(columnsOf(0), columnsOf(1)));
+// All subjects in one picture, or each in its own, apart, in the colours of its links.
+const frame = document.getElementById("picture"), {apart} = content, together = several && !apart;
+const pictures = (apart ? subjects.map(subject => [subject]) : [subjects]).map(own => {
+  if (apart) frame.append(element("h2", {}, own[0].name));
+  return new Picture(frame, around(columnsOf(own, 0), columnsOf(own, 1)));
+});
+const scene = pictures[0], sceneOf = k => pictures[apart ? k : 0];
+document.body.classList.toggle("apart", !!apart);
 const mechanisms = subjects.map((subject, k) => {
-  if (subject.reference && (k === 0 || differs(subject.reference, subjects[0].reference)))
-    scene.path(...subject.reference, several ? "--line" : "--c3", 6, [], {opacity: 0.7});
-  scene.path(...traced(subject), several ? "--c" + look(k) : "--c4", 2, several ? dash(k) : [], {class: "trace"});
-  return scene.mechanism({
-    ...subject, bars: subject.bars.map(([i, j, ink]) => [i, j, several ? "--c" + look(k) : ink]),
-    letters: subject.names, opacity: several ? 0.8 : 1, mark: k % 2 ? "square" : "round",
+  const own = sceneOf(k);
+  if (subject.reference && (apart || k === 0 || differs(subject.reference, subjects[0].reference)))
+    own.path(...subject.reference, together ? "--line" : "--c3", 6, [], {opacity: 0.7});
+  own.path(...traced(subject), together ? "--c" + look(k) : "--c4", 2, together ? dash(k) : [], {class: "trace"});
+  return own.mechanism({
+    ...subject, bars: subject.bars.map(([i, j, ink]) => [i, j, together ? "--c" + look(k) : ink]),
+    letters: subject.names, opacity: together ? 0.8 : 1, mark: k % 2 ? "square" : "round",
   });
 });
 const state = element("span", {class: "state"});
@@ -60,36 +67,38 @@ if (marks.length)
 function pathLegend() {
   const named = (text, ink, width, dashes = []) =>
     entry(swatch(ink, width, dashes), element("span", {class: "name"}, text));
-  const entries = several
+  const entries = together
     ? subjects.map((subject, k) => named(subject.name, "--c" + look(k), 2, dash(k)))
     : [named("path", "--c4", 2)];
-  if (subjects.some(subject => subject.reference)) entries.push(named("reference", several ? "--line" : "--c3", 6));
-  if (!several) entries.push(...subjects[0].key.map(([name, inks]) => named(name, inks, 6)));
+  if (subjects.some(subject => subject.reference)) entries.push(named("reference", together ? "--line" : "--c3", 6));
+  if (!together) entries.push(...subjects[0].key.map(([name, inks]) => named(name, inks, 6)));
   return element("ul", {class: "legend", "aria-label": "colours of the picture"}, ...entries);
 }
 
 function magnify(factor) {
-  scene.zoom = factor ? Math.min(Math.max(scene.zoom * factor, 1), 1024) : 1;
+  for (const own of pictures) own.zoom = factor ? Math.min(Math.max(own.zoom * factor, 1), 1024) : 1;
   draw();
 }
 
 // The sample whose traced point is nearest to the pointer, within that many pixels of it.
-function pointAtPath(event, within) {
-  const box = scene.svg.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
+function pointAtPath(own, event, within) {
+  const box = own.svg.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
   let best = within * within, found = null;
-  for (const subject of subjects) {
+  for (const subject of subjects.filter((_, k) => sceneOf(k) === own)) {
     const [xs, ys] = traced(subject);
     for (let index = 0; index < xs.length; index++) {
-      const [x, y] = scene.onScreen([xs[index], ys[index]]), far = (x - px) ** 2 + (y - py) ** 2;
+      const [x, y] = own.onScreen([xs[index], ys[index]]), far = (x - px) ** 2 + (y - py) ** 2;
       if (far < best) [best, found] = [far, several ? nearest(clock, subject.t[index]) : index];
     }
   }
   if (found !== null) go(found);
 }
-scene.svg.addEventListener("pointermove", event => pointAtPath(event, event.buttons ? 1e4 : 24));
-scene.svg.addEventListener("pointerdown", event => pointAtPath(event, 1e4));
-scene.svg.addEventListener("wheel", event => {
-  if (!event.ctrlKey) return;
-  event.preventDefault();
-  magnify(event.deltaY < 0 ? 2 : 1 / 2);
-}, {passive: false});
+for (const own of pictures) {
+  own.svg.addEventListener("pointermove", event => pointAtPath(own, event, event.buttons ? 1e4 : 24));
+  own.svg.addEventListener("pointerdown", event => pointAtPath(own, event, 1e4));
+  own.svg.addEventListener("wheel", event => {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    magnify(event.deltaY < 0 ? 2 : 1 / 2);
+  }, {passive: false});
+}

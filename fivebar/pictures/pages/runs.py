@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...models.dynamics import energy
+from ...models.loads import potential
 from ...singularities.margins import singularity_margins
 from ...tables import must_increase
+from ..motions import crossings
 from ..names import names_of
 from ..skeleton import measured_pose, run_body
 from ..style import robot_title
@@ -17,7 +20,8 @@ from .document import packed
 from .samples import gaps, kept, panel, subject
 
 if TYPE_CHECKING:
-    from ..motions import Run
+    from ...models.robots import Robot
+    from ..motions import Plan, Run, TimedPath
 
 LEGS, AXES = ("left", "right"), ("x", "y")
 
@@ -25,6 +29,49 @@ LEGS, AXES = ("left", "right"), ("x", "y")
 def is_run(subject: object) -> bool:
     """Whether it is what `simulate` gives."""
     return hasattr(subject, "xi_ref") and hasattr(subject, "q_dot")
+
+
+def is_planned(subject: object) -> bool:
+    """Whether it is a motion of a robot that knows its torques: a Plan, a TimedPath."""
+    return all(hasattr(subject, name) for name in ("robot", "accelerations", "tau", "duration"))
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A planned motion as a page takes it: `motions.Run` without a reference."""
+
+    robot: Robot
+    t: np.ndarray
+    q: np.ndarray
+    q_dot: np.ndarray
+    xi: np.ndarray
+    tau: np.ndarray
+    energy: np.ndarray
+    potential: np.ndarray
+    torque_limit: float | None
+    events: tuple
+    xi_ref = measured = None
+
+
+def sampled(plan: Plan | TimedPath) -> Sampled:
+    """A Plan or a TimedPath at 2001 times, with the singularities that it crosses."""
+    robot, t = plan.robot, np.linspace(0.0, plan.duration, 2001)
+    rates = plan.accelerations(t).rates
+    pose, limit = rates.pose, (plan.limits if hasattr(plan, "limits") else plan.problem.limits).torque
+    limits = np.ravel([] if limit is None else limit)
+    return Sampled(
+        robot, t, robot.continuous(pose.q), rates.q_dot, pose.xi, plan.tau(t), energy(rates),
+        potential(pose) + np.zeros(len(t)),
+        float(limits[0]) if len(limits) and np.ptp(limits) == 0 else None,
+        tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose)),
+    )  # fmt: skip
+
+
+class Mark(NamedTuple):
+    """A singularity that is crossed: when, s, and of which type."""
+
+    t: float
+    type: int
 
 
 class Quantity(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import html
 from base64 import b64encode
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,7 +19,7 @@ from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
 from ...tables import written
-from ..document import as_json, document
+from ..document import as_json, document, framed
 from ..pages.document import script
 from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
@@ -65,8 +64,7 @@ class Live:
             file.write(self.html)
 
     def _repr_html_(self):
-        shown = html.escape(self.html, quote=True)
-        return f'<iframe srcdoc="{shown}" style="width: 100%; height: 760px; border: 0" title="live page"></iframe>'
+        return framed(self.html, "live page", 760)
 
 
 @takes(robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)), pose=optional(instance(Pose)))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...tables import replaced, saved, written
+from ..document import framed
 from .machine import Machine
 from .page import page
 from .shows import alike, shown, usual
@@ -42,6 +43,9 @@ class Scene:
     machines: tuple[Machine, ...]
     title: str
     names: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Scene({self.title!r}, {self.duration:.6g} s)"
 
     @cached_property
     def html(self) -> str:
@@ -97,6 +101,12 @@ class Scene:
             with replaced(path, path.suffix) as part:
                 {".gif": poses.gif, ".png": poses.save_strip}.get(kind, poses.film)(self, part)
 
+    def saved(self, path: str | Path | None) -> Scene:
+        """Itself, saved if a path is given."""
+        if path is not None:
+            self.save(path)
+        return self
+
     @cached_property
     def png(self) -> bytes:
         """Five poses in a row, as a PNG file: bytes."""
@@ -110,15 +120,14 @@ class Scene:
         return (
             f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
             f'<img style="max-width:100%;max-height:100%" alt="{title}" src="data:image/png;base64,{picture}">'
-            f'<iframe style="position:absolute;left:0;top:0;width:100%;height:100%;border:0" title="{title}" '
-            f'srcdoc="{html.escape(self.html)}"></iframe></div>'
+            f"{framed(self.html, self.title, HEIGHT, 'position:absolute;left:0;top:0')}</div>"
         )
 
     def _repr_mimebundle_(self, include=None, exclude=None):
         makers = {
             "text/html": self._repr_html_,
             "image/png": lambda: b64encode(self.png).decode(),
-            "text/plain": lambda: f"Scene({self.title!r}, {self.duration:.6g} s)",
+            "text/plain": lambda: repr(self),
         }
         wanted = set(include or makers) - set(exclude or ())
         return {kind: make() for kind, make in makers.items() if kind in wanted}

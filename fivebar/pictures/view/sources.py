@@ -12,6 +12,7 @@ import numpy as np
 from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
 from ...models.geometry import Pose, igm
 from ...models.kinematics import dkm, ikm, ikm2
+from ..motions import crossings
 from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
 from ..style import robot_title
 from .frames import choose, grid
@@ -196,14 +197,10 @@ class OfReference(OfRobot):
 
     @property
     def events(self) -> Iterator[Notice]:
-        sines = np.stack([*self.pose.sines, self.pose.det_A], axis=1)
-        for k, margin in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
-            share = sines[k, margin] / (sines[k, margin] - sines[k + 1, margin])
-            t = self.frames.t[k] + share * (self.frames.t[k + 1] - self.frames.t[k])
+        for t, kind, margin, k, share in crossings(self.frames.t, self.pose):
             place = self.xi[k] + share * (self.xi[k + 1] - self.xi[k])
-            kind = 2 if margin == 2 else 1
             text = f"Type {kind} singularity ({self.robot.words.sines[margin]} = 0) at {self.frames.start + t:.4g} s"
-            yield Notice(float(t), text, tuple(place.tolist()))
+            yield Notice(t, text, tuple(place.tolist()))
 
     @property
     def velocity(self) -> np.ndarray:
