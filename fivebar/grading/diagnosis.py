@@ -196,7 +196,7 @@ def _by_parts(true, starts):
 def _pair(answers):
     """Two slips in different steps, first those of which one explains a part of the answer already."""
     exercise, starts = answers.exercise, _starts(answers.exercise)
-    if not exercise.slips or not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing that could fit
+    if not exercise.slips:
         return None
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     wrong = ~_by_parts(exact | answers.refused[:, None], starts)

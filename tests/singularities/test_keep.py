@@ -5,6 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.singularities.bars import apart
+from fivebar.singularities.walls import walls
 
 ROBOT = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -90,6 +91,44 @@ def test_discs_keep_it_and_no_point_has_more_room(name):
                 assert not keep.kept(fb.igm(part.robot, ring, part.working)).all(), center
 
 
+@pytest.mark.parametrize("robot", [ROBOT, UNEQUAL])
+def test_bars_touch_all_along_their_walls(robot):
+    keep, number = fb.Keep(bars=fb.Bars(0.01, posts=0.01)), 0
+    for arc in walls(robot, (1, -1), keep):
+        z = arc.at(arc.s[1:-1])
+        pose = fb.igm(robot, np.stack([z.real, z.imag], axis=-1), (1, -1), unreachable="nan")
+        rooms = np.abs(list(keep.rooms(pose).values()))  # those of one leg may be where the other does not reach
+        assert arc.locus.kind == "bars touch" and np.nanmin(rooms, axis=0).max() < 1e-13
+        number += len(z)
+    assert number > 300
+
+
+@pytest.mark.parametrize("robot", [UNEQUAL, fb.Biglide()])
+def test_rooms_without_kinks_are_those_with(robot):
+    """The same sign everywhere, and distances over the length that they are divided by."""
+    x = (0.0, 0.1) if robot.turns else (-0.04, 0.05)
+    y = 0.1 if robot.turns else 0.25
+    xi = np.random.default_rng(4).uniform((-0.25, -0.1), (0.25, 0.4), (3000, 2))
+    pose = fb.igm(robot, xi, (1, -1), unreachable="nan")
+    pose = fb.igm(robot, xi[np.isfinite(pose.det_A)], (1, -1))
+    assert len(pose.xi) > 200
+    corners = [(x[0], 0.02), (x[1], 0.03), (0.08, y), (-0.07, 0.9 * y)]
+    joints = tuple(np.quantile(pose.q, (0.2, 0.9), axis=0).T.tolist())
+    for given in (
+        dict(joints=joints), dict(joints=(None, joints[1])), dict(half_planes=[(3, 4, 0.02), (-1, 0.2, -0.1)]),
+        dict(region=corners), dict(region=corners[::-1]), dict(joints=joints, half_planes=[(0, 1, 0.05)]),
+    ):  # fmt: skip
+        keep = fb.Keep(**given)
+        smooth, kept = np.array(keep.smooth(pose, 0.07)), keep.kept(pose)
+        assert 20 < kept.sum() < len(kept) - 20
+        np.testing.assert_array_equal((smooth >= 0).all(axis=0), kept)
+        if "joints" not in given or not robot.turns:
+            rooms = np.min(list(keep.rooms(pose).values()), axis=0)
+            np.testing.assert_allclose(0.07 * smooth.min(axis=0)[kept], rooms[kept], rtol=0, atol=1e-15)
+    # One that is not convex has no such rooms.
+    assert fb.Keep(region=[*corners[:2], (0.0, 0.05), *corners[2:]]).smooth(pose, 1.0) == []
+
+
 def test_joint_limits_bound_by_exact_arcs():
     keep, part = fb.Keep(joints=((-1.0, 2.5), None)), fb.aspect(ROBOT, 1)
     disc = fb.largest_disc(part, keep=keep)
@@ -129,8 +168,11 @@ def test_check_path_names_what_is_broken_and_when():
         (dict(joints=((1, 0), None)), "joints of q11 must be"),
         (dict(joints=((0, 7), None)), "at most a full turn"),
         (dict(joints=1.0), "joints must be two ranges"),
-        (dict(half_planes=[(0, 0, 1)]), "half_planes must be"),
-        (dict(region=[(0, 0), (1, 1)]), "corners"),
+        (dict(joints=((0, 1, 2), None)), "joints of q11 must be"),
+        *((dict(half_planes=p), "half_planes must be") for p in ([(0, 0, 1)], [(0, 1)], [0, 1, 1], [[(0, 1, 1)]])),
+        *((dict(region=r), "corners") for r in ([(0, 0), (1, 1)], [(0, 0, 1)] * 3, [0, 1, 2])),
+        (dict(region=[(0, 0), (1, 1), (1, 1), (0, 2)]), "the same corner twice"),
+        (dict(region=[(0, 0), (1, 1), (0, 2), (0, 0)]), "the same corner twice"),
         (dict(region=[(0, 0), (1, 1), (1, 0), (0, 1)]), "sides 1 and 3 of the region meet"),
         (dict(det_A=2), "det_A must be"),
         (dict(bars=0.01), "bars must be Bars"),
