@@ -56,8 +56,8 @@ class Solved(NamedTuple):
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
     best, hints, stuck = None, None, 0
-    while (parts := _beside_type_2(mesh)).any():  # what is missing there shows elsewhere
-        mesh = mesh.split(1 + parts)
+    while (thin := _beside_type_2(mesh, True)).any():
+        mesh = mesh.split(1 + thin)
     for _ in range(ROUNDS):
         found = solve(mesh, limits, hints)
         late = len(mesh) > MOST or time.perf_counter() > until
@@ -74,6 +74,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
             if found.stuck is not None:  # all of it is slower for what is missing in one place
                 parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
+            parts = np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
             hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
         else:
             node, parts = found
@@ -91,15 +92,16 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     return best
 
 
-def _beside_type_2(mesh):
-    """Stretches (n,) beside Type 2 that are longer than what is to be seen there."""
+def _beside_type_2(mesh, thin):
+    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin layers alone."""
     length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
     D = mesh.found["D"]
     clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
     for k in np.flatnonzero(mesh.crossing):
         near = slice(max(k - BESIDE, 0), k + BESIDE)
-        most = np.clip(LAYER * mesh.layer(k), SHORT * mesh.path.length, LONG * mesh.path.length)
-        long[near] |= clear[near] & (length[near] > most)
+        share = max(LAYER * mesh.layer(k) / mesh.path.length, SHORT)
+        if share < LONG or not thin:
+            long[near] |= clear[near] & (length[near] > min(share, LONG) * mesh.path.length)
     return long
 
 
