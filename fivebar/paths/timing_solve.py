@@ -23,6 +23,7 @@ BESIDE = 3  # stretches on either side of Type 2
 LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
 LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
+STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
@@ -56,8 +57,8 @@ class Solved(NamedTuple):
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
     best, hints, stuck = None, None, 0
-    while (parts := _beside_type_2(mesh)).any():  # what is missing there shows elsewhere
-        mesh = mesh.split(1 + parts)
+    while (thin := _beside_type_2(mesh, True)).any():
+        mesh = mesh.split(1 + thin)
     for _ in range(ROUNDS):
         found = solve(mesh, limits, hints)
         late = len(mesh) > MOST or time.perf_counter() > until
@@ -74,7 +75,9 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
             if found.stuck is not None:  # all of it is slower for what is missing in one place
                 parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
-            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length)])
+            parts = np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
+            mean = (found.x[1:] + found.x[:-1]) / 2
+            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
         else:
             node, parts = found
             stuck += 1
@@ -91,23 +94,24 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     return best
 
 
-def _beside_type_2(mesh):
-    """Stretches (n,) beside Type 2 that are longer than what is to be seen there."""
+def _beside_type_2(mesh, thin):
+    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin layers alone."""
     length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
     D = mesh.found["D"]
     clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
     for k in np.flatnonzero(mesh.crossing):
         near = slice(max(k - BESIDE, 0), k + BESIDE)
-        most = np.clip(LAYER * mesh.layer(k), SHORT * mesh.path.length, LONG * mesh.path.length)
-        long[near] |= clear[near] & (length[near] > most)
+        share = max(LAYER * mesh.layer(k) / mesh.path.length, SHORT)
+        if share < LONG or not thin:
+            long[near] |= clear[near] & (length[near] > min(share, LONG) * mesh.path.length)
     return long
 
 
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
     """What is found on this mesh, or (node, how many parts of each stretch) where it is too coarse.
 
-    hints (2, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
-    closely, and x_ss / 2, both from a coarser mesh.
+    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
+    closely, x_ss / 2 and x, all from a coarser mesh.
     """
     along = None if hints is None else hints[0]
     length, about = mesh.stretches.length, (mesh.side, mesh.turns, _directions(len(mesh), along))
@@ -127,10 +131,13 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
 
-    def tried(share, bent):
+    lean = _lean(mesh, rows, above)
+
+    def tried(share, bent, x=None):
         # Slower motions need less room: where none is found on a coarse mesh, one of these is.
         below = above._replace(x=above.x * share, size=above.size * share)
-        table = polygons(rows, alone, length, below, bent, mesh)
+        form = (bent, 0 * bent) if x is None else (bent - lean * x, lean)
+        table = polygons(rows, alone, length, below, *form, mesh)
         x = profile(table, below, mesh.rest)
         if isinstance(x, int):
             return x
@@ -138,19 +145,34 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         each = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
         return Solved(above, top, x, own, each) if np.isfinite(each).all() else int(np.argmax(each))  # at rest there
 
-    if hints is not None and isinstance(found := tried(1.0, hints[1]), Solved):
+    if hints is not None and isinstance(found := tried(1.0, *hints[1:]), Solved):
         return found
     pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
     stuck = None
     for share in PINNED_SHARES if pinned else SHARES:
         found = tried(share, np.zeros(len(mesh)))
         if isinstance(found, Solved):
-            again = tried(share, _bent(found.x, length))
+            again = tried(share, _bent(found.x, length), (found.x[1:] + found.x[:-1]) / 2)
             if isinstance(again, Solved) and again.gap < found.gap:
                 found = again
             return found._replace(stuck=stuck)
         stuck = found if stuck is None else stuck
     return found, 1 + (_about(length, stuck) | _about(length, found))
+
+
+def _lean(mesh, rows, above):
+    """By how much x_ss / 2 grows with x (n,), where Type 2 is so near that torques move u little: u = -(b / a) x."""
+    if not mesh.crossing.any() or not rows.torque.any():
+        return np.zeros(len(mesh))
+    a, b, c = (rows.parts[name][:, np.flatnonzero(rows.torque)[::2]] for name in "abc")
+    with np.errstate(all="ignore"):
+        pull = b / a
+        grows = 2 * pull[0] * pull[2] - (pull[2] - pull[0]) / mesh.stretches.length
+    tied = (a[0] * a[2] > 0) & (np.abs(b[1]) * (above.x[1:] + above.x[:-1]) / 2 > np.abs(c[1]))
+    tied &= np.abs(grows) * mesh.stretches.length**2 < STEEP
+    best = np.where(tied, np.abs(a[1]), 0.0).argmax(axis=0)
+    at = best, np.arange(len(mesh))
+    return np.where(tied[at], grows[at], 0.0)
 
 
 def _made(found, part):

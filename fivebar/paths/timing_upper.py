@@ -48,17 +48,21 @@ class Polygons(NamedTuple):
         return self.bent[:, 0] * x[:-1] + self.bent[:, 1] * x[1:] + self.bent[:, 2]
 
 
-def polygons(rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, mesh: Mesh) -> Polygons:
+def polygons(
+    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, mesh: Mesh
+) -> Polygons:
     """The Polygons of a mesh's n stretches, from their rows.
 
-    bent (n,): x_ss / 2 where it may be chosen; beside a node on Type 2 the criterion gives it.
+    bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
+    gives it.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
         rows, alone = _turned(rows, back), _turned(alone, back)
     first, last = (np.zeros((n, 3)) for _ in (0, 1))
     first[:, 0] = last[:, 1] = 1.0
-    h, curve = length[:, None], _const(bent * length**2)
+    h = length[:, None]
+    curve = (_const(bent) + lean[:, None] * (first + last) / 2) * h**2
     u0, u1 = (last - first - curve) / (2 * h), (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
