@@ -85,7 +85,7 @@ def _kind(kinds, name, words, build, branches=1):
     study.add_argument("--drive", metavar="HOW", help="turn, until-lock or swing (to and fro)")
     study.add_argument("--plot", type=Path, metavar="OUT.png")
     study.add_argument("--csv", type=Path, metavar="OUT.csv")
-    study.add_argument("--html", type=Path, metavar="OUT.html", help="animation")
+    study.add_argument("--html", type=Path, metavar="OUT.html", help="animation; or .gif, .mp4, .webm, .png")
     study.add_argument("--live", type=Path, metavar="OUT.html", help="a page on which it is dragged and its bars slide")
     study.add_argument("--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle")
     parser.add_argument("--json", action="store_true", help="the verdict and the least and largest values as JSON")

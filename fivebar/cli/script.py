@@ -39,7 +39,7 @@ def _options():
         help="simulated time at which the script gets its KeyboardInterrupt (default: %(default)g)")  # fmt: skip
     add("--record", metavar="RUN.csv", help="write the motion, a row each millisecond")
     add("--plot", metavar="OUT.png", help="draw the motion")
-    add("--animate", metavar="OUT.html", help="write the motion as a 3-D page")
+    add("--animate", metavar="OUT.html", help="write the motion as a 3-D page, or .gif, .mp4, .webm")
     add("--plots", default=".", metavar="DIR", help="folder for the script's own windows and scopes (default: here)")
     add("--show", action="store_true", help="open windows in place of writing them to files")
     add("--real-time", action="store_true", help="not faster than real time; the script's clock is the computer's")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .studies import OfStudy
 
 SINGULAR, WORKSPACE = "#7e6bd9", GREEN
-VELOCITY, ACCELERATION, FORCE, TORQUE = "#5b3fc4", "#999933", "#c0007a", "#a50026"  # told apart by the colour-blind
+VELOCITY, ACCELERATION, FORCE, TORQUE = "#9933ff", "#999933", "#ff1166", "#994477"  # told apart by the colour-blind
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}  # in widths of a bar
 
