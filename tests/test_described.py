@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar import linkages
+from fivebar import linkages, view
 
 ROBOT = fb.FiveBar()
 POSE = fb.igm(ROBOT, (0.05, 0.09))
@@ -33,6 +33,7 @@ def symbols():
         (lambda: fb.dkm2(RATES, (1.0, -2.0)), "q'' = (1, -2) rad/s²"),
         (lambda: fb.singularity_margins(POSE), "<Margins: sin q12, sin q22, det A = (0.97"),
         (lambda: RUN, "<Run: five-bar robot, 1 s in 1001 rows, error at most "),
+        (lambda: view.scene(ROBOT, RUN), ", 1 s)"),
         (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),
         (lambda: fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0), "five-bar robot, 1 s, working (-1, -1), effort "),
         (lambda: fb.plan(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1)), 1.0), "free of modes"),

@@ -77,6 +77,7 @@ def _draw(arguments):
     from ..models.kinematics import ikm
     from ..paths import strokes
     from ..paths.setpoints import setpoints
+    from ..progress import progress
     from ..simulation.comparison import peak_name
     from ..simulation.simulate import simulate
 
@@ -86,12 +87,17 @@ def _draw(arguments):
     path, working, share = _placed(arguments, robot, path)
     check = _checked(arguments, robot, path, working)
     proof = _proved(arguments, robot, path, working) if check.singularity_free else None
-    motion = _timed(arguments, robot, path, working)
-    start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
-    limit, assembly = arguments.torque_limit, int(start.pose.assembly)
-    tracker = Tracker(robot, period=arguments.period, torque_limit=limit, assembly=assembly)
-    step = arguments.period / max(1, round(arguments.period / STEP))
-    run = simulate(robot, tracker, motion, start=start, control_period=arguments.period, step=step, torque_limit=limit)
+    with progress(total=2, desc="least time", unit=" steps", leave=False) as bar:
+        motion = _timed(arguments, robot, path, working)
+        bar.set_description("simulated")
+        bar.update()
+        start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
+        limit, assembly = arguments.torque_limit, int(start.pose.assembly)
+        tracker = Tracker(robot, period=arguments.period, torque_limit=limit, assembly=assembly)
+        step = arguments.period / max(1, round(arguments.period / STEP))
+        run = simulate(
+            robot, tracker, motion, start=start, control_period=arguments.period, step=step, torque_limit=limit
+        )
     table = setpoints(robot, motion, arguments.rate, working)
     down = strokes.pen_down(motion, run.t)
     error = np.linalg.norm(run.error, axis=1)

@@ -8,7 +8,7 @@ import pdoc
 
 import fivebar as fb
 
-PARTS = ("amoro", "columns", "grading", "linkages", "pages", "plot", "study", "view")
+PARTS = ("amoro", "columns", "designing", "grading", "linkages", "pages", "plot", "study", "view")
 
 
 def public() -> list[str]:
