@@ -30,6 +30,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument("--det-A", type=float, metavar="K", help="show the dexterous regions with |det A| >= K")
     parser.add_argument("--sin", type=float, metavar="S", help="show the dexterous regions with both |sin q_i2| >= S")
     parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
+    parser.add_argument("--units", nargs="+", default=(), metavar="UNIT", help="of its columns, as mm or t=ms x=mm")
     parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
     parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
@@ -52,6 +53,8 @@ def _map(arguments):
             raise UsageError(f"{option} must end in .png, .svg or .pdf, not {out.name!r}")
     if arguments.graph and not robot.turns:
         raise UsageError("--graph needs a five-bar: the aspects of a biglide are strips without ends")
+    if arguments.units and not arguments.path:
+        raise UsageError("--units is of the file of --path, and there is none")
     if arguments.path and arguments.space == "joint":
         raise UsageError("--path is drawn in task space only")
     levels = {name: value for name, value in (("det_A", arguments.det_A), ("sin", arguments.sin)) if value is not None}
@@ -59,7 +62,7 @@ def _map(arguments):
         raise UsageError("--det-A and --sin are of task space only")
     try:
         regions = dexterous(robot, **levels) if levels else None
-        path = from_csv(arguments.path) if arguments.path else None
+        path = from_csv(arguments.path, units=arguments.units) if arguments.path else None
         shape = (arguments.nodes, arguments.nodes)
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     except (ValueError, OSError) as error:

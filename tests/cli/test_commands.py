@@ -86,6 +86,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
         (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
+        (["map", "--units", "mm"], 2, "--units is of the file of --path, and there is none"),
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
         (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
         (["map", "--nodes", "10000000"], 2, "memory"),
@@ -107,10 +108,11 @@ def test_failures_are_one_line(argv, code, message, capsys):
 def test_map_of_task_2(tmp_path, capsys):
     """The lab's task 2, given as samples: it crosses Type 2 off the criterion, in its own mode when the source says."""
     path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
-    rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [path(t / 20)[0].tolist()]]
+    rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [(1e3 * path(t / 20)[0]).tolist()]]
     (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
     out, data = tmp_path / "map.svg", tmp_path / "map.csv"
     options = ["--out", str(out), "--data", str(data), "--path", str(tmp_path / "task2.csv"), "--nodes", "31"]
+    options += ["--units", "x=mm", "y=mm"]
     graph = tmp_path / "graph.png"
     assert main(["map", *options, "--graph", str(graph)]) == 0
     printed = capsys.readouterr().out
