@@ -34,9 +34,9 @@ FOUND = 5  # of a night's findings, after which there is enough to mend
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # disks take 5 ms for a file that is written anew
 
 
-def fuzz(name, one, examples, seconds, least):
-    """Call one(rng) so often, or as long as its seconds of the processor last: how many there were. It returns what is
-    wrong, or nothing."""
+def fuzz(name, made, one, examples, seconds, least):
+    """Call one(made(rng)) so often, or as long as its seconds of the processor last: it returns what is wrong, or
+    nothing."""
     end, count, failed = time.process_time() + seconds, 0, False
 
     def over():
@@ -45,25 +45,24 @@ def fuzz(name, one, examples, seconds, least):
     if NIGHTLY:
         wrong = {}  # by what it is, an input of each
         while count < MOST and len(wrong) < FOUND and not over():
-            if what := one(random.Random(f"{name} {count} {SEED}")):
+            if what := one(made(random.Random(f"{name} {count} {SEED}"))):
                 wrong.setdefault(re.sub(r"\d+", "0", what.partition("\n")[0])[:60], what)
             count += 1
         assert not wrong, "\n".join(wrong.values())
-        return count
+        return
 
     @settings(max_examples=examples, deadline=None, suppress_health_check=CALM, database=None)
-    @given(st.randoms(use_true_random=False))
-    def fuzzed(rng):
+    @given(st.randoms(use_true_random=False).map(made))
+    def fuzzed(given):
         nonlocal count, failed
         if failed or not over():  # one that failed is shrunk, however long it takes
             count += 1
             failed = True
-            what = one(rng)
+            what = one(given)
             assert not what, what
             failed = False
 
     fuzzed()
-    return count
 
 
 def noted(record_property, counts):
@@ -79,13 +78,13 @@ def test_any_call_is_answered_or_refused(name, tmp_path, monkeypatch, record_pro
     case, report = CASES[name], Report()
     with tempfile.TemporaryFile(dir=MEMORY) as out:
 
-        def one(rng):
+        def one(arguments):
             report.calls += 1
-            _one(case, *call(rng, case), report, out)
+            _one(case, *arguments, report, out)
             return str(report.wrong.pop()) if report.wrong else ""
 
         try:
-            fuzz(name, one, SLOW_TO_BEGIN.get(name, 25), NIGHT if NIGHTLY else 0.15, 3)
+            fuzz(name, lambda rng: call(rng, case), one, SLOW_TO_BEGIN.get(name, 25), NIGHT if NIGHTLY else 0.15, 3)
         finally:
             noted(record_property, {"calls": report.calls, "answered": report.answered, **report.errors})
     assert report.calls > 0
@@ -135,8 +134,7 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
     def fuzzed(folder, out):
         path = Path(folder) / reader.file
 
-        def one(rng):
-            data = a_file(rng, reader.right)
+        def one(data):
             what = read(path, data)
             said = os.fstat(out.fileno()).st_size and os.pread(out.fileno(), 300, 0)
             what = what or (f"printed {said!r}" if said else "")
@@ -148,7 +146,7 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
         for data in (*ONCE.get(name, ()), *READ.get(name, ())):
             assert not (what := read(path, data)), f"{what}: {data[:300]!r}"
         assert count["read"] == len(READ.get(name, ())), "what once was found wrong is read now"
-        fuzz(name, one, 60, NIGHT if NIGHTLY else 0.7, 20)
+        fuzz(name, lambda rng: a_file(rng, reader.right), one, 60, NIGHT if NIGHTLY else 0.7, 20)
 
     try:
         with (

@@ -253,7 +253,7 @@ OWN = {
     "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:draw study.speed_accuracy.making:make study.speed_accuracy.making:redraw
         grading.course.cohort:alone designing.shards:alone""",
-    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:write
+    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:made
         pictures.pages.document:script
         pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
@@ -281,8 +281,5 @@ READING = {"open", "read_text", "read_bytes", "load", "loads", "loadtxt", "genfr
 def reading_functions():
     """module:function of every function of the package that opens or takes apart a file; writers among them."""
     return functions_with(
-        lambda node: (
-            isinstance(node, ast.Call)
-            and (node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")) in READING
-        )
+        lambda call: (call.func.id if isinstance(call.func, ast.Name) else getattr(call.func, "attr", "")) in READING
     )
