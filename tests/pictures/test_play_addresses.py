@@ -2,6 +2,7 @@
 
 import os
 import random
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,9 +19,11 @@ RIGHT = [
     "#linkage=four&values=0.2,0.06,0.16,0.14,0.1,0.02&branch=+&crank=0.5",
     "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5",
 ]  # fmt: skip
+SHORT = "#linkage=press&values=0.202,0.54,0.25,0.001,0.434&branch=--&crank=-2.9"  # its bar 5 reaches the guide rarely
 PIECES = [
     *"0123456789.-+e=&#%,<>\"'l", "working=", "l11=", "&d=", "x=0&", "\0", "é", "\ud800", "NaN", "Infinity", "1e-99",
-    "1e99", "0.001", "1000000", "-0", "&branch=-", "press", "slider_crank", "%3Cimg%20src=x%20onerror=alert(1)%3E", "__proto__",
+    "1e99", "0.001", "1000000", "-0", "&branch=-", "press", "slider_crank", "__proto__",
+    "%3Cimg%20src=x%20onerror=alert(1)%3E",
     "&gx=1000", "&fv1=1000000", "&disc=0.001", "&zz1=-1000000", "&m=0", "&mx11=1000000", "&crank=99",
 ]  # fmt: skip
 
@@ -75,9 +78,13 @@ def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
     for *lengths, x, y, left, right in robots:
         assert np.isfinite(fb.igm(fb.FiveBar(*lengths), (x, y), (left, right), unreachable="nan").det_A)
     assert np.isfinite([value for row in benches for value in row]).all()
-    for text in texts[:SHOWN]:
+    for text in (SHORT, *texts[:SHOWN]):
         shown = page.evaluate(SHOW, text)
         assert not any(word in shown for word in ("NaN", "undefined", "Infinity")), (text, shown)
         assert page.evaluate("document.querySelectorAll('img, script').length") == 2, text
+    page.evaluate(SHOW, SHORT)
+    locks = np.array(page.evaluate("lab.sweep.edges"))
+    held = replace(linkages.PRINTED, l5=0.001)
+    np.testing.assert_allclose(locks, np.ravel(linkages.crank_range(held, (-1, -1)).intervals), atol=1e-9)
     page.evaluate(SHOW, RIGHT[0])  # and it goes on
     assert page.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]
