@@ -129,6 +129,17 @@ def two_numbers(value: object, name: str) -> tuple[float, float]:
     return tuple(array.tolist())
 
 
+def table_of(rule: Callable) -> Callable:
+    """Rule: a dict of names, each value by another rule."""
+
+    def check(value, name):
+        if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+            raise ValueError(f"{name} must be a table by names, not {shown(value)}")
+        return {key: rule(each, f"{name}[{key!r}]") for key, each in value.items()}
+
+    return check
+
+
 def flag(value: object, name: str) -> bool:
     """Rule: True or False; ValueError for anything else."""
     return one_of(True, False)(value, name)

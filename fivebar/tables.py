@@ -80,6 +80,28 @@ def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str,
         return raw.decode("cp1252", errors="replace"), name
 
 
+@contextmanager
+def named(file: str) -> Iterator[None]:
+    """What a ValueError says begins with the file's name, if it does not name it."""
+    try:
+        yield
+    except ValueError as error:
+        if type(error) is not ValueError or file in str(error):
+            raise
+        raise ValueError(f"{file}: {error}") from None
+
+
+def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
+    """The arrays in an .npz file; ValueError for what is none."""
+    with open(file_or_path(file, "read"), "rb") as raw:
+        try:
+            with np.load(raw, allow_pickle=False) as found:
+                return {name: found[name] for name in found.files}
+        # What zipfile, zlib and NumPy's reader of headers let through: a dozen kinds, from TokenError to SystemError.
+        except Exception as error:
+            raise ValueError(f"{file}: no arrays as NumPy saves them: {type(error).__name__}: {error}") from None
+
+
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
     """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name has no ending."""
     if file is not None:

@@ -6,12 +6,10 @@ import hashlib
 import itertools
 import math
 import os
-import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -20,7 +18,7 @@ from ..checks import number, shown, whole
 from ..columns import METRES, NO_UNIT, Quantity, read
 from ..described import one_line
 from ..models.robots import Biglide, FiveBar
-from ..tables import STRANGE, opened
+from ..tables import STRANGE, arrays_in, opened
 from .batch import PLACE, alone, known_variables
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
@@ -206,10 +204,10 @@ def _one_by_one(given, robot):
 
 def _from_file(path, robot):
     if path.suffix == ".npz":
+        found = arrays_in(path)
         try:
-            with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
-                return columns({name: file[name] for name in file.files})
-        except (OSError, EOFError, BadZipFile, zlib.error, *STRANGE) as error:
+            return columns(found)
+        except STRANGE as error:
             raise ValueError(f"{path}: {error}") from None
     if path.suffix != ".csv":
         raise ValueError(f"designs must be in a .csv or .npz file, not {str(path)!r}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import number, strings, table_of, text
 from ..described import Pictured, one_line
 from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar
@@ -197,6 +198,8 @@ def _load(file):
         if "motor" in choices:
             choices["motor"] = tuple(choices["motor"].values())
         task = task_of(choices)
+        if not about["designs"]:
+            raise ValueError("it has none")
         return tuple(_design(each, task) for each in about["designs"])
     except FileNotFoundError:
         raise ValueError(f"{file} holds no designs: there is no such file") from None
@@ -206,8 +209,11 @@ def _load(file):
 
 def _design(known, task):
     robot = robot_of({name: tuple(v) if isinstance(v, list) else v for name, v in known["robot"].items()})
-    parts = {name: known[name] for name in ("parameters", "values", "goals", "units", "unpassed")}
-    return Design(robot=robot, binding=tuple(known["binding"]), task=task, **parts)
+    rules = dict.fromkeys(("parameters", "values", "unpassed"), number) | dict.fromkeys(("goals", "units"), text)
+    parts = {name: table_of(rule)(known[name], name) for name, rule in rules.items()}
+    if not (parts["goals"].keys() | parts["unpassed"].keys() <= parts["values"].keys() <= parts["units"].keys()):
+        raise ValueError("its goals, values and units are not of the same figures")
+    return Design(robot=robot, binding=tuple(strings(known["binding"], "binding")), task=task, **parts)
 
 
 def _plain(robot):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import json
 import os
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,11 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..tables import STRANGE, written
+from ..checks import strings, whole
+from ..tables import STRANGE, arrays_in, written
 from .designs import digest
 
 MANIFEST, PART = "manifest.json", ".part"
 WHAT = "fivebar sweep"
+ARRAYS = "designs", "values", "error_at"
 
 
 class Chunk(NamedTuple):
@@ -88,8 +89,14 @@ def write_manifest(folder: Path, manifest: dict) -> None:
 def read_manifest(folder: Path) -> dict:
     try:
         known = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        if known["what"] != WHAT or not isinstance(known["figures"], list):
+        if known["what"] != WHAT:
             raise ValueError(f"it is of {known['what']!r}")
+        strings(known["variables"], "variables"), strings([each["name"] for each in known["figures"]], "figures")
+        if not all(isinstance(known[name], dict) for name in ("robot", "choices", "designs")):
+            raise ValueError("its robot, choices and designs are no tables")
+        if "done" in known:
+            for name in ("chunks", "designs"):
+                whole(0, 10**15)(known["done"][name], name)
         return known
     except FileNotFoundError:
         raise ValueError(f"{folder} holds no sweep: there is no {MANIFEST}") from None
@@ -113,10 +120,14 @@ def write_chunk(folder: Path, number: int, chunk: Chunk) -> None:
 def read_chunk(path: Path) -> Chunk:
     """ValueError for a file that is none."""
     try:
-        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
-            texts = json.loads(file["error_text"].tobytes())
-            return Chunk(file["designs"], file["values"], list(zip(file["error_at"].tolist(), texts)))
-    except (*STRANGE, OSError, EOFError, zipfile.BadZipFile) as error:
+        file = arrays_in(path)
+        texts, rows, values, at = json.loads(file["error_text"].tobytes()), *(file[name] for name in ARRAYS)
+        if rows.ndim != 2 or values.ndim != 2 or len(rows) != len(values) or not rows.dtype == values.dtype == float:
+            raise ValueError(f"designs {rows.shape} of {rows.dtype}, values {values.shape} of {values.dtype}")
+        if at.dtype.kind != "i" or at.shape != (len(texts),) or not all(isinstance(each, str) for each in texts):
+            raise ValueError("its errors are no sentences, each of a row")
+        return Chunk(rows, values, list(zip(at.tolist(), texts)))
+    except (*STRANGE, OSError) as error:
         raise ValueError(
             f"{path} is no chunk of a sweep, or not whole ({type(error).__name__}: {error}): delete it to have it "
             "computed again"

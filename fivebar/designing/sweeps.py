@@ -18,7 +18,7 @@ from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar
 from ..tables import TextFile, write
 from .batch import place_of_design, robot_of_design
-from .shards import Chunk, read_chunk, read_manifest, shard, write_chunk, write_manifest
+from .shards import MANIFEST, Chunk, read_chunk, read_manifest, shard, write_chunk, write_manifest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
@@ -70,7 +70,14 @@ class Sweep:
     def chunks(self) -> Iterator[Chunk]:
         """rows (n, len(names)), values (n, len(figures)), errors [(row, message)], a chunk after the other."""
         for part in self._parts:
-            yield read_chunk(part) if isinstance(part, Path) else part
+            yield self._read(part) if isinstance(part, Path) else part
+
+    def _read(self, path):
+        found = read_chunk(path)
+        there, named = (found.rows.shape[1], found.values.shape[1]), (len(self.names), len(self.figures))
+        if there != named:
+            raise ValueError(f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names {named}")
+        return found
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name in self.figures:

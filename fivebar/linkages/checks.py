@@ -75,7 +75,7 @@ def loads(value: object, name: str) -> dict | None:
 
 
 def _force(force, name):
-    if isinstance(force, (str, dict)) or not hasattr(force, "__len__") or len(force) != 2:
+    if isinstance(force, (str, bytes, dict)) or not hasattr(force, "__len__") or len(force) != 2:
         raise ValueError(f"{name} must be two numbers (Fx, Fy), or arrays, not {shown(force)}")
     return [numbers(each, name) for each in force]
 

@@ -14,7 +14,7 @@ from ..checks import instance, number, one_of, optional, positive, shown, string
 from ..models.robots import FiveBar
 from ..tables import FilePath
 from .calibration import Calibration
-from .fit import Task, misses, modes_found, solve
+from .fit import LOSSES, Task, misses, modes_found, solve
 from .machine import PLACE, UNKNOWNS, length_ok, sizes, values_of
 from .mistakes import lone_rows
 from .mistakes import mistakes as found_mistakes
@@ -22,7 +22,6 @@ from .rows import rows_of
 from .starts import begin
 
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
-LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 
 
 @takes(

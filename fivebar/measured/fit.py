@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from .machine import PLACE, UNKNOWNS, place, seen, sines_at
 from .rows import Rows
 
+LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
 
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import flag, number, strings, table_of, two_numbers
+from ..checks import text as words
 from ..described import one_line, table
 from ..models.parameters import robot_of
 from ..models.robots import Robot
-from ..tables import STRANGE, BinaryFile, TextFile, saved, written
+from ..tables import STRANGE, BinaryFile, TextFile, saved, whole_text, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,11 +127,7 @@ class Identification:
     @classmethod
     def from_json(cls, path: TextFile) -> Identification:
         """Read what `to_json` wrote, without rows; ValueError for what is not such a file."""
-        text, name = (
-            (path.read(), getattr(path, "name", "the open file"))
-            if hasattr(path, "read")
-            else (Path(path).read_text("utf-8"), path)
-        )
+        text, name = whole_text(path, "an identification")
         try:
             table = json.loads(text)
             if table.pop("fivebar") != "identification":
@@ -138,8 +135,15 @@ class Identification:
             table["validation"] = _read_validation(table.get("validation"))
             for key in ("robot", "given"):
                 table[key] = robot_of(table[key])
-            for key in ("chosen", "indistinguishable", "said", "noise"):
-                table[key] = tuple(table[key])
+            for key in ("chosen", "indistinguishable", "said"):
+                table[key] = tuple(strings(table[key], key))
+            for key, rule in {"values": number, "sd": number, "rejected": words}.items():
+                table[key] = table_of(rule)(table[key], key)
+            for key in ("misfit", "p_value", "cutoff"):
+                table[key] = number(table[key], key)
+            table["noise"], table["bodies"] = two_numbers(table["noise"], "noise"), flag(table["bodies"], "bodies")
+            if not set(table["chosen"]) == set(table["values"]) == set(table["sd"]):
+                raise ValueError("what is chosen, its values and their sd are not of the same names")
             table["correlation"] = np.array(table["correlation"], dtype=float)
             return cls(**table, t=np.zeros(0), tau=np.zeros((0, 2)), predicted=np.zeros((0, 2)))
         except STRANGE as error:
@@ -174,5 +178,5 @@ _PLAIN = (
 def _read_validation(table):
     if table is None:
         return None
-    left, right = table["ratio"]
-    return Validation(table["misfit"], (left, right), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
+    misfit, ratio = number(table["misfit"], "misfit"), two_numbers(table["ratio"], "ratio")
+    return Validation(misfit, ratio, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))

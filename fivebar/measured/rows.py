@@ -13,7 +13,7 @@ import numpy as np
 from .._backend import HUGE, real_numbers
 from ..checks import shown
 from ..columns import COUNTS, METRES, NO_UNIT, RADIANS, Quantity, read
-from ..tables import FilePath
+from ..tables import FilePath, named
 
 MODES = "working1", "working2", "assembly"
 ANGLE, LENGTH = RADIANS | COUNTS, METRES
@@ -90,13 +90,16 @@ def rows_of(
     weights: (n,), relative, in place of sigma.
     """
     if isinstance(data, Mapping):
-        columns, where, said, stated = _of_arrays(data, name), None, (), frozenset()
-    elif isinstance(data, (str, os.PathLike)) or hasattr(data, "read"):
-        table = read(data, WANTED, units)
-        columns, said, stated = dict(table.values), table.said, table.stated
-        where = tuple(f"line {line}" for line in table.lines)
-    else:
+        return _rows(_of_arrays(data, name), None, (), frozenset(), weights, name)
+    if not (isinstance(data, (str, os.PathLike)) or hasattr(data, "read")):
         raise TypeError(f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not {shown(data)}")
+    table = read(data, WANTED, units)
+    with named(table.name):
+        where = tuple(f"line {line}" for line in table.lines)
+        return _rows(dict(table.values), where, table.said, table.stated, weights, name)
+
+
+def _rows(columns, where, said, stated, weights, name):
     n = len(columns["q1"])
     where = where or tuple(f"row {k + 1}" for k in range(n))
     if weights is not None:
@@ -145,7 +148,7 @@ def _targets(to, distance, where):
     for k in np.flatnonzero(np.isfinite(distance) != np.isfinite(to)):
         what = ("to", "distance") if np.isfinite(distance[k]) else ("distance", "to")
         raise ValueError(f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it leads to")
-    found = np.where(np.isfinite(to), np.nan_to_num(to), 0).astype(int) - 1
+    found = np.clip(np.nan_to_num(to), 0, len(to) + 1).astype(int) - 1
     for k in np.flatnonzero(np.isfinite(to)):
         if found[k] + 1 != to[k] or not 0 <= found[k] < len(to) or found[k] == k:
             raise ValueError(

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._backend import HUGE, finite_numbers
+from ..checks import shown
 from ..models.parameters import robot_of
-from ..tables import STRANGE, TextFile, file_or_path, written
+from ..tables import STRANGE, TextFile, whole_text, written
+from .fit import LOSSES, misses
 from .machine import FRAME, READING, UNKNOWNS
 from .rows import Rows
 
@@ -34,13 +37,9 @@ def write_calibration(found: Calibration, path: TextFile) -> None:
 
 def read_calibration(path: TextFile) -> dict[str, Any]:
     """Arguments of the Calibration in a file."""
-    name = str(path)
+    text, name = whole_text(path, "a calibration")
     try:
-        if hasattr(file_or_path(path, "read"), "read"):
-            content = json.load(path)
-        else:
-            with open(path, encoding="utf-8") as file:
-                content = json.load(file)
+        content = json.loads(text)
         if content["fivebar"] != KIND:
             raise ValueError(f"it says {content['fivebar']!r}")
         rows = {k: _array(v) if isinstance(v, list) and k not in ("where", "said", "stated") else v
@@ -50,15 +49,52 @@ def read_calibration(path: TextFile) -> dict[str, Any]:
         found |= dict(unknown=tuple(found["unknown"]), said=tuple(found["said"]))
         found["held"] = found["held"].astype(bool)
         found["bounds"] = {key: tuple(pair) for key, pair in found["bounds"].items()}
-        for key in ("assembly",):
-            found[key] = found[key].astype(np.int8)
+        found["assembly"] = _whole(found["assembly"]).astype(np.int8)
         for key, kind in (("working", np.int8), ("assembly", np.int8), ("to", int)):
-            rows[key] = rows[key].astype(kind)
+            rows[key] = _whole(rows[key]).astype(kind)
         for key in ("q", "points", "working"):
             rows[key] = rows[key].reshape(-1, 2)
-        return found | dict(nominal=robot_of(content["nominal"]), rows=Rows(**rows))
+        return _fitting(found | dict(nominal=robot_of(content["nominal"]), rows=Rows(**rows)))
     except STRANGE as error:
         raise ValueError(f"{name}: not a calibration as to_json writes it: {type(error).__name__}: {error}") from None
+
+
+def _fitting(found):
+    """Refused where its parts are not of the same rows and unknowns, or its robot does not close on its rows."""
+    rows, unknown, n = found["rows"], found["unknown"], len(found["rows"].q)
+    if not set(found["bounds"]) <= set(unknown) <= set(UNKNOWNS) or len(set(unknown)) != len(unknown) or not unknown:
+        raise ValueError(f"unknown and bounds name {shown(unknown)} and {shown(found['bounds'])}")
+    if found["loss"] not in LOSSES or not isinstance(found["absolute"], bool):
+        raise ValueError(f"loss is {shown(found['loss'])}, and absolute {shown(found['absolute'])}")
+    for name in ("assembly", "distance", "to", "sigma", "where"):
+        _has_shape(getattr(rows, name), name, (n,))
+    for name in ("points", "working"):
+        _has_shape(getattr(rows, name), name, (n, 2))
+    finite_numbers(rows.q, "q")
+    for name in ("points", "distance", "sigma"):
+        finite_numbers(np.where(np.isnan(array := getattr(rows, name)), 0.0, array), name)
+    if not (rows.to < n).all() or not np.isin(found["assembly"], (-1, 1)).all():
+        raise ValueError("to must be numbers of rows, and assembly modes -1 or 1")
+    for name, shape in (("assembly", n), ("p", len(UNKNOWNS)), ("start", len(UNKNOWNS)), ("weight", len(rows.numbers))):
+        finite_numbers(_has_shape(found[name], name, (shape,)), name)
+    if len(found["held"]):
+        _has_shape(found["held"], "held", (len(unknown),))
+    off = misses(found["p"], rows, found["assembly"])
+    if not (found["weight"] > 1 / HUGE).all() or not all(np.isfinite(each).all() for each in off):
+        raise ValueError("its robot does not close on its rows, or a weight is not > 0")
+    return found
+
+
+def _whole(array):
+    if not (np.abs(array) < 2**31).all() or (array % 1).any():
+        raise ValueError(f"{shown(array)} are no whole numbers")
+    return array
+
+
+def _has_shape(value, name, shape):
+    if np.shape(value) != shape:
+        raise ValueError(f"{name} must have shape {shape}, not {np.shape(value)}")
+    return value
 
 
 def write_robot(found: Calibration, path: TextFile) -> None:

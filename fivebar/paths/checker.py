@@ -141,7 +141,7 @@ def check(file, shown=iter):
     try:
         with open(file, encoding="utf-8") as opened:
             return refusal(json.load(opened), shown)
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError) as error:
         return f"it is no certificate ({type(error).__name__}: {error})"
 
 

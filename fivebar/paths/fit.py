@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._backend import HUGE
 from .pieces import Polynomial
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -22,6 +23,9 @@ class Bezier:
     """A cubic: control points (4,), complex, m."""
 
     control: np.ndarray
+
+    def __post_init__(self) -> None:
+        _refuse_far("a curve", *self.control)
 
     def moved(self, by: complex, turned: complex) -> Bezier:
         return Bezier(by + turned * self.control)
@@ -37,8 +41,16 @@ class Ellipse:
     t0: float
     t1: float
 
+    def __post_init__(self) -> None:
+        _refuse_far("an ellipse", self.centre, self.a, self.b)
+
     def moved(self, by: complex, turned: complex) -> Ellipse:
         return Ellipse(by + turned * self.centre, turned * self.a, turned * self.b, self.t0, self.t1)
+
+
+def _refuse_far(what, *points):
+    if not max(abs(each) for each in points) < HUGE:
+        raise ValueError(f"{what} reaches beyond {HUGE:g} m, or its numbers are not finite")
 
 
 def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Polynomial]]:

@@ -11,7 +11,7 @@ from pathlib import PurePath
 
 from ..checks import flag, instance, not_negative, one_of, optional, shown, takes
 from ..columns import units_named
-from ..tables import TextFile, whole_text
+from ..tables import named, whole_text
 from .curve import Path
 from .draft import Draft
 from .placement import Placement
@@ -49,17 +49,16 @@ def path(
     """
     placement = placement or Placement()
     if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):
-        draft = _read(points_or_file, units, kind)
-    else:
-        for name, value in (("units", units), ("kind", kind)):
-            if value is not None:
-                raise ValueError(f"path: {name} is of a file, and there is none")
-        draft = read_points(points_or_file)
-    return draft.finished(placement, deviation, curvature)
+        text, name = whole_text(points_or_file, "a drawing", LARGEST)
+        with named(name):  # pieces do not know it, as a line that ends at 1e200 m
+            return _read(text, name, units, kind).finished(placement, deviation, curvature)
+    for name, value in (("units", units), ("kind", kind)):
+        if value is not None:
+            raise ValueError(f"path: {name} is of a file, and there is none")
+    return read_points(points_or_file).finished(placement, deviation, curvature)
 
 
-def _read(file: TextFile, units, kind) -> Draft:
-    text, name = whole_text(file, "a drawing", LARGEST)
+def _read(text: str, name: str, units, kind) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
     kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
     if kind == "csv":

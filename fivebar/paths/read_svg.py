@@ -10,6 +10,7 @@ from xml.parsers import expat
 import numpy as np
 import svgelements  # the extra `draw`
 
+from ..tables import STRANGE
 from .draft import Draft, Move, listed
 from .fit import Bezier, Ellipse
 from .pieces import Line
@@ -32,11 +33,11 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     to_metres = viewport(root, draft, units)
     clean(root, draft)
     refuse_endless(root, name)
-    source = io.BytesIO(ElementTree.tostring(root))
+    source = io.BytesIO(ElementTree.tostring(root, "utf-8"))  # names of letters beyond ASCII stay
     unseen, filled = [], []
     try:
         elements = list(svgelements.SVG.parse(source, reify=False, on_error="raise").elements())
-    except (ValueError, AttributeError, TypeError, IndexError, ZeroDivisionError, RecursionError) as error:
+    except (*STRANGE, SyntaxError) as error:  # the parser's errors are of syntax
         raise ValueError(f"{name}: svgelements cannot read it: {type(error).__name__}: {error}") from error
     for element in elements:
         if isinstance(element, svgelements.Shape):

@@ -212,5 +212,7 @@ def _known(about):
     numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
     if bad := [name for name, value in {**arrays, **numbers}.items() if np.isnan(np.asarray(value, dtype=float)).any()]:
         raise ValueError(f"{', '.join(bad)} must be numbers, not nan")
+    if not np.isin(arrays["piece"], np.arange(len(made))).all():
+        raise ValueError(f"piece must number the {len(made)} pieces from 0")
     arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
     return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays)

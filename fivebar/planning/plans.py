@@ -264,5 +264,7 @@ def _known(about):
     begins = about.get("begins")
     if begins is not None or problem.working is None:
         begins = np.array(begins, dtype=float).reshape(len(knots) - 1, 2 * problem.coordinates.size)
+        if not np.isfinite(begins).all():
+            raise ValueError("begins must be finite")
     known = about["objective"], about["status"], meshes, about["solve_time"], about.get("tried", 1)
     return problem, knots, begins, known

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..checks import not_negative, one_of, optional, positive, takes
 from ..columns import METRES, SECONDS, Columns, Quantity, read, units_named
-from ..tables import TextFile
+from ..tables import TextFile, named
 from .trajectory import Trajectory
 
 PLACES = {
@@ -48,13 +48,14 @@ def from_csv(
         raise ValueError("from_csv: kind=polyline needs a deviation, m, within which its corners are cut")
     table = read(path, PLACES, units)
     t, points = _samples(table, *((6, "a quintic spline") if kind == "spline" else (2, "a motion")))
-    if kind == "polyline":
-        motion = _polyline(t, points, deviation)
-    elif deviation:
-        motion = _within(t, points, deviation)
-    else:
-        motion = _spline(t, points, smoothing)
-    said = _compared(motion, t, points, table.lines)
+    with named(table.name), np.errstate(all="ignore"):  # `_compared` refuses what overflows
+        if kind == "polyline":
+            motion = _polyline(t, points, deviation)
+        elif deviation:
+            motion = _within(t, points, deviation)
+        else:
+            motion = _spline(t, points, smoothing)
+        said = _compared(motion, t, points, table.lines)
     return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*said, *table.said))
 
 
@@ -109,6 +110,8 @@ def _spline(t, points, smoothing):
     except RuntimeWarning:
         what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
         raise ValueError(what) from None
+    except ValueError as error:  # SciPy's, of times that are too close to one another
+        raise ValueError(f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}") from None
     splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
     return lambda times: np.stack([spline(times) for spline in splines], axis=-1)
 
@@ -165,6 +168,10 @@ def _polyline(t, points, deviation):
     return motion
 
 
+def _steps(t):
+    return f"whose times are from {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s apart"
+
+
 def _compared(motion, t, points, lines):
     """How far the motion leaves the chords, and its largest acceleration against the samples' own, in sentences."""
     step, chord = np.diff(t)[:, None], np.diff(points, axis=0)
@@ -175,6 +182,8 @@ def _compared(motion, t, points, lines):
     off = np.linalg.norm(away - along[..., None] * chord[:, None], axis=2).max(axis=1)
     k = int(off.argmax())
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
+    if not np.isfinite(values).all() or not np.isfinite(reached):
+        raise ValueError(f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all bounds")
     said = [f"it leaves the chords between samples by up to {1e3 * off[k]:.3g} mm (lines {lines[k]} to {lines[k + 1]})"]
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])

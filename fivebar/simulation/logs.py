@@ -22,7 +22,7 @@ from ..columns import (
     read,
 )
 from ..models.robots import Robot
-from ..tables import TextFile
+from ..tables import TextFile, named
 
 LATE = 1.5  # sampling periods from row to row: from there on rows are missing
 UNEVEN = 0.01  # of a period, by which times may be off an even grid
@@ -115,8 +115,9 @@ def read_log(
         values, said, name, lines = found.values, found.said, found.name, found.lines
     else:
         raise TypeError(f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}")
-    pairs = {each: _pair(values, *_names(each)) for each in (*PAIRS, "xi", "xi_ref")}
-    return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, said, name, lines)
+    with named(name):
+        pairs = {each: _pair(values, *_names(each)) for each in (*PAIRS, "xi", "xi_ref")}
+        return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, said, name, lines)
 
 
 def _names(pair):
@@ -230,6 +231,9 @@ def _cleaned(t, pairs, robot, said, name, lines):
     if not len(forward):
         raise ValueError(f"{name}: its times never increase")
     step = float(np.median(forward))
+    if (far := np.abs(t) > 2.0**53 * step).any():  # no digit of it is left for a step
+        k = int(np.argmax(far))
+        raise ValueError(f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s")
     cuts = _cuts(t, step, rows, at, said)
     if robot.turns:
         _unwrap(pairs["q"], rows, at, said)

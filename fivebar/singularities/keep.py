@@ -140,7 +140,8 @@ def _joints(joints):
 def _half_planes(planes):
     if not isinstance(planes, tuple | list | np.ndarray):
         raise ValueError(f"Keep: half_planes must be a list of (a, b, c), not {shown(planes)}")
-    values = finite_numbers(planes, "Keep: half_planes") if len(planes) else np.empty((0, 3))
+    values = finite_numbers(planes, "Keep: half_planes")
+    values = values if values.size else np.empty((0, 3))
     if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(f"Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}")
     values = values / np.hypot(values[:, 0], values[:, 1])[:, None]  # so that what is left of one is a distance

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._backend import HUGE
 from ..checks import robot as must_be_robot
 from ..checks import shown, takes
 from ..described import one_line
 from ..models.geometry import joint_pose, task_pose
 from ..models.parameters import robot_of
 from ..models.robots import Robot
-from ..tables import STRANGE, BinaryFile, FilePath, TextFile, file_or_path, write, written
+from ..tables import STRANGE, BinaryFile, FilePath, TextFile, arrays_in, file_or_path, write, written
 from .loci import singularity_loci
 from .locus import MODES
 from .margins import Singularity, singularity_margins
@@ -105,16 +104,16 @@ class Map:
     @classmethod
     def from_npz(cls, path: FilePath) -> Map:
         """Read what `to_npz` wrote; ValueError for any other file."""
-        with open(file_or_path(path, "read"), "rb") as file:
-            try:
-                with np.load(file, allow_pickle=False) as data:
-                    about, x, y, values = json.loads(str(data["about"])), data["x"], data["y"], data["values"]
-                modes = tuple(tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"])
-                if about["field"] not in FIELDS or values.shape != (len(modes), *y.shape, *x.shape):
-                    raise ValueError(f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes")
-                return cls(robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values)
-            except (*STRANGE, EOFError, OSError, BadZipFile, zlib.error, RuntimeError) as error:
-                raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
+        file_or_path(path, "read")
+        try:
+            data = arrays_in(path)
+            about, x, y, values = json.loads(str(data["about"])), data["x"], data["y"], data["values"]
+            modes = tuple(tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"])
+            if about["field"] not in FIELDS or values.shape != (len(modes), *y.shape, *x.shape):
+                raise ValueError(f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes")
+            return cls(robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values)
+        except (*STRANGE, SystemError) as error:  # of letters beyond Unicode's
+            raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
 @takes(robot=must_be_robot)
@@ -226,7 +225,7 @@ def _checked_window(window, turns):
         x_min, x_max, y_min, y_max = map(float, window)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}") from None
-    if not (np.isfinite([x_min, x_max, y_min, y_max]).all() and x_min < x_max and y_min < y_max):
+    if not ((np.abs([x_min, x_max, y_min, y_max]) < HUGE).all() and x_min < x_max and y_min < y_max):
         raise ValueError(f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}")
     wide, high = (x_max - x_min) / (2 * np.pi), (y_max - y_min) / (2 * np.pi)
     if turns and wide * high > MOST_TURNS * (1 + 1e-6):

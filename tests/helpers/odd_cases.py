@@ -364,7 +364,7 @@ CASES = {
     "lk.straight_line": Case(linkages.straight_line, dict(name="watt"), words=("straight-line",)),
     "lk.straightness": Case(linkages.straightness, dict(mechanism=linkages.straight_line("watt"), samples=101)),
     "lk.driving_torque": Case(
-        linkages.driving_torque, dict(motion=MOTION, load={"M": (1.0, 0.0)}, gravity=(0.0, -9.81))
+        linkages.driving_torque, dict(motion=MOTION, load={"M": (1.0, 0.0)}, gravity=(0.0, -9.81)), words=("no point",)
     ),
     "lk.equivalent_inertia": Case(linkages.equivalent_inertia, dict(motion=MOTION)),
     "lk.potential": Case(linkages.potential, dict(motion=MOTION, gravity=(0.0, -9.81))),
@@ -373,7 +373,8 @@ CASES = {
         dict(
             linkage=FOUR_BAR, speed=6.0, turns=1.0, drive="turn", branch=1, start=None, between=None, samples=37,
             load=None, gravity=(0.0, 0.0), quantities=None,
-        ), words=("no quantity", "no range of its own"), options=HUGE_NUMBERS | {"drive": ["swing", "until-lock"]},
+        ), words=("no quantity", "no point", "no range of its own"),
+        options=HUGE_NUMBERS | {"drive": ["swing", "until-lock"]},
     ),
     "lk.verdict": Case(linkages.verdict, dict(linkage=FOUR_BAR, branch=1)),
     # what linkages give, made by hand

@@ -22,7 +22,9 @@ from fivebar import columns
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import robot_from
 from fivebar.designing.designs import designs_of
-from fivebar.designing.shards import MANIFEST, WHAT, Chunk, read_chunk, read_manifest, write_chunk, write_manifest
+from fivebar.designing.results import Front
+from fivebar.designing.shards import MANIFEST, read_chunk, read_manifest
+from fivebar.designing.sweeps import Sweep
 from fivebar.errors import UsageError
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import fill_gradebook
@@ -31,6 +33,7 @@ from fivebar.grading.labs import find_lab
 from fivebar.grading.results import Check, Report
 from fivebar.grading.worker.submission import read_submission
 from fivebar.linkages import FourBar, Study, study
+from fivebar.measured.rows import rows_of
 from fivebar.paths.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
 from fivebar.study.speed_accuracy.store import Partial, Result
@@ -134,6 +137,14 @@ def readers():
     designs = BytesIO()
     np.savez(designs, l11=np.array([0.1, 0.2]), d=np.array([0.1, 0.1]))
     best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)})
+    poses = fb.measurement_poses(ROBOT, 6, criterion="D")
+    points_measured = dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T)))
+    calibrated = fb.calibrate(ROBOT, points_measured)
+    measured = _csv(points_measured)
+    far = _csv({"q1": poses.q[:, 0], "q2": poses.q[:, 1], "distance": [0.01] * 6, "to": [2, 3, 4, 5, 6, 1]})
+    motion = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3)
+    log = dict(zip(("t", "q1", "q2", "tau1", "tau2"), (motion.t, *motion.q.T, *motion.tau.T)))
+    identified, log = fb.identify(ROBOT, motion), _csv({name: column[:120] for name, column in log.items()})
     timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
@@ -164,6 +175,19 @@ def readers():
         "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
         "manifest": Reader(lambda path: read_manifest(path.parent), MANIFEST, (manifest,)),
         "chunk": Reader(read_chunk, "chunk-000000.npz", (chunk,)),
+        "Sweep.json": Reader(lambda path: _sweep(path, chunk), MANIFEST, (manifest,), named=False),
+        "Sweep.npz": Reader(lambda path: _sweep(path, manifest), "chunk-000000.npz", (chunk,), named=False),
+        "Front": Reader(lambda path: repr(Front.load(path.parent)), "front.json", (_text(best.save),), named=False),
+        "measured rows": Reader(lambda path: rows_of(str(path)), "it.csv", (measured, far)),
+        "calibrate": Reader(lambda path: str(fb.calibrate(ROBOT, path, unknown=("l11", "d"))), "it.csv",
+                            (measured, measured.replace(b"q1", b"theta1 (rad)")), named=False),
+        "Calibration": Reader(lambda path: str(fb.Calibration.from_json(path)), "it.json",
+                              (_text(calibrated.to_json),)),
+        "Identification": Reader(lambda path: str(fb.Identification.from_json(path)), "it.json",
+                                 (_text(identified.to_json),)),
+        "Run.from_log": Reader(fb.Run.from_log, "it.csv", (log, log.replace(b"q1,", b"q1 (deg),"))),
+        "identify": Reader(lambda path: str(fb.identify(ROBOT, path, unknown=["zz1", "m"])), "it.csv",
+                           (log,), named=False),
         "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
         "ids": Reader(lambda path: _ids(path.read_bytes()), "ids.txt", ("a\nb\né\n".encode("utf-16"), b"a\n"),
                       (UnicodeDecodeError,), False),
@@ -176,12 +200,24 @@ def _designs(path):
     return [row for chunk in designs_of(path, ROBOT).chunks(3) for row in chunk]
 
 
+def _csv(table):
+    rows = [",".join(table), *(",".join(f"{x:.9g}" for x in row) for row in zip(*table.values()))]
+    return "\n".join(rows).encode() + b"\n"
+
+
+def _sweep(path, other):
+    """Loaded with what stands beside it, and all that is in it."""
+    beside = path.with_name("chunk-000000.npz" if path.name == MANIFEST else MANIFEST)
+    beside.write_bytes(other)
+    sweep = Sweep.load(path.parent)
+    return repr(sweep), sweep.errors, sweep.to_csv(StringIO()), *map(sweep.__getitem__, sweep.figures)
+
+
 def _shards():
     """A sweep's manifest and a chunk of it, as they are written."""
     with TemporaryDirectory() as folder:
         place = Path(folder)
-        write_manifest(place, {"what": WHAT, "figures": ["bars"], "done": 0})
-        write_chunk(place, 0, Chunk(np.ones((2, 1)), np.ones((2, 1)), [(1, "it does not close")]))
+        fb.sweep(["bars", "workspace_area"], {"l1": [0.1, 0.2, 0.01]}, out=place, robot=ROBOT)
         return (place / MANIFEST).read_bytes(), next(place.glob("*.npz")).read_bytes()
 
 
@@ -196,6 +232,7 @@ def _zipped(content):
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
     "cli.robot_options:robot_from": "robot.toml", "columns:_numbers": "columns", "tables:whole_text": "columns",
+    "tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
     "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
@@ -207,14 +244,16 @@ COVERS = {
     "cli.grade_folder:hand_out": "ids", "designing.designs:_from_file": "designs.npz",
     "designing.designs:rows": "designs.csv",
     "designing.results:_load": "Design", "designing.shards:read_chunk": "chunk",
-    "designing.shards:read_manifest": "manifest", "paths.timed_path:from_csv": "TimedPath",
+    "designing.shards:read_manifest": "manifest",
+    "measured.identified:from_json": "Identification", "measured.saving:read_calibration": "Calibration",
+    "measured.samples:_is_a_run": "identify", "paths.timed_path:from_csv": "TimedPath",
 }  # fmt: skip
 # No reader of what others wrote.
 OWN = {
     "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:draw study.speed_accuracy.making:make study.speed_accuracy.making:redraw
         grading.course.cohort:alone designing.shards:alone""",
-    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:write
+    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:made
         pictures.pages.document:script
         pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
@@ -230,8 +269,6 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
-    "not fuzzed here yet, but refused in tests/measured": """measured.identified:from_json
-        measured.saving:read_calibration measured.samples:_is_a_run""",
     "its own words": "designing.task:about",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
     "what paths.checker:check has proved": "cli.certify:_check",
@@ -244,8 +281,5 @@ READING = {"open", "read_text", "read_bytes", "load", "loads", "loadtxt", "genfr
 def reading_functions():
     """module:function of every function of the package that opens or takes apart a file; writers among them."""
     return functions_with(
-        lambda node: (
-            isinstance(node, ast.Call)
-            and (node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")) in READING
-        )
+        lambda call: (call.func.id if isinstance(call.func, ast.Name) else getattr(call.func, "attr", "")) in READING
     )

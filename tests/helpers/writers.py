@@ -54,8 +54,6 @@ def writing_functions():
 
 
 def _writes(node):
-    if not isinstance(node, ast.Call):
-        return False
     name = getattr(node.func, "attr", getattr(node.func, "id", ""))
     mode = [a.value for a in [*node.args, *(k.value for k in node.keywords)] if isinstance(a, ast.Constant)]
     return name in {"savefig", "write_text", "write_bytes"} or (

@@ -43,11 +43,15 @@ def fill_gradebook(
     column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded keeps his cell.
     """
     text = _read(path)
-    dialect = csv.Sniffer().sniff(text.split("\n", 1)[0], delimiters=",;\t") if re.search("[,;\t]", text) else csv.excel
-    rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=dialect.delimiter))
+    sign = max(",;\t", key=text.split("\n", 1)[0].count)
+    try:
+        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=sign))
+    except csv.Error as error:
+        raise UsageError(f"{path} is no sheet of marks: {error}") from None
     if len(rows) < 2 or len(rows[0]) < 2:
         raise UsageError(f"{path} is no sheet of marks: a line of titles and a line per student are asked")
     titles = rows[0]
+    rows = [row + [""] * (len(titles) - len(row)) if row else row for row in rows]
     mark = _column(path, titles, lab, column)
     most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
     possible = next((row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), "")
@@ -64,7 +68,7 @@ def fill_gradebook(
         touched |= set(found)
     students = [k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE]
     file = io.StringIO(newline="")
-    csv.writer(file, delimiter=dialect.delimiter, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(rows)
+    csv.writer(file, delimiter=sign, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(rows)
     return Filled(file.getvalue(), count, no_row, len(set(students) - touched))
 
 

@@ -84,7 +84,8 @@ def _look(path, name, depth, programs, left):
 def _look_into_zip(path, name, programs, left):
     try:
         with opened_archive(path) as archive:
-            members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
+            members = {info.filename: info for info in archive.infolist() if info.filename.strip("/")}
+            members = {name: info for name, info in members.items() if not info.is_dir()}
     except SubmissionError as error:
         left.append(Left(name, str(error)))
         return

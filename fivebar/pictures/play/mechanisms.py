@@ -91,12 +91,13 @@ def _mechanism(kind):
             out = motion.angle(kind.out), motion.rate(kind.out), motion.angular_acceleration(kind.out)
         else:
             out = motion.coordinate(kind.out)
+        whole = ca.fabs(ca.sum1(at) + out[0]) < ca.inf  # the output, too: a press has a dyad beyond what is traced
         outputs = {
             "points": ca.vertcat(*(ca.SX(motion.position(name)).T for name in chain.points)),
             "velocity": motion.velocity(chain.traced), "acceleration": motion.acceleration(chain.traced),
             "tangential": motion.tangential(chain.traced), "normal": motion.normal(chain.traced),
             "radius": motion.curvature_radius(chain.traced), "output": ca.vertcat(*out),
-            "transmission": motion.transmission_angle(), "closes": ca.fabs(ca.sum1(at)) < ca.inf,
+            "transmission": motion.transmission_angle(), "closes": whole,
         }  # fmt: skip
     names = list(chain.points)
 
