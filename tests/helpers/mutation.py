@@ -45,12 +45,14 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "-k", "not bwrap",
     ),
 }  # fmt: skip
-# What those that are left by these, and not justified, must pass too.
+# What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
+# at import is made of the mutant.
 SLOW = {
     "models": (
         "tests/models/test_accuracy.py", "tests/models/test_biglide_accuracy.py", "tests/simulation/test_friction.py",
         "--deselect=tests/models/test_accuracy.py::test_oracle",
     ),
+    "simulation": ("tests/simulation/test_encoders.py", "tests/measured/test_replays.py"),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "fits.py", "results.py", "exercise.py"]}

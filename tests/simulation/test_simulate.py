@@ -81,6 +81,7 @@ def test_free_motion_passes_all_its_singularities(free_start):
     assert [(event.margin, int(event.type)) for event in run.events[:3]] == [("det A", 2), ("det A", 2), ("sin q22", 1)]
     assert [event.t for event in run.events[:3]] == pytest.approx([0.1164, 0.604, 0.6768], abs=4e-4)
     assert run.events[0].before == (1, -1, -1) and run.events[0].after == (1, -1, 1)
+    assert repr(run) == f"<Run: five-bar robot, 2 s in 20001 rows, {len(run.events)} crossings>"
     assert np.abs(np.diff(run.q, axis=0)).max() < 0.1  # continuous
 
 
@@ -160,7 +161,8 @@ def test_model_mismatch_costs_accuracy():
 
 def test_pd_tracks_less_well():
     run = fb.simulate(ROBOT, fb.PD(ROBOT, 0.4, 0.08), TASK_1)
-    assert 1e-4 < np.linalg.norm(run.error, axis=1).max() < 2e-2
+    worst = np.linalg.norm(run.error, axis=1).max()
+    assert 1e-4 < worst < 2e-2 and f"rows, error at most {1e6 * worst:.4g} um" in repr(run)
 
 
 def test_other_robots_and_modes(robot, reachable):
