@@ -45,19 +45,29 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "-k", "not bwrap",
     ),
 }  # fmt: skip
-# What those that are left by these, and not justified, must pass too.
+# What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
+# at import is made of the mutant.
 SLOW = {
     "models": (
         "tests/models/test_accuracy.py", "tests/models/test_biglide_accuracy.py", "tests/simulation/test_friction.py",
         "--deselect=tests/models/test_accuracy.py::test_oracle",
     ),
+    "simulation": ("tests/simulation/test_encoders.py", "tests/measured/test_replays.py"),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "fits.py", "results.py", "exercise.py"]}
 COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
-ARGUMENTS = ["-p", "no:cacheprovider"]
+ARGUMENTS = ["-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]
 TABLE = DATA / "mutants.toml"
 MUTMUT = [sys.executable, "-m", "mutmut"]
+
+
+def pytest_runtest_setup() -> None:
+    """Each test starts with empty caches: what they keep may have been made by another function than the mutant."""
+    for module in [module for name, module in sys.modules.items() if name.startswith("fivebar.")]:
+        for each in vars(module).values():
+            if hasattr(each, "cache_clear"):
+                each.cache_clear()
 
 
 def copied(room: str, folder: Path) -> None:
@@ -67,6 +77,7 @@ def copied(room: str, folder: Path) -> None:
         "also_copy": COPIED,
         "pytest_add_cli_args": ARGUMENTS, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
         "timeout_multiplier": 5.0,  # a mutant that hangs costs five times its tests in place of fifteen
+        "process_isolation": "forkserver",  # from a process in which no test has run
     }  # fmt: skip
     own = "\n[tool.mutmut]\nuse_setproctitle = false\n"
     own += "".join(f"{name} = {json.dumps(value)}\n" for name, value in settings.items())

@@ -77,6 +77,13 @@ def test_a_drive_that_sticks_is_held_by_what_its_row_of_the_model_lacks(robot, s
     assert np.abs(closure).max() < 1e-10
 
 
+@pytest.mark.parametrize("robot", [replace(HEAVY, fs2=0.0), replace(LIGHT, fs2=0.0)])
+def test_a_drive_without_dry_friction_starts_freely_from_rest(robot):
+    rates = moving(robot, (1.2, 0.0))
+    M, c = fb.dynamic_model(rates)
+    np.testing.assert_allclose(M @ fb.forward_dynamics(rates, (2.0, -3.0)).q_ddot + c, (2.0, -3.0), atol=1e-11)
+
+
 def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
     robot = fb.FiveBar(fs1=0.02, fs2=0.03)
     still = fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.0, 0.0))
@@ -118,6 +125,8 @@ def test_robots_of_links_by_their_parameters():
         "22": 0.4,
     }
     assert robot == fb.FiveBar.from_links(**GIVEN, links=whole, viscous=(0.01, 0.02), coulomb=(0.1, 0.2))
+    rotor = {"links": {}, "rotor": np.array([1e-3, 2e-3])}
+    assert (robot_of({**GIVEN, **rotor}).zz1, robot_of({**GIVEN, **rotor}).zz2) == (1e-3, 2e-3)
     assert (robot.fv1, robot.fs2, robot.gravity) == (0.01, 0.2, (0.0, -9.81)) and robot.l21 == 0.19
 
 
@@ -131,6 +140,7 @@ def test_robots_of_links_by_their_parameters():
     (dict(rotor=5, links={}), r"rotor must be two inertias, or \\(inertia, gear ratio\\) pairs, not 5"),
     (dict(rotor=(1, (1, 2, 3)), links={}), r"rotor must be an inertia or \\(inertia, gear ratio\\), not \\(1, 2, 3\\)"),
     (dict(rotor=(1, (1, 0)), links={}), "rotor's gear ratio must be"),
+    (dict(payload=-1.0, links={}), "payload must be"),
 ])  # fmt: skip
 def test_links_that_cannot_be(change, words):
     with pytest.raises(ValueError, match=words.replace("\\\\", "\\")):

@@ -34,6 +34,7 @@ def test_what_a_drive_says_of_its_pivot(drive):
             nearer = 1 - 1e-9 if inside == outer else 1 + 1e-9
             xi = far + away * (limit / np.hypot(*away) * nearer - 1)
             assert np.isfinite(drive.coordinate(drive.held(drive.close(xi, bar, 1)))) == inside, (limit, inside)
+    assert np.isfinite(drive.apart(0.3, 0.0)).all() and drive.apart(*drive[:2]) == (0.0, 0.0)
     assert len(drive.limits(bar)) == (2 if isinstance(drive, Crank) else 1)
 
 

@@ -297,6 +297,10 @@ def test_a_uniform_bar_is_known_by_its_mass():
     [
         (lambda: fb.Link(1.0, 0.1, 0.0, 0.009), r"inertia = 0.009 .* less than mass \(x\^2 \+ y\^2\) = 0.01"),
         (lambda: fb.Link(1.0, inertia=0.01), "needs x"),
+        (
+            lambda: fb.Link.about_centre(1.0, 0.1, 0.0, -1e-3),
+            "inertia about its centre of mass must be finite and >= 0",
+        ),
         (lambda: fb.Link(-1.0), "a link's mass must be"),
         (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"13": 1.0}), 'links must be a table of "11"'),
         (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"12": "heavy"}), r'links\["12"\]: a link\'s mass'),

@@ -232,6 +232,8 @@ def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
     assert "<title>biglide robot" in page
     with pytest.raises(ValueError, match="nothing named 'colour' can be shown"):
         run.animate(tmp_path / "run.html", "colour")
+    with pytest.raises(ValueError, match="'colour'"):
+        run.page(tmp_path / "run.html", "colour")
     table = fb.compare({"pd": run})
     assert (
         "peak force (N)" in str(table) and table.figures["pd"]["peak_force_N"] == np.abs(run.tau).max(axis=0).tolist()

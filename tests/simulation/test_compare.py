@@ -83,6 +83,9 @@ def test_what_cannot_be_compared():
 def test_cases_differ_from_task_1_in_what_they_say():
     assert set(CASES) == {"task-1", "torque-limit", "mass", "delay", "encoder", "crossing"}
     chosen = {name: case(name) for name in CASES if name != "crossing"}
+    for each in chosen.values():
+        assert each.reference(0.0)[0] == pytest.approx((0.09, 0.06796322)) and each.reference.duration == 2.0
+        assert each.reference(2.0)[0] == pytest.approx((0.0, 0.1), abs=1e-15)
     assert chosen["torque-limit"].options["torque_limit"] == pytest.approx(0.6 * 0.00867, rel=2e-3)
     assert chosen["mass"].plant.m == 0.6 and chosen["mass"].model.m == 0.5
     assert chosen["delay"].options == {"delay": 1}

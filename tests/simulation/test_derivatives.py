@@ -43,6 +43,10 @@ def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
     )
     np.testing.assert_allclose(again[1][n:-n], exact.T[n:-n], atol=1e-4)
     np.testing.assert_allclose(again[1], exact.T, atol=2e-2)  # at the ends too, less exactly
+    for rows in (3, 2 * n):  # of less than one window nothing is told
+        assert all(np.isnan(each).all() for each in derivatives(q[:rows], 1e-3, 20.0, ends=True))
+    whole = derivatives(q[: 2 * n + 1], 1e-3, 20.0)
+    assert np.isfinite(whole[0][n]).all() and np.isnan(whole[0]).sum() == 4 * n
 
 
 def test_the_spectrum_of_pieces():

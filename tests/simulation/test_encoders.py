@@ -1,5 +1,7 @@
 """Encoders where joint angles pass +-pi: their differences are rates, and never a jump by a turn."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ ROBOT = fb.FiveBar()
 RESOLUTION = 1e-3
 
 
+@cache
 def through_half_a_turn(count, seed):
     """Lines (start, goal, working, joint) on which an active joint of `igm` passes +-pi, far from singularities."""
     rng, found = np.random.default_rng(seed), []

@@ -52,8 +52,11 @@ def test_event_times_to_1e_12_s(xi, working, xi_dot):
     assert len(coarse.events) >= 2
 
 
-def turning(column, apart):
-    """Rates of a free motion at whose start a sine turns around, `apart` / 2 s after and before it is 0."""
+def turning(column, apart, through=True):
+    """Rates of a free motion at whose start a sine turns around, `apart` / 2 s after and before it is 0.
+
+    through False: as far on this side of 0 as it would be beyond.
+    """
 
     def pose_at(sine):
         if column == 2:  # along a line in task space det A goes through 0, along one in joint space the others do
@@ -77,20 +80,32 @@ def turning(column, apart):
     guess = rates_at(1e-4)
     ahead = fb.simulate(ROBOT, start=guess, duration=1e-4, step=1e-5)
     bend = np.polyfit(ahead.t, sines_of(ahead)[:, column], 2)[0]
-    return rates_at(-bend * (apart / 2) ** 2)
+    return rates_at((-bend if through else bend) * (apart / 2) ** 2)
 
 
 def reversed_rates(pose, q_dot):
     return fb.dkm(fb.dgm(ROBOT, pose.q, int(pose.assembly)), -q_dot)
 
 
+def half_a_step_before(middle):
+    back = fb.simulate(ROBOT, start=reversed_rates(middle.pose, middle.q_dot), duration=COARSE / 2, step=COARSE / 100)
+    assembly = int(-np.sign(sines_of(back)[-1, 2]))
+    return fb.dkm(fb.dgm(ROBOT, back.q[-1], assembly), -back.q_dot[-1])
+
+
+@pytest.mark.parametrize("column", [0, 1, 2])
+@pytest.mark.parametrize("method", [None, "dop8"])
+def test_what_turns_around_before_0_is_no_crossing(column, method):
+    start = half_a_step_before(turning(column, 0.1 * COARSE, through=False))
+    run, fine = (fb.simulate(ROBOT, start=start, duration=COARSE, step=COARSE / n, method=method) for n in (1, 100))
+    sine = np.abs(sines_of(fine)[:, column])
+    assert sine.min() < 0.02 * min(sine[0], sine[-1]) and run.events == fine.events == ()
+
+
 @pytest.mark.parametrize("column", [0, 1, 2])
 def test_there_and_back_within_one_step(column):
     """A sine passes 0 to and fro in the middle of a step of 5 ms, whose ends have one sign."""
-    middle = turning(column, 0.3 * COARSE)
-    back = fb.simulate(ROBOT, start=reversed_rates(middle.pose, middle.q_dot), duration=COARSE / 2, step=COARSE / 100)
-    assembly = int(-np.sign(sines_of(back)[-1, 2]))
-    start = fb.dkm(fb.dgm(ROBOT, back.q[-1], assembly), -back.q_dot[-1])
+    start = half_a_step_before(turning(column, 0.3 * COARSE))
     coarse, fine = (fb.simulate(ROBOT, start=start, duration=4 * COARSE, step=COARSE / n) for n in (1, 100))
     exact = [t for t in zeros(fine.t, sines_of(fine)[:, column]) if t < COARSE]
     assert len(exact) == 2 and 0.2 * COARSE < exact[1] - exact[0] < 0.4 * COARSE

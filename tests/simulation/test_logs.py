@@ -154,6 +154,8 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
         joints = read_log(mapping, robot, {}, gauges)
         np.testing.assert_allclose(joints.q, pairs["q"] * [0.5, -0.5] + [0, 0.5], atol=1e-15)
         np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8], atol=1e-15)
+        joints = read_log(mapping, robot, {"tau1": "a", "tau2": "ma", "q1": "counts"}, gauges)
+        np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8e-3], atol=1e-15)
         counts = read_log({"t": t, "q": pairs["q"]}, robot, None, Gauges(counts_per_turn=(-500, 250))).q
         np.testing.assert_allclose(counts, pairs["q"] * (2 * np.pi if robot.turns else 1) / [500, 250], atol=1e-15)
 
@@ -287,3 +289,4 @@ def test_where_the_end_effector_was_logged_and_where_not():
     )
     other = fb.Run.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
+    assert other.measured.said == () and other.measured.gaps == ()

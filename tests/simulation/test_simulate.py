@@ -81,6 +81,7 @@ def test_free_motion_passes_all_its_singularities(free_start):
     assert [(event.margin, int(event.type)) for event in run.events[:3]] == [("det A", 2), ("det A", 2), ("sin q22", 1)]
     assert [event.t for event in run.events[:3]] == pytest.approx([0.1164, 0.604, 0.6768], abs=4e-4)
     assert run.events[0].before == (1, -1, -1) and run.events[0].after == (1, -1, 1)
+    assert repr(run) == f"<Run: five-bar robot, 2 s in 20001 rows, {len(run.events)} crossings>"
     assert np.abs(np.diff(run.q, axis=0)).max() < 0.1  # continuous
 
 
@@ -160,7 +161,8 @@ def test_model_mismatch_costs_accuracy():
 
 def test_pd_tracks_less_well():
     run = fb.simulate(ROBOT, fb.PD(ROBOT, 0.4, 0.08), TASK_1)
-    assert 1e-4 < np.linalg.norm(run.error, axis=1).max() < 2e-2
+    worst = np.linalg.norm(run.error, axis=1).max()
+    assert 1e-4 < worst < 2e-2 and f"rows, error at most {1e6 * worst:.4g} um" in repr(run)
 
 
 def test_other_robots_and_modes(robot, reachable):
@@ -203,7 +205,7 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(controller=lambda *_: (1, 2, 3)), r"must return two torques, not an array of shape \(3,\)"),
         (dict(controller=lambda *_: (np.nan, 0)), r"the controller's torque is \[nan, 0.0\] N m at t = 0 s"),
         (dict(reference=None), "needs a duration"),
-        (dict(controller=lambda *_: (1e8, -1e8)), "too fast: .* steps do not bring it to 0.01 s"),
+        (dict(controller=lambda *_: (1e8, -1e8)), "too fast: 20020 steps do not bring it to 0.01 s .joint"),
         (dict(controller=lambda *_: (1e8, -1e8), method="rk4"), "too fast for steps of 0.001 s"),
         (dict(tolerance=1e-20), "tolerance = 1e-20 is below rounding"),
         (dict(tolerance=1e-6, method="rk4"), "tolerance chooses the steps"),
@@ -284,7 +286,7 @@ def test_four_parallel_bars_are_refused_and_passed_by_nearby():
         run = fb.simulate(robot, duration=10.0, start=start)
         assert np.abs(run.energy / run.energy[0] - 1).max() < 1e-9 and len(run.events) > 5
     flat = bars_rates(robot, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0))
-    with pytest.raises(ArithmeticError, match="where all three are 0 all bars are parallel"):
+    with pytest.raises(ArithmeticError, match=r"a step of \d\S* s is too long .*all three are 0 all bars are parallel"):
         fb.simulate(robot, duration=1.0, start=flat)
 
 
