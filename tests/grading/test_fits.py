@@ -136,5 +136,6 @@ def test_a_number_says_what_it_may_be_made_of(value, text):
 def test_what_is_nearly_another_number_is_not_it_and_unequal_bars_have_their_own_names():
     other = replace(ROBOT, l12=0.1, l22=0.11)
     assert number_text(2.0, replace(ROBOT, m=0.5 * (1 + 3e-9))) == "2"
+    assert number_text(1.0, replace(ROBOT, m=1.0)) == "1" and number_text(8.0, replace(ROBOT, m=2.0)) == "8 = 2 m^2"
     assert number_text(1.00001 * ROBOT.zz1**2, ROBOT) == "4e-06"
     assert [number_text(x, other) for x in (0.1, 0.22, 0.09)] == ["0.1 = l12", "0.22 = 2 l22", "0.09 = l11"]

@@ -70,7 +70,7 @@ def test_a_plain_assertion_is_a_wrong_answer_and_any_other_error_a_broken_check(
     assert (broken.points, broken.share, broken.outcome, broken.reason) == (0.0, 0.0, "broken", "broken")
     shown = " ".join(str(KeyError(text)).split())[:300]
     assert broken.text == f"the check itself failed: KeyError: {shown}" and broken.max_points == 3.0
-    assert broken.function == "" and broken.remarks == ()
+    assert (broken.name, broken.title, broken.function) == ("test_a", "A", "") and broken.remarks == ()
 
 
 def test_a_report_adds_up_goes_to_json_and_back_and_withholds_what_is_early():

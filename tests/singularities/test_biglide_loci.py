@@ -168,6 +168,12 @@ def test_map(slides, space, tmp_path):
     assert labels <= {"", "x (mm)", "$q_{1}$ (mm)"}
 
 
+def test_lines_have_their_direction_as_tangent():
+    for locus in (*fb.singularity_loci(LAB).task, *fb.singularity_loci(LAB).joint):
+        s = np.array([-3, 0, 2])
+        np.testing.assert_allclose(locus.tangent(s), locus.at(s + 0.5) - locus.at(s - 0.5), rtol=0, atol=1e-15)
+
+
 def test_fields_are_named_in_the_robots_words():
     assert fb.singularity_map(LAB, "serial_left", shape=(9, 9)).description.startswith("sin phi1, signed")
     assert fb.singularity_map(fb.FiveBar(), "serial_left", shape=(9, 9)).description.startswith("sin q12, signed")
