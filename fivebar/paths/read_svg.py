@@ -18,6 +18,7 @@ from .svg_checks import LINE, SVG, clean, refuse_endless
 from .svg_styles import styled
 from .svg_viewports import viewport
 
+DEEPEST = 200  # elements, each in another
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -51,19 +52,27 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
 
 def _tree(text, name):
     """The elements, each with its line as an attribute."""
+    depth = []
     parser, builder = expat.ParserCreate("utf-8", "}"), ElementTree.TreeBuilder()
 
     def named(word):
         return "{" + word if "}" in word else word
 
     def start(tag, attributes):
+        depth.append(tag)
+        if len(depth) > DEEPEST:
+            raise ValueError(f"{name}, line {parser.CurrentLineNumber}: elements nested deeper than {DEEPEST}")
         line = {LINE: str(parser.CurrentLineNumber)}
         builder.start(named(tag), {named(key): value for key, value in attributes.items()} | line)
 
     def refuse(*_):
         raise ValueError(f"{name}, line {parser.CurrentLineNumber}: entities are not read: save it as plain SVG")
 
-    parser.StartElementHandler, parser.EndElementHandler = start, lambda tag: builder.end(named(tag))
+    def end(tag):
+        depth.pop()
+        builder.end(named(tag))
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, refuse
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)

@@ -23,9 +23,6 @@ class _Rule(NamedTuple):
     rank: tuple
     declared: dict[str, tuple[bool, str]]
 
-    def meets(self, lineage: list[Element]) -> bool:
-        return _meets(self.chain, lineage)
-
 
 def styled(root: Element, draft: Draft) -> None:
     """Put what styles say where attributes are; what is not displayed becomes <defs>, for <use> may show parts of it.
@@ -105,14 +102,18 @@ def _chain(selector):
 
 
 def _meets(chain, lineage):
-    (_, tag, ids, classes), rest = chain[0], chain[1:]
-    element = lineage[0]
+    """Whether the first of a lineage meets a selector's first part, and those above it the rest."""
+    at = {0} if _simply(chain[0], lineage[0]) else set()
+    for part in chain[1:]:
+        above = {k + 1 for k in at} if part[0] == ">" else range(min(at, default=len(lineage)) + 1, len(lineage))
+        at = {k for k in above if k < len(lineage) and _simply(part, lineage[k])}
+    return bool(at)
+
+
+def _simply(part, element):
+    _, tag, ids, classes = part
     own = tag in ("*", element.tag.removeprefix(SVG)) and ids <= {element.get("id")}
-    if not own or not classes <= set(element.get("class", "").split()):
-        return False
-    if not rest:
-        return True
-    return any(_meets(rest, lineage[k:]) for k in range(1, 2 if rest[0][0] == ">" else len(lineage)) if lineage[k:])
+    return own and classes <= set(element.get("class", "").split())
 
 
 def _put(element, lineage, rules, name):
@@ -120,7 +121,7 @@ def _put(element, lineage, rules, name):
     own = _declared(
         element.attrib.pop("style", ""), f"{name}, line {element.get(LINE)}: <{element.tag.removeprefix(SVG)}>"
     )
-    sheets = [rule.declared for rule in rules if rule.meets(lineage)]
+    sheets = [rule.declared for rule in rules if _meets(rule.chain, lineage)]
     for important in (False, True):
         for declared in (*sheets, own):
             element.attrib |= {key: value for key, (strong, value) in declared.items() if strong == important}

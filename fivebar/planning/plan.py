@@ -77,8 +77,9 @@ def plan(
     tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
         nodes (torque and acceleration never are).
     max_time: s.
-    keep: what else must be kept. Its least sines, joint limits, half-planes and convex region are limits of the
-        program; whether bars meet, and a region that is not convex, is asked of the plan: PlanError where it is broken.
+    keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the distances of bars
+        are limits of the program; between nodes, and a region that is not convex, the plan is asked: PlanError where it
+        is broken.
     ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
     """
     began = time.perf_counter()
@@ -263,6 +264,8 @@ class _Search:
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
         broken = {name: value for name, value in plan.violations.items() if name in names}
         why = f"{reason}{self.problem.listed(broken)}{self.unbounded(plan)}"
+        if self.problem.keep and self.problem.keep.bars:
+            why += "; bars that must not meet may leave no way between the ends, or one that points of via have to show"
         words = f"plan: {why}; the best motion found is attached as .plan"
         return PlanError(words, broken, plan, status)
 

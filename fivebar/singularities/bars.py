@@ -13,6 +13,7 @@ from ..models.geometry import Pose
 from ..models.robots import FiveBar
 
 NAMES = ("11", "12", "21", "22")
+TOUCHING = 1e-9  # m, by which a distance is larger, so that it has a slope where it is 0
 JOINED = {("11", "12"), ("21", "22"), ("12", "22")}  # by a joint, about which one lies over the other
 
 
@@ -53,17 +54,55 @@ class Bars:
             return dict(self._rooms(*_ends(pose), pose.robot.d))
 
     def _rooms(self, bars, bases, d):
-        layer = dict(zip(NAMES, self.layers))
         half = {name: width / 2 for name, width in zip(NAMES, self.widths)}
-        for one, other in combinations(NAMES, 2):
-            joined = (one, other) in JOINED or (d == 0 and (one, other) == ("11", "21"))
-            if not joined and layer[one] == layer[other]:
-                yield f"bars {one} and {other}", apart(*bars[one], *bars[other]) - half[one] - half[other]
-        for k, base in enumerate(bases) if self.posts else ():
-            for name in NAMES:
-                if name != f"{k + 1}1" and layer[name] in self.post_layers and not (d == 0 and name[1] == "1"):
-                    room = off(base, *bars[name]) - self.posts - half[name]
-                    yield f"bar {name} and the {('left', 'right')[k]} post", room
+        for one, other in self.pairs(d):
+            yield f"bars {one} and {other}", apart(*bars[one], *bars[other]) - half[one] - half[other]
+        for k, name in self.posted(d):
+            room = off(bases[k], *bars[name]) - self.posts - half[name]
+            yield f"bar {name} and the {('left', 'right')[k]} post", room
+
+    def pairs(self, d: float) -> list[tuple[str, str]]:
+        """The bars that must not meet, of a robot whose bases are d apart."""
+        layer, free = dict(zip(NAMES, self.layers)), JOINED | ({("11", "21")} if d == 0 else set())
+        return [pair for pair in combinations(NAMES, 2) if pair not in free and layer[pair[0]] == layer[pair[1]]]
+
+    def posted(self, d: float) -> list[tuple[int, str]]:
+        """(which post, bar) of those that must not meet."""
+        return [
+            (k, name)
+            for k, _ in enumerate("lr" if self.posts else "")
+            for name, layer in zip(NAMES, self.layers)
+            if name != f"{k + 1}1" and layer in self.post_layers and not (d == 0 and name[1] == "1")
+        ]
+
+    def smooth(self, pose: Pose) -> list:
+        """`rooms` of CasADi symbols, m: they have slopes, but where another end becomes the nearest."""
+        import casadi as ca
+
+        half, ends, bases = {name: width / 2 for name, width in zip(NAMES, self.widths)}, {}, []
+        for leg, (drive, length, u) in enumerate(zip(pose.robot.drives, pose.robot.distal, pose.u2), start=1):
+            base, tip = ca.vertcat(drive.x, drive.y), ca.vertcat(*pose.point)
+            elbow = tip - length * ca.vertcat(*u)
+            ends[f"{leg}1"], ends[f"{leg}2"] = (base, elbow), (elbow, tip)
+            bases.append(base)
+
+        def off(z, a, b):
+            way = b - a
+            part = ca.fmin(ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0), 1)
+            away = z - a - part * way
+            return ca.sqrt(ca.dot(away, away) + TOUCHING**2)
+
+        def side(p, q, r):
+            u, v = q - p, r - p
+            return u[0] * v[1] - u[1] * v[0]
+
+        found = []
+        for one, other in self.pairs(pose.robot.d):
+            (a, b), (c, d) = ends[one], ends[other]
+            least = ca.fmin(ca.fmin(off(a, c, d), off(b, c, d)), ca.fmin(off(c, a, b), off(d, a, b)))
+            crossing = ca.logic_and(side(a, b, c) * side(a, b, d) < 0, side(c, d, a) * side(c, d, b) < 0)
+            found.append(ca.if_else(crossing, -least, least) - half[one] - half[other])
+        return found + [off(bases[k], *ends[name]) - self.posts - half[name] for k, name in self.posted(pose.robot.d)]
 
 
 def _ends(pose):

@@ -77,7 +77,7 @@ class Keep:
         return found
 
     def smooth(self, pose: Pose, length: float) -> list:
-        """Rooms without kinks, >= 0 where it is kept, of symbols too: of joints, half-planes and a convex region.
+        """Rooms with slopes, >= 0 where it is kept, of symbols: of joints, half-planes, a convex region and bars.
 
         length: m, what distances are divided by.
         """
@@ -98,7 +98,8 @@ class Keep:
             if (turns >= 0).all() or (turns <= 0).all():
                 inward = 1j * side / np.abs(side) * (1 if turns.sum() > 0 else -1)
                 planes += [(n.real, n.imag, (n.conjugate() * a).real) for n, a in zip(inward.tolist(), z.tolist())]
-        return [*found, *((a * x + b * y - c) / length for a, b, c in planes)]
+        bars = [room / length for room in self.bars.smooth(pose)] if self.bars else []
+        return [*found, *((a * x + b * y - c) / length for a, b, c in planes), *bars]
 
     def kept(self, pose: Pose) -> np.ndarray:
         """Whether all is kept: bool (*batch,), False where the pose is nan."""

@@ -195,6 +195,7 @@ def test_what_is_wrong_is_named_with_its_line(body, message):
 def test_what_is_no_svg(tmp_path):
     for text, message in (
         ("<html/>", "line 1: not an SVG, but <html>"), ("hello", "line 1: not XML"),
+        ("<svg>" * 300, "line 1: elements nested deeper than 200"),
         ('<!DOCTYPE svg [<!ENTITY a "b">]><svg/>', "line 1: entities are not read"),
         ('<svg viewBox="0 0 0 5"/>', "line 1: <svg>: viewBox must be four numbers"),
     ):  # fmt: skip
@@ -206,6 +207,8 @@ def test_what_is_no_svg(tmp_path):
 
 
 def test_uses_that_multiply_are_refused():
+    sheet = f"<style>x {'g ' * 25} path{{display:none}}</style>"  # ways to read it: 100 over 25
+    assert read(f"{sheet}{'<g>' * 100}{ONE}{'</g>' * 100}").length == pytest.approx(0.008 * math.sqrt(2))
     levels = "".join(f'<g id="g{k}">{f"""<use href="#g{k - 1}"/>""" * 10}</g>' for k in range(1, 9))
     with pytest.raises(ValueError, match="more than 100000 elements"):
         read(f'<g id="g0"><path d="M0 0H1"/></g>{levels}')

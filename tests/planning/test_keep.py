@@ -1,9 +1,11 @@
 """Plans that keep what is named: checked by `check_path`, which knows nothing of the program."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.models.geometry import task_pose
 
 ROBOT, HOME, GOAL = fb.FiveBar(), (0.09, 0.0680), (-0.05, 0.09)
 
@@ -30,6 +32,30 @@ def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
         fb.plan(ROBOT, HOME, (0.0, 0.05), 0.6, keep=fb.Keep(half_planes=[(0, 1, 0.06)]))
     with pytest.raises(TypeError, match="keep must be a Keep"):
         fb.plan(ROBOT, HOME, GOAL, 0.6, keep={"det_A": 0.1})
+
+
+def test_a_plan_leads_around_where_bars_and_posts_would_meet():
+    keep, start, goal = fb.Keep(bars=fb.Bars(0.02, posts=0.012)), (-0.031, 0.002), (0.107, 0.062)
+    options = dict(duration=1.2, intervals=16)
+    free = fb.plan(ROBOT, start, goal, **options)
+    assert fb.check_path(ROBOT, free, keep=keep).broken
+    plan = fb.plan(ROBOT, start, goal, **options, keep=keep)
+    assert (
+        all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken) and plan.objective > free.objective
+    )
+
+
+def test_rooms_of_bars_as_symbols_are_those_as_numbers():
+    bars, x = fb.Bars((0.01, 0.02, 0.03, 0.0), (1, 1, 1, 2), 0.01, (1, 2)), ca.SX.sym("x", 2)
+    rng = np.random.default_rng(2)
+    for working in ((-1, -1), (1, -1)):
+        symbols = bars.smooth(task_pose(ROBOT, (x[0], x[1]), working))
+        pose = fb.igm(ROBOT, rng.uniform((-0.1, -0.15), (0.1, 0.15), (300, 2)), working, unreachable="nan")
+        closes = np.isfinite(pose.det_A)
+        ours = ca.Function("rooms", [x], [ca.vertcat(*symbols)])(pose.xi[closes].T)
+        rooms = np.array(list(bars.rooms(pose).values()))[:, closes]
+        assert (rooms < -0.02).any() and (rooms > 0.02).any()
+        np.testing.assert_allclose(ours, rooms, atol=2e-9)
 
 
 def test_a_plan_whose_bars_meet_is_refused():
