@@ -25,6 +25,7 @@ LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
+PINS = 0.98, 0.9995  # of the ceiling's x, where it is given: at first, and tried on a mesh that a motion was found on
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
@@ -133,11 +134,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
 
     lean = _lean(mesh, rows, above)
 
-    def tried(share, bent, x=None):
+    def tried(share, bent, x=None, pin=PINS[0]):
         # Slower motions need less room: where none is found on a coarse mesh, one of these is.
         below = above._replace(x=above.x * share, size=above.size * share)
         form = (bent, 0 * bent) if x is None else (bent - lean * x, lean)
-        table = polygons(rows, alone, length, below, *form, mesh)
+        table = polygons(rows, alone, length, below, *form, pin, mesh)
         x = profile(table, below, mesh.rest)
         if isinstance(x, int):
             return x
@@ -145,9 +146,10 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         each = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
         return Solved(above, top, x, own, each) if np.isfinite(each).all() else int(np.argmax(each))  # at rest there
 
-    if hints is not None and isinstance(found := tried(1.0, *hints[1:]), Solved):
-        return found
     pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
+    for pin in PINS[::-1] if pinned else PINS[:1]:
+        if hints is not None and isinstance(found := tried(1.0, *hints[1:], pin), Solved):
+            return found
     stuck = None
     for share in PINNED_SHARES if pinned else SHARES:
         found = tried(share, np.zeros(len(mesh)))

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
 ROUNDING, NEAREST = 8 * EPS, 1e-2
-PINNED = 0.98  # of the ceiling's x on Type 2, where it has to be given
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -49,12 +48,13 @@ class Polygons(NamedTuple):
 
 
 def polygons(
-    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, mesh: Mesh
-) -> Polygons:
+    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, pin: float,
+    mesh: Mesh,
+) -> Polygons:  # fmt: skip
     """The Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
-    gives it.
+    gives it. pin: of the ceiling's x on Type 2, where it has to be given.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
@@ -66,7 +66,7 @@ def polygons(
     u0, u1 = (last - first - curve) / (2 * h), (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
-    pinned = PINNED * np.where(back, above.x[1:], above.x[:-1])
+    pinned = pin * np.where(back, above.x[1:], above.x[:-1])
     for i in special:
         u0[i] = _criterion(mesh, i, bool(back[i]), pinned[i])
         middle[i] = first[i] + length[i] * u0[i]
