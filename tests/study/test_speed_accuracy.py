@@ -241,6 +241,7 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
     result.to_csv(tmp_path / "again.csv")
     again = making.redraw(tmp_path / "again.csv", name)
     assert again.rows == rows and making.module_with(chart).caption(again) == making.module_with(chart).caption(result)
+    monkeypatch.setattr(making, "DPI", 50)
     assert making.draw(again, tmp_path).startswith(b"\x89PNG")
     assert (tmp_path / f"{name}.svg").stat().st_size > 20_000
 
@@ -425,8 +426,9 @@ def test_the_table_has_each_method_and_its_failures(toy_result):
     assert cells["needs more"]["failed"] == "left out: no C compiler (cc, gcc, clang)"
 
 
-def test_the_page_has_the_pictures_words_as_text(toy_result, tmp_path):
+def test_the_page_has_the_pictures_words_as_text(toy_result, tmp_path, monkeypatch):
     """Its picture is the PNG without title and verdict, whose pixels are none of a panel's."""
+    monkeypatch.setattr(making, "DPI", 80)
     bare = Image.open(io.BytesIO(making.draw(toy_result, tmp_path))).convert("L")
     whole = Image.open(tmp_path / "toy.png").convert("L")
     lines = [

@@ -85,8 +85,8 @@ def _few_colours(image):
     levels = found[:, None] >> np.array([16, 8, 0]) & 255
     kept = levels[np.argsort(counts)[: -COLOURS - 1 : -1]]
     nearest = np.array([np.argmin(((kept - level) ** 2).sum(axis=1)) for level in levels.astype(int)])
-    small = Image.fromarray(nearest[index].reshape(pixels.shape).astype(np.uint8), "P")
-    small.putpalette(kept.astype(np.uint8).tobytes())
+    small = Image.fromarray(nearest[index].reshape(pixels.shape).astype(np.uint8))
+    small.putpalette(kept.astype(np.uint8).tobytes())  # of gray levels it makes numbers of colours
     return small
 
 
