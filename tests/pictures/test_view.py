@@ -144,6 +144,15 @@ def test_machine_is_seen_and_moves(opened):
     assert differ(first, second) > 0.005
     page.wait_for_timeout(100)
     assert np.array_equal(picture(page), second)
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # what WebGL drew last is put where a printer finds it
+    printed = page.evaluate(
+        """(canvas => [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data]
+            .filter((value, k, all) => k % 4 === 0 && Math.abs(value - all[k + 2]) > 76).length)
+        (document.querySelector("#pane canvas"))"""
+    )
+    assert 0.005 < printed / coloured.size < 0.5
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert np.array_equal(picture(page), second)
 
 
 def test_the_robot_looks_as_it_did(opened, run):

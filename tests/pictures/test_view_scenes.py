@@ -9,6 +9,7 @@ import time
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -18,6 +19,7 @@ from PIL import Image
 import fivebar as fb
 from fivebar import linkages
 from fivebar.pictures import document, view
+from fivebar.pictures.motions import crossings
 from fivebar.pictures.skeleton import Skeleton
 from fivebar.pictures.view import scenes, shows, sources
 from fivebar.pictures.view.frames import MOST, choose
@@ -452,6 +454,17 @@ def test_lines_without_ends_are_drawn_where_the_biglide_is():
         assert [sorted(path[:, 1]) for path in line.paths] == [pytest.approx([4.86, 5.39], abs=0.01)] * len(line.paths)
         assert all(abs(path[0, 0]) == pytest.approx(0.0828427) and np.ptp(path[:, 0]) == 0 for path in line.paths)
     assert scene.window[1][1] - scene.window[0][1] < 0.7
+
+
+def test_crossings_are_found_once_also_on_a_sample():
+    t, one = np.array([0.0, 1.0, 3.0, 4.0, 5.0, 6.0]), np.ones(6)
+    for sines, expected in [
+        ((3, 1, -1, -2, -2, -2), [2.0]), ((2, 0, -1, -2, -2, -2), [1.0]), ((-2, -1, 0, 1, 2, 2), [3.0]),
+        ((1, np.nan, -1, -1, 1, 1), [4.5]), ((0, 1, 2, 1, 1, 1), []),
+    ]:  # fmt: skip
+        pose = SimpleNamespace(sines=(one, np.array(sines, dtype=float)), det_A=one)
+        found = list(crossings(t, pose))
+        assert [(when, kind, margin) for when, kind, margin, *_ in found] == [(when, 1, 1) for when in expected]
 
 
 def test_biglide_has_driven_feet_on_rails():
