@@ -23,6 +23,7 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.models import machine_code
 from tests.helpers import ROOT
+from tests.helpers.commands import ONE_BY_ONE, SAME, with_files
 from tests.helpers.needs import need
 from tests.helpers.writers import DIRECT, LINE, ROBOT, writers, writing_functions
 
@@ -38,10 +39,10 @@ def python(code, *arguments, **options):
     )  # fmt: skip
 
 
-def cli(*arguments, cwd, env=(), **options):
+def cli(*arguments, cwd, env=(), begin=("-m", "fivebar"), **options):
     """(exit code, stdout, stderr) of a command in a process of its own."""
     environment = {k: v for k, v in (os.environ | {"PYTHONPATH": str(ROOT)} | dict(env)).items() if v is not None}
-    with python(["-m", "fivebar"], *arguments, cwd=cwd, env=environment, **options) as run:
+    with python(begin, *arguments, cwd=cwd, env=environment, **options) as run:
         out, err = run.communicate(timeout=120)
     return run.returncode, out, err
 
@@ -148,10 +149,11 @@ def test_two_threads_with_one_output(tmp_path):
 
 def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
     draw = random.Random(2)
-    commands = [["map", "--out", "a.png"], ["track", "--case", "task-1", "--out", "b"], [*FULL, "c"]]
+    with_files(tmp_path)
+    commands = [["map", "--out", "a.png"], ["track", "--case", "task-1", "--out", "b"], [*FULL, "c"], *SAME]
     for k in range(ROUNDS):
         with python(
-            ["-m", "fivebar"], *commands[k % 3], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}
+            ["-m", "fivebar"], *commands[k % len(commands)], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}
         ) as run:
             time.sleep(0.6 + draw.uniform(0, 0.8))  # by then the interpreter has begun with our own code
             run.send_signal(signal.SIGINT)
@@ -165,11 +167,6 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
 
 
 # Environments: the same data, to the byte
-
-SAME = (
-    ["track", "--from", "0.09", "0.068", "--to", "0.08", "0.075", "--duration", "0.3", "--json"],
-    ["linkage", "four-bar", "0.2", "0.06", "0.16", "0.14", "--csv", "study.csv"],
-)
 
 
 @pytest.fixture(scope="module")
@@ -190,12 +187,12 @@ ENVIRONMENTS = {
 
 
 def seen(folder, env):
-    found = []
-    for command in SAME:
-        code, out, err = cli(*command, cwd=folder, env=env)
-        assert code == 0, err
-        found.append(out)
-    return json.loads(found[0]) | {"real_time_factor": None, "study": (folder / "study.csv").read_bytes()}
+    """What they tell, and every file of data: all but pictures."""
+    code, out, err = cli(json.dumps(SAME), cwd=with_files(folder), env=env, begin=["-c", ONE_BY_ONE])
+    assert code == 0, err
+    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*.*") if path.suffix != ".png"}
+    told, end = json.JSONDecoder().raw_decode(out)
+    return told | {"real_time_factor": None, "others": out[end:].encode("ascii", "backslashreplace"), **files}
 
 
 @pytest.fixture(scope="module")
@@ -285,8 +282,11 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
     )
     solution = ROOT / "tests/data/solutions/lab1.py"
     (folder / "ma réponse.py").write_bytes(solution.read_bytes())
-    for arguments in (["track", "mon chemin.csv", "--json"], ["map", "--path", "mon chemin.csv", "--out", "é.png"],
-                      ["check", "lab1", "ma réponse.py", "--html", "é.html"]):  # fmt: skip
+    with_files(folder)
+    for arguments in (
+        *SAME, ["track", "mon chemin.csv", "--json"], ["map", "--path", "mon chemin.csv", "--out", "é.png"],
+        ["check", "lab1", "ma réponse.py", "--html", "é.html"],
+    ):  # fmt: skip
         assert main(arguments) == 0, (arguments, capsys.readouterr())
 
 

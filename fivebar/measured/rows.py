@@ -100,6 +100,9 @@ def rows_of(
 
 
 def _rows(columns, where, said, stated, weights, name):
+    for key, column in columns.items():
+        if (np.isinf(column) | (np.abs(np.nan_to_num(column)) > HUGE)).any():
+            raise ValueError(f"{name}[{key!r}] must be below {HUGE:g} in size, or nan where it is missing")
     n = len(columns["q1"])
     where = where or tuple(f"row {k + 1}" for k in range(n))
     if weights is not None:
@@ -129,9 +132,6 @@ def _of_arrays(data, name):
     lengths = {key: len(column) for key, column in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"the columns of {name} differ in length: {lengths}")
-    for key, column in columns.items():
-        if (np.isinf(column) | (np.abs(np.nan_to_num(column)) > HUGE)).any():
-            raise ValueError(f"{name}[{key!r}] must be below {HUGE:g} in size, or nan where it is missing")
     return columns
 
 

@@ -34,6 +34,7 @@ ONCE = {
         b'[-1, -1], "assembly": -1, "margin": 0.0, "pieces": [{"line": [[0.05, {}], [0.04, 0.09]]}], '
         b'"parts": [[0.0, 1.0]], "sha256": ""}',
     ),
+    "calibrate": (b"q1,q2,x,y\n-2,-1,0.1,0.1\n-1,-2,0.1,-1e308\n",),
     "measured rows": (b"q1,q2,distance,to\n-2,-1,0.01,2\n-1,-2,0.01,1e276\n", b"q1,q2,x,y,assembly\n-2,-1,0,0,7\n"),
     "Identification": (b"\xff", b'{"fivebar": "identification", "values": {}}'),
     "Run.from_log": (LOG.replace(b"\n7,", b"\n1e308,"), LOG.replace(b"\n3,", b"\n1e30,"),

@@ -17,6 +17,11 @@ def writers():
     plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
     study = linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14), samples=37)
     a_map = fb.singularity_map(ROBOT, shape=(20, 20))
+    poses = fb.measurement_poses(ROBOT, 6, criterion="D")
+    calibrated = fb.calibrate(ROBOT, dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T))))
+    best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)}, effort=0.02)
+    swept = fb.sweep("bars", {"l1": [0.1, 0.2]}, robot=ROBOT)
+    timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
     proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
     return {
         "Run.to_csv": (run.to_csv, "a.csv"), "Run.plot": (run.plot, "a.png"), "Run.plot svg": (run.plot, "a.svg"),
@@ -29,7 +34,10 @@ def writers():
         "compare": (fb.compare({"a": run}).plot, "a.png"), "strip": (lambda path: strip(run, path), "a.svg"),
         "export": (lambda path: fb.export(ROBOT, "mjcf", path), "a.xml"),
         "export c": (lambda path: fb.export(ROBOT, "c", path), "a.h"),
-        "Certificate.to_json": (proof.to_json, "a.json"),
+        "Calibration.to_json": (calibrated.to_json, "a.json"), "Calibration.to_toml": (calibrated.to_toml, "a.toml"),
+        "Design.save": (best.save, "a.json"), "Design.to_robot_file": (best.to_robot_file, "a.json"),
+        "Sweep.to_csv": (swept.to_csv, "a.csv"), "TimedPath.to_csv": (timed.to_csv, "a.csv"),
+        "Live.save": (fb.play(ROBOT).save, "a.html"), "Certificate.to_json": (proof.to_json, "a.json"),
     }  # fmt: skip
 
 
