@@ -20,6 +20,7 @@ ROUNDS, SEEN = 60, 400  # of an improvement, at most, and points of the border t
 SMALLER, HALVINGS = 0.01, 7  # than what is surely too large, the least scale tried; of the way to what fits
 NEARLY = 1.15, 1.0, 0.85, 0.7, 0.5, 0.3, 0.1  # times the scale that fits on the grid, from where placements are grown,
 GROWN = 3  # so many of each, until one is as large as that
+SHRUNK = 13  # times that what has grown too large is made smaller
 CORNERS = 240  # of a path, at most, that are looked at beside its samples
 
 
@@ -226,18 +227,22 @@ class Search:
 
     def grown(self, start: Found) -> Found | None:
         """The largest that a placement can be improved and grown to; None where it does not fit."""
-        found = self.improved(start)
-        if found.room <= self.margin:
+        first = self.improved(start)
+        if first.room <= self.margin:
             return None
-        found = self.improved(found, growing=True)
+        found = self.improved(first, growing=True)
         least = self.least(found)
-        for _ in range(12):  # the search knows path and border from samples
+        for k in range(SHRUNK):  # the search knows path and border from samples
             room, _ = self.exactly(found)
             if room > least:
                 return found
-            # Growth changes distances by no more than this: so much less is enough, where the path is still inside.
-            found = found._replace(scale=found.scale - max(1.1 * (least - room) / self.size, 1e-9 * found.scale))
-        return None
+            # Growth changes distances by no more than this: so much less is enough, but where the samples are on both
+            # sides of a border.
+            less = max(1.1 * (least - room) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale)
+            if less >= 0.5 * found.scale:
+                break
+            found = found._replace(scale=found.scale - less)
+        return first if self.keeps(first) else None
 
 
 def _larger(one, other):
