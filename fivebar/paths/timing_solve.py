@@ -147,9 +147,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         return Solved(above, top, x, own, each) if np.isfinite(each).all() else int(np.argmax(each))  # at rest there
 
     pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
+    means = () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]  # either may keep to a slow motion
     for pin in PINS[::-1] if pinned else PINS[:1]:
-        if hints is not None and isinstance(found := tried(1.0, *hints[1:], pin), Solved):
-            return found
+        good = [each for mean in means if isinstance(each := tried(1.0, hints[1], mean, pin), Solved)]
+        if good:
+            return min(good, key=lambda each: each.gap)
     stuck = None
     for share in PINNED_SHARES if pinned else SHARES:
         found = tried(share, np.zeros(len(mesh)))
