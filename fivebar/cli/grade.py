@@ -150,7 +150,6 @@ def _show(arguments, report):
     if arguments.json:
         print(json_text(report), end="")
     else:
-        sys.stdout.reconfigure(errors="backslashreplace")
         print(report_text(report, colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ))
     if report.faults:
         raise RuntimeError(f"the lab itself has a fault, so this result does not count: {'; '.join(report.faults)}")
