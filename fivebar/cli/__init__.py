@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import re
 import sys
 from collections.abc import Sequence
@@ -41,6 +42,8 @@ SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes fo
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # where a locale has no ² or µ, they are no reason to fail
+        sys.stdout.reconfigure(errors="backslashreplace")
     if words and words[0] != "run":  # whose arguments are the script's
         words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
         if hasattr(sys.stdout, "reconfigure"):
