@@ -116,8 +116,9 @@ def test_singular_models_raise_with_type_margin_and_pose():
     assert corner.working.tolist() == [0, 0]
     with pytest.raises(fb.SingularityError, match=r"ikm: B is singular \(Type 1\): sin q12"):
         fb.ikm(corner, (1, 0))
-    with pytest.raises(fb.SingularityError, match=r"in 1 of 2 poses, the first at index \(1,\)"):
+    with pytest.raises(fb.SingularityError, match=r"in 1 of 2 poses, the first at index \(1,\)") as e:
         fb.ikm(fb.igm(AMORO, [(0.0, 0.1), corner.xi]), (1, 0))
+    assert e.value.index == (1,)
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,19 @@ def test_a_drive_that_is_not_free_stays_where_the_loop_is_closed():
             assert seen.phi_dot == pytest.approx((rates_found[1], rates_found[3]), abs=1e-8)
 
 
+@pytest.mark.parametrize("robot", [UNEQUAL, fb.Biglide()])
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_large_batch_is_many_small_ones(robot, alone):
+    """The end-effector of more than 8192 poses is found by stretches, the rest of them late."""
+    rng = np.random.default_rng(3)
+    q, modes = rng.uniform(-0.1, 0.1, (2, 4200, 2)), rng.choice([-1, 1], (2, 4200))
+    modes = -1 if alone else modes
+    whole, last = fb.dgm(robot, q, modes), (1, slice(4000, 4200))
+    part = fb.dgm(robot, q[last], modes if alone else modes[last])
+    for name in ("xi", "A", "B", "q_passive", "elbows", "assembly", "working", "reach_margin"):
+        np.testing.assert_array_equal(getattr(whole, name)[last], getattr(part, name), err_msg=name)
+
+
 def test_symbols_take_no_batch_of_modes_and_close_unasked():
     xi = casadi.SX.sym("xi", 2)
     with pytest.raises(ValueError, match="working must be plain ints for CasADi symbols, not a batch"):
