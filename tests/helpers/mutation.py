@@ -58,7 +58,7 @@ SLOW = {
     "simulation": ("tests/simulation/test_encoders.py", "tests/measured/test_replays.py"),
     "singularities": (
         "tests/singularities/test_dexterous.py", "tests/singularities/test_inscribed.py", "tests/planning/test_keep.py",
-        "tests/planning/test_loads.py", "-k", "not nothing_asked",
+        "tests/planning/test_loads.py", "tests/singularities/test_aspect_families.py", "-k", "not nothing_asked",
     ),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.

@@ -147,6 +147,7 @@ def test_contains_is_exact(found):
     for part in found["amoro"] + found["unequal"]:
         for loop in part.boundary:
             for arc in loop:
+                np.testing.assert_allclose(arc.locus.points, arc.locus.at(arc.locus.parameters), rtol=0, atol=1e-15)
                 s = arc.s[[len(arc.s) // 3, len(arc.s) // 2]]
                 z, tangent = arc.curve(s)
                 normal = 1e-10 * 1j * tangent / np.abs(tangent)
