@@ -47,7 +47,8 @@ def from_csv(
     if kind == "polyline" and not deviation:
         raise ValueError("from_csv: kind=polyline needs a deviation, m, within which its corners are cut")
     table = read(path, PLACES, units)
-    t, points = _samples(table, *((6, "a quintic spline") if kind == "spline" else (2, "a motion")))
+    needs = (6, 'a quintic spline (kind="polyline" takes 2)') if kind == "spline" else (2, "a motion")
+    t, points = _samples(table, *needs)
     with named(table.name), np.errstate(all="ignore"):  # `_compared` refuses what overflows
         if kind == "polyline":
             motion = _polyline(t, points, deviation)

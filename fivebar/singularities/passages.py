@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..checks import flag, instance, takes, whole
+from ..described import one_line
 from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
 from ..models.robots import Biglide, FiveBar
@@ -52,6 +53,9 @@ class Route:
     def folds(self) -> bool:
         """Whether a leg has to fold on its base joint."""
         return any(passage.fold for passage in self.passages)
+
+    def __repr__(self) -> str:
+        return one_line("Route", str(self))
 
     def __str__(self) -> str:
         words = [f"aspect {self.aspects[0]}"]

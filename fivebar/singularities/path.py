@@ -13,6 +13,7 @@ from scipy.optimize import brentq, minimize_scalar
 from .._backend import EPS, check_modes
 from ..checks import instance, optional, shown, takes
 from ..checks import robot as must_be_robot
+from ..described import one_line
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
@@ -55,6 +56,16 @@ class PathCheck:
     min_margin: float
     min_margin_time: float
     broken: tuple[Broken, ...] = ()
+
+    def __repr__(self) -> str:
+        words = [f"leaves the workspace at {self.leaves:.6g} s"] if self.leaves is not None else []
+        if self.time not in (None, self.leaves):
+            met = "touches" if self.touching else "meets"
+            torque = {None: "", True: " with finite torque", False: ", where its torque diverges"}[self.criterion_holds]
+            words.append(f"{met} Type {int(self.type)} at {self.time:.6g} s{torque}")
+        words += ["free of singularities"] if self.singularity_free else []
+        words += [f"breaks {each.what} from {each.time:.6g} s" for each in self.broken]
+        return one_line("PathCheck", *words, f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s")
 
 
 @takes(robot=must_be_robot, keep=optional(instance(Keep)))
