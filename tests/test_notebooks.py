@@ -5,7 +5,9 @@ import html
 import io
 import json
 import re
+from pathlib import Path
 
+import bokeh
 import nbformat
 import pytest
 from PIL import Image
@@ -28,7 +30,8 @@ EXTRAS = {"15_drawing": '"..[draw,certify]"'}  # in place of ..
 FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
                      r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
 
-SHOW = re.compile(r"view\.scene\(|^fb\.play\(", re.MULTILINE)  # what shows itself
+SHOW = re.compile(r"view\.scene\(|^fb\.play\(|^\w+\.page\(", re.MULTILINE)  # what shows itself
+BOKEH = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_text("utf-8")  # MathJax for TeX
 
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
@@ -102,7 +105,7 @@ def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):
             assert min(picture.size) > 100 and len(picture.convert("RGB").getcolors(1 << 24)) > 10, cell
             pictures += 1
         if "text/html" in output.data:
-            page = html.unescape(output.data["text/html"])
+            page = html.unescape(output.data["text/html"]).replace(BOKEH, "")
             assert not FETCHED.search(page), f"{cell}: {FETCHED.search(page)[0]}"
     assert pictures >= 2
     scenes = sum(bool(SHOW.search(cell.source)) for cell in own if cell.cell_type == "code")

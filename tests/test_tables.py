@@ -328,8 +328,8 @@ def test_numbers_are_no_files(number, plan):
     calls = [fb.from_csv, fb.Run.from_csv, fb.Plan.from_csv, Study.from_csv, Map.from_npz]
     calls += [lambda file: result_from_csv(file, toy_chart.chart())]
     calls += [thing.to_csv for thing in (RUN, plan, STUDY, a_map)] + [a_map.to_npz]
-    calls += [thing.page for thing in (RUN, STUDY, a_map)] + [thing.animate for thing in (RUN, STUDY)]
-    if number is not None:  # of a picture: not to be written
+    if number is not None:  # of a picture or page: not to be written
+        calls += [thing.page for thing in (RUN, STUDY, a_map)] + [thing.animate for thing in (RUN, STUDY)]
         calls += [thing.plot for thing in (RUN, plan, STUDY, comparison)]
     streams = [os.fstat(k) for k in (0, 1, 2)]
     for call in calls:
