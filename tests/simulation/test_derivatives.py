@@ -52,6 +52,8 @@ def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
 def test_the_spectrum_of_pieces():
     rng, rate = np.random.default_rng(2), 1000.0
     assert spectrum([np.zeros((17, 2))], 1 / rate) == Spectrum(rate / 12, (0.0, 0.0), 0.0)
+    still = spectrum([np.zeros((4000, 2)), np.zeros((2000, 2))], 1 / rate)
+    assert still.noise == (0.0, 0.0) and still.fast == 0.0 and 0 < still.cutoff < 10  # the lowest that it can tell
     t = np.arange(12_000) / rate
     wave = np.stack([np.sin(6 * np.pi * t), np.cos(4 * np.pi * t)], axis=1)
     # Pieces count by their rows: noise of variances 1 and 9 over a third and two thirds of them.

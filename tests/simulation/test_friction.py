@@ -171,6 +171,9 @@ def test_many_robots_with_their_own_physics_are_what_each_alone_is():
         np.testing.assert_allclose(run.q, alone.q, atol=1e-12)
     with pytest.raises(ValueError, match="start is of another robot"):
         fb.simulate_many(robots, own, reference, starts[::-1])
+    for wrong in (5, "ab"):
+        with pytest.raises(TypeError, match=f"starts must be the Rates of a batch, .* not {wrong!r}"):
+            fb.simulate_many(robots, own, reference, wrong)
     far = [robots[0], fb.FiveBar(fv1=0.003, l22=0.05), robots[1], fb.FiveBar(d=0.3)]
     with pytest.raises(ValueError, match=r"2 of 4 robots do not reach the .* start \(0\.02, 0\.15\) m: number 1, 3$"):
         fb.simulate_many(far, own, reference)
