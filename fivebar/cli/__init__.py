@@ -46,8 +46,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     if words and words[0] != "run":  # whose arguments are the script's
         words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
-        if hasattr(sys.stdout, "reconfigure"):
-            sys.stdout.reconfigure(errors="backslashreplace")  # a terminal without ² or µ
     try:
         parser = _parser(words[0] if words else "")
         if not words:

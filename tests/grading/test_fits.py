@@ -18,6 +18,7 @@ M = np.stack([np.stack([A, B], -1), np.stack([A * A, A - B], -1)], axis=1)
 
 PAIR = Exercise("f(a, b) -> x, y", lambda robot, a, b: (a * b, a - 2 * b))
 ONE = Exercise("f(a, b) -> x", lambda robot, a, b: a * b)
+NOUGHT = Exercise("f(a, b) -> x", lambda robot, a, b: 0 * a)
 ANGLE = Exercise("f(a, b) -> q", lambda robot, a, b: 6 * a - 3, angles=("q",))
 ANGLES = Exercise("f(a, b) -> q, x", lambda robot, a, b: (6 * a - 3, a * b), angles=("q",))
 MATRIX = Exercise(
@@ -59,6 +60,7 @@ RELATIONS = {
     "zero": (PAIR, (0 * X, 0 * Y), "always (0, 0): unfinished?"),
     "zero alone": (ONE, (0 * X,), "always 0: unfinished?"),
     "constant": (PAIR, (0 * X + 1, 0 * Y), "always the same answer, whatever the arguments"),
+    "of nought no factor": (NOUGHT, (X - X + 0.0123,), "off by 0.0123 in every row"),
     "one factor": (ONE, (4 * X,), "4 times the right answer in every row"),
     "grid": (ONE, (np.round(X * 40) / 40,), "a grid's value, a multiple of 1/40, not refined"),
     "fine grid": (ONE, (np.round(X * 19997) / 19997,), "a grid's value, a multiple of 1/19997, not refined"),
