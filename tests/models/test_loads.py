@@ -130,6 +130,15 @@ def test_robots_of_links_by_their_parameters():
     assert (robot.fv1, robot.fs2, robot.gravity) == (0.01, 0.2, (0.0, -9.81)) and robot.l21 == 0.19
 
 
+def test_gravity_may_be_a_vector_of_symbols():
+    g = casadi.SX.sym("g", 2)
+    asked = fb.gravity_torques(fb.dgm(fb.FiveBar(gravity=g, mx11=0.01), (0.2, 1.4)))
+    given = fb.gravity_torques(fb.dgm(fb.FiveBar(gravity=(0.6, -9.81), mx11=0.01), (0.2, 1.4)))
+    np.testing.assert_allclose(casadi.Function("tau", [g], [asked])((0.6, -9.81)).full().ravel(), given, rtol=1e-12)
+    with pytest.raises((TypeError, ValueError), match="gravity"):
+        fb.FiveBar(gravity=casadi.SX.sym("g", 3))
+
+
 @pytest.mark.parametrize("change, words", [
     (dict(links={"11": {"mass": 1, "length": 2}}), "links.11: no length; the known ones are mass, x, y, inertia, "),
     (dict(links={"11": {"x": 1}}), "links.11 needs mass too"),
@@ -139,6 +148,7 @@ def test_robots_of_links_by_their_parameters():
     (dict(colour=5, links={}), "no parameter colour of a robot of links; the known ones are l11, l12"),
     (dict(rotor=5, links={}), r"rotor must be two inertias, or \\(inertia, gear ratio\\) pairs, not 5"),
     (dict(rotor=(1, (1, 2, 3)), links={}), r"rotor must be an inertia or \\(inertia, gear ratio\\), not \\(1, 2, 3\\)"),
+    (dict(rotor=(-1, 1), links={}), "rotor must be"),
     (dict(rotor=(1, (1, 0)), links={}), "rotor's gear ratio must be"),
     (dict(payload=-1.0, links={}), "payload must be"),
 ])  # fmt: skip
