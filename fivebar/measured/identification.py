@@ -68,13 +68,13 @@ def identify(
     base, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
     sentences = words(robot, folded, everywhere=True)
     told, more = independent(rows.W, base, NEARLY)
-    full, said = fit(rows, told), []
+    full, said, by_hold = fit(rows, told), [], False
     if full.misfit < POOR and not all(held for _, held in logs):
         as_held = [(own, True) for own, _ in logs]
         again, others = prepared(cutoff, as_held)
         better, count = fit(others, told), rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
-            logs, found, rows, full = as_held, again, others, better
+            logs, found, rows, full, by_hold = as_held, again, others, better, True
             said = ["each torque is taken as held from its row to the next: so it fits the motion better"]
     for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
@@ -121,8 +121,7 @@ def identify(
     if validate is None:
         return identified
     second, held = log_of(validate, robot, units, gauges)
-    held = held or logs[0][1]
-    return replace(identified, validation=_validated(identified, second, held, assembly, cutoff))
+    return replace(identified, validation=_validated(identified, second, held or by_hold, assembly, cutoff))
 
 
 def sought_names(robot, unknown):

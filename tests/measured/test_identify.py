@@ -77,8 +77,11 @@ def test_a_simulated_robot_that_sticks_and_slips_comes_back():
         assert value == pytest.approx(getattr(robot, name), rel=3e-3)
     assert found.misfit < 1e-3 and found.validation is None
     assert found.robot.fs2 == pytest.approx(0.08, rel=2e-3)
-    elsewhere = fb.identify(known, {"t": run.t, "q": run.q, "tau": run.tau}, unknown=unknown)  # who held is not said
+    log = {"t": run.t, "q": run.q, "tau": run.tau}  # of which nothing says that its torques were held
+    elsewhere = fb.identify(known, log, unknown=unknown, validate=log)
     assert elsewhere.values == pytest.approx(found.values, rel=1e-9) and "held from its row" in elsewhere.said[0]
+    again = fb.identify(known, run, unknown=unknown, validate=log)  # nor does the first log, which is another's
+    assert again.validation.misfit > 2 * elsewhere.validation.misfit
 
 
 def _lissajous(t):
