@@ -10,11 +10,11 @@ from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..checks import instance
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
-from .geometry import Pose
 from .heavy_bars import bar_forces_under, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
 from .loads import asked_for, carries, refuse_weightless
 from .physics import any_named, loads_of, physics_of
+from .pose import Pose
 from .sticking import slip_of
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from .._backend import atan2, cos, sin
 from .dyads import dot
-from .geometry import DrivenLeg, Pose
 from .kinematics import Rates
+from .pose import DrivenLeg, Pose
 
 if TYPE_CHECKING:
     from .robots import Robot

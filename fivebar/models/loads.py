@@ -20,9 +20,9 @@ import numpy as np
 
 from .._backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
-from .geometry import Pose
 from .kinematics import Accelerations, Rates, a_pose, some_rates
 from .physics import Physics, loads_of, named, physics_of
+from .pose import Pose
 
 if TYPE_CHECKING:
     from .robots import Robot
