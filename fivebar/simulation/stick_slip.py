@@ -165,11 +165,9 @@ class StickSlip(Plant):
             low = place
         else:
             return None
-        while high - low > 1e-13:
+        while high - low >= 1e-12:
             middle = (low + high) / 2
             low, high = (low, middle) if over(middle) > 0 else (middle, high)
-            if middle in (low, high) and high - low < 1e-12:
-                break
         return high
 
     def _free(self, states, polynomials):
