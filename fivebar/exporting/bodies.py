@@ -12,7 +12,7 @@ from .._backend import is_symbolic
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, dgm
 from ..models.parameters import parameters_of
-from ..models.physics import Physics
+from ..models.physics import loads_of
 
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
@@ -135,7 +135,7 @@ def _leg(robot, k, share, own):
     words = robot.words
     parts = ("proximal", "distal") if robot.turns else ("foot", "bar")
     names = *(f"{part}{k + 1}" for part in parts), words.joints[k], words.passive[k]
-    rubs = robot.physics or Physics()
+    rubs = loads_of(robot)
     viscous = rubs.viscous[k], rubs.elbows[k]
     length = drive.length if robot.turns else None
     return Leg(k + 1, drive.x, length, bar, first, second, viscous, rubs.coulomb[k], names)

@@ -16,7 +16,7 @@ from ..checks import shown
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
-from ..models.physics import physics_of, smoothed
+from ..models.physics import loads_of, smoothed
 from ..singularities.keep import Keep
 from .coordinates import BarCoordinates, TaskCoordinates
 
@@ -91,8 +91,7 @@ class Problem:
     @property
     def fall(self) -> float:
         """Of gravity, m/s^2."""
-        physics = physics_of(self.robot)
-        return 0.0 if physics is None else math.hypot(*physics.gravity)
+        return math.hypot(*loads_of(self.robot).gravity)
 
     @cached_property
     def side(self) -> float:
