@@ -14,7 +14,8 @@ from ..models.geometry import joint_pose
 from ..models.kinematics import dkm
 from ..models.parameters import parameters_of
 from ..models.physics import loads_of
-from .c import PRELUDE, WIDTH, to_c
+from .c import PRELUDE, to_c
+from .instructions import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
