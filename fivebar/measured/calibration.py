@@ -12,7 +12,7 @@ from scipy.special import chdtrc, ndtri, stdtrit
 from .._backend import sign
 from ..checks import number
 from ..described import one_line
-from ..models.dyads import SINGULAR, cross
+from ..models.dyads import SINGULAR
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, TextFile, saved
 from . import saving
@@ -107,8 +107,8 @@ class Calibration(Used):
     @cached_property
     def working(self) -> np.ndarray:
         """Working modes (n, 2) of the rows, int8, 0 where the robot found does not close."""
-        at = place(self.p, self.rows.q, self.assembly)
-        return np.stack([-sign(cross(c, u), SINGULAR) for c, u in zip(at.cranks, at.bars)], axis=-1)
+        sines = place(self.p, self.rows.q, self.assembly).sines
+        return np.stack([-sign(sine, SINGULAR) for sine in sines], axis=-1)
 
     @property
     def dof(self) -> int:

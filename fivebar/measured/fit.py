@@ -74,7 +74,7 @@ def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
     fits = []
     for side in (-1, 1):
         at = place(p, rows.q, np.full(len(rows), side))
-        sines = np.stack([c[0] * u[1] - c[1] * u[0] for c, u in zip(at.cranks, at.bars)], axis=-1)
+        sines = np.stack(at.sines, axis=-1)
         with np.errstate(invalid="ignore"):
             fits.append(((rows.working == 0) | (-np.sign(sines) == rows.working)).all(axis=1) & np.isfinite(at.xi[0]))
     only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
