@@ -92,15 +92,18 @@ def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
 
 def remade(task: Task, rows: Rows) -> Task:
     """The task with changed rows: of the same number, with the same weights."""
-    return replace(task, rows=rows, size=_sizes(task, rows))
-
-
-def _sizes(task, rows):
     size = task.size.copy()
     for k, name in enumerate(task.names):
         if name.startswith("ratio"):
             size[k] = 1 / (np.max(np.abs(rows.q[:, int(name[-1]) - 1])) or 1.0)
-    return size
+    return replace(task, rows=rows, size=size)
+
+
+def mended(task: Task, found: list[Mistake]) -> Task:
+    """The task with its rows mended, one mistake after the other."""
+    for mistake in found:
+        task = remade(task, mistake.mend(task.rows))
+    return task
 
 
 def crudely(task: Task) -> list[Mistake]:
