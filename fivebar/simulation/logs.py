@@ -263,11 +263,11 @@ def _unwrap(q, rows, at, said):
         q[:] = np.unwrap(q, axis=0)
 
 
-def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -> tuple[np.ndarray, dict, float]:
+def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float) -> tuple[np.ndarray, dict, float]:
     """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on an even grid.
 
-    Where its times are off it, positions and the like by cubic splines through them, torques linearly; nan where they
-    were not logged.
+    Where its times are off it, positions and the like by cubic splines through them, torques (tau, ...) linearly; nan
+    where they were not logged.
     """
     n = int(round((t[-1] - t[0]) / step)) + 1
     even = np.linspace(t[0], t[-1], n)
@@ -280,14 +280,12 @@ def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
-        if pair is None:
-            moved[name] = None
-        elif name == "tau" or not np.isfinite(pair).all():
+        if name.startswith("tau") or not np.isfinite(pair).all():
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
             from scipy.interpolate import CubicSpline  # only where a log asks for it
 
             moved[name] = CubicSpline(t, pair)(even)
-    if moved.get("tau") is not None:
-        moved["tau"] = np.where(lost[:, None], np.nan, moved["tau"])
+        if name.startswith("tau"):
+            moved[name][lost] = np.nan
     return even, moved, away
