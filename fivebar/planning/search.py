@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._backend import atan2
-from ..models.four_joints import bars_rates, closed, loop_gap
+from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
 from ..singularities.locus import MODES
@@ -118,7 +118,7 @@ def _poses(robot, given, name):
         raise ValueError(f"plan: {name} is a Pose of another robot: {given.robot}, not {robot}")
     if np.shape(given.xi) != (2,) or not np.isfinite(bars(given)).all():
         raise ValueError(f"plan: {name} must be one Pose that closes, not a batch or one out of reach")
-    gap = float(np.hypot(*loop_gap(bars_rates(robot, tuple(bars(given).tolist()), (0.0,) * 4).pose)))
+    gap = float(np.hypot(*loop_gap(bars_pose(robot, tuple(bars(given).tolist())))))
     if gap > CLOSES * max(robot.distal):
         raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
     return [given]
@@ -203,7 +203,7 @@ def _embedded(robot, a):
     light = LIGHT * (m * size**2 + sum(own) * (size / lever) ** 2)
     roots = np.sqrt([*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2])
     c = tuple(np.moveaxis(a, -1, 0))
-    x, y = bars_rates(robot, c, (0.0,) * 4).pose.point
+    x, y = bars_pose(robot, c).point
     return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
 
 
