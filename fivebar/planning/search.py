@@ -16,7 +16,7 @@ from ..models.robots import Robot
 from ..singularities.locus import MODES
 from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
-from .problem import PlanError, number, pairs_of
+from .problem import PlanError, number, pairs_of, stop_names
 
 IMAGES, DIRECT, ROUTES = 30, 8, 6  # turns of the goal's bars that are tried, straight ways, and routes, at most
 MOST = 6  # ways between two poses
@@ -78,8 +78,7 @@ def ways_between(robot: Robot, start: object, goal: object, duration: float | No
     """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
     via = pairs_of(via)
     times, given = [0.0, *(t for t, _ in via), duration], [start, *(pose for _, pose in via), goal]
-    names = ["start", *(f"via[{k}]" for k in range(len(given) - 2)), "goal"]
-    last = 0.0
+    names, last = stop_names(len(given)), 0.0
     for t, name in zip(times[1:], names[1:]):
         if t is not None:
             last = number(t, "duration" if name == "goal" else f"the time of {name}", last, np.inf)
