@@ -117,15 +117,10 @@ def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]
     """Rule: what `read` takes as units; one word alone is one unit."""
     if value is None or isinstance(value, str):
         return (value,) if value else ()
-    pairs = value.items() if isinstance(value, Mapping) else [(each, each) for each in _listing(value, name)]
-    if all(isinstance(each, str) for pair in pairs for each in pair):
-        return value if isinstance(value, Mapping) else tuple(value)
-    raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
-
-
-def _listing(value, name):
-    if isinstance(value, Sequence) and not isinstance(value, bytes):
+    if isinstance(value, Mapping) and all(isinstance(each, str) for pair in value.items() for each in pair):
         return value
+    if isinstance(value, Sequence) and value != b"" and all(isinstance(each, str) for each in value):
+        return tuple(value)
     raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import SingularityError, UnreachableError
 from ..models.charts import halves
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_of, bars_rates, closed, closure_columns, gap_rate, loop_gap
+from ..models.four_joints import bars_of, bars_pose, closed, closure_columns, gap_rate, loop_gap
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
 from ..models.robots import Robot
@@ -78,7 +78,7 @@ def _closure(robot):
     """State -> slopes (4, 8) of the loop's gap and of its rate."""
     x = ca.SX.sym("x", SIZE)
     a, a_dot = halves(x, CHART)
-    pose = bars_rates(robot, a, a_dot).pose
+    pose = bars_pose(robot, a)
     gaps = *loop_gap(pose), *gap_rate(closure_columns(pose), a_dot)
     return ca.Function("closure", [x], [ca.jacobian(ca.vertcat(*gaps), x)])
 

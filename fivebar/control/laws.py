@@ -15,7 +15,7 @@ from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
 from ..models.loads import dry_friction
-from ..models.physics import physics_of
+from ..models.physics import loads_of
 
 if TYPE_CHECKING:
     import casadi
@@ -121,8 +121,7 @@ def computed_torque(
     """`ComputedTorque.law` at the measured Rates; the gains may be symbols too."""
     robot, q, q_dot = rates.pose.robot, rates.pose.q, rates.q_dot
     M, c = dynamic_model(rates)
-    physics = physics_of(robot)
-    if physics is not None and physics.sticks:
+    if loads_of(robot).sticks:
         c = c + dry_friction(robot, q_ref_dot) - dry_friction(robot, q_dot)
     return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.differ(q_ref - q) * kp) + c
 

@@ -12,7 +12,7 @@ from ..checks import jit as must_be_jit
 from ..checks import modes, positive, shown, whole
 from ..checks import robot as must_be_robot
 from ..checks import seconds as span
-from ..models.physics import physics_of, smoothed
+from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
 from .prediction import CHART, JOINTS, RATES, SIZE, Model
@@ -248,10 +248,9 @@ class Tracker:
 
 def _differentiable(robot, longest):
     """The robot whose dry friction is smoothed: over rates at which it stops no drive within the longest stage."""
-    physics = physics_of(robot)
-    if physics is None or not physics.sticks:
+    if not loads_of(robot).sticks:
         return robot
-    return smoothed(robot, max(fs * longest / z for fs, z in zip(physics.coulomb, robot.inertias)))
+    return smoothed(robot, max(fs * longest / z for fs, z in zip(loads_of(robot).coulomb, robot.inertias)))
 
 
 def _moved(robot):
@@ -261,8 +260,8 @@ def _moved(robot):
 
 def _lift(robot):
     """More than the torque, N m, that weights ask for anywhere away from Type 2."""
-    physics = physics_of(robot)
-    if physics is None or not physics.weighs:
+    physics = loads_of(robot)
+    if not physics.weighs:
         return 0.0
     moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
     lever = max(drive.length for drive in robot.drives)

@@ -12,7 +12,7 @@ from .._backend import is_symbolic
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, dgm
 from ..models.parameters import parameters_of
-from ..models.physics import Physics
+from ..models.physics import loads_of
 
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
@@ -135,7 +135,7 @@ def _leg(robot, k, share, own):
     words = robot.words
     parts = ("proximal", "distal") if robot.turns else ("foot", "bar")
     names = *(f"{part}{k + 1}" for part in parts), words.joints[k], words.passive[k]
-    rubs = robot.physics or Physics()
+    rubs = loads_of(robot)
     viscous = rubs.viscous[k], rubs.elbows[k]
     length = drive.length if robot.turns else None
     return Leg(k + 1, drive.x, length, bar, first, second, viscous, rubs.coulomb[k], names)
@@ -159,12 +159,17 @@ def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
     axis = np.linspace(-span, span, SIDES)
     poses = dgm(robot, np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1), unreachable="nan")
     margins = np.min(np.abs([poses.det_A, *poses.sines]), axis=0)
-    best = np.unravel_index(np.nanargmax(margins), margins.shape) if not np.isnan(margins).all() else None
-    if best is None:
+    if np.isnan(margins).all():
         raise ValueError(f"no pose of {SIDES}^2 closes in which to show the robot: give one as start")
-    return dgm(robot, poses.q[best])
+    return dgm(robot, poses.q[np.unravel_index(np.nanargmax(margins), margins.shape)])
 
 
 def angles_of(pose: Pose) -> tuple[tuple[float, float], tuple[float, float]]:
     """Per leg the coordinates of the drive's joint and of the passive one."""
     return tuple(zip(pose.q.tolist(), pose.q_passive.tolist()))
+
+
+def angles_told(legs: tuple[Leg, Leg], pose: Pose) -> str:
+    """All joints' coordinates by their names."""
+    pairs = ((name, value) for leg, own in zip(legs, angles_of(pose)) for name, value in zip(leg.names[2:], own))
+    return ", ".join(f"{name} = {value!r}" for name, value in pairs)

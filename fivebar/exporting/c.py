@@ -6,10 +6,9 @@ import textwrap
 
 import casadi as ca
 
-from .instructions import Language, statements, variables
+from .instructions import WIDTH, Language, statements, variables, wrapped
 
 INTEGERS = "assembly", "working"  # inputs that are modes
-WIDTH = 118
 
 PRELUDE = """\
 #include <math.h>
@@ -58,8 +57,8 @@ def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) 
     """
     arguments = [_argument(function, k, False) for k in range(function.n_in())]
     arguments += [_argument(function, k, True) for k in range(function.n_out())]
-    names = variables(function)
-    body = [*_wrapped("fivebar_real ", names, ";"), *(f"{line};" for line in statements(function, LANGUAGE))]
+    body = wrapped("fivebar_real ", variables(function), ";", hang=True)
+    body += [f"{line};" for line in statements(function, LANGUAGE)]
     results = list(_results(function))
     finite = [f"{each} - {each} == 0" for each in results]  # neither for infinities nor for what is no number
     good = " && ".join(finite)
@@ -70,7 +69,7 @@ def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) 
     head = "".join(f" * {line}\n" for line in textwrap.wrap(about, WIDTH - 3))
     comment = f"/*\n{head} * {function.n_instructions()} instructions.\n */\n"
     lines = "\n".join(f"    {line}" for line in body)
-    declaration = "\n".join(_wrapped(f"static inline int {name}(", arguments, ")"))
+    declaration = "\n".join(wrapped(f"static inline int {name}(", arguments, ")", hang=True))
     return f"{comment}{declaration}\n{{\n{lines}\n}}\n"
 
 
@@ -90,15 +89,3 @@ def _results(function):
         for row in range(rows):
             for column in range(columns):
                 yield _write(function.name_out(k), (rows, columns), row, column)
-
-
-def _wrapped(start, words, end):
-    """start, the words with commas between them, end, in lines."""
-    line = start
-    for k, word in enumerate(words):
-        piece = word + (end if k == len(words) - 1 else ", ")
-        if len(line) + len(piece) > WIDTH:
-            yield line.rstrip()
-            line = " " * len(start)
-        line += piece
-    yield line

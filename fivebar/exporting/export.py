@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 FORMATS = {"mjcf": ".xml", "urdf": ".urdf", "sdf": ".sdf", "c": ".h"}  # and how their files' names end
-STEP = 0.001  # s
+OPTIONS = {"mjcf": ("start", "step"), "urdf": ("start",), "sdf": ("start", "step", "closure"), "c": ("functions",)}
+WRITERS = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "c": header}
 
 
 def _identifier(value, name):
@@ -53,19 +54,13 @@ def export(
     "constraint" for Drake (None), "joint" for Gazebo. functions: of C, which of `header.NAMES` (None: all).
     ValueError for an option of another format, and for a robot that no bodies of positive mass move as.
     """
-    own = {"mjcf": ("start", "step"), "urdf": ("start",), "sdf": ("start", "step", "closure"), "c": ("functions",)}
-    given = dict(start=start, step=step, closure=closure, functions=functions)
-    if foreign := [key for key, value in given.items() if value is not None and key not in own[format]]:
-        raise ValueError(f"{foreign[0]} is no option of {format}, which has {', '.join(own[format])}")
-    name = name or type(robot).__name__.lower()
-    if format == "c":
-        found = header(robot, name, functions)
-    elif format == "urdf":
-        found = urdf(robot, name, start_of(robot, start))
-    elif format == "mjcf":
-        found = mjcf(robot, name, start_of(robot, start), step or STEP)
-    else:
-        found = sdf(robot, name, start_of(robot, start), closure or "constraint", step or STEP)
+    options = dict(start=start, step=step, closure=closure, functions=functions)
+    given = {key: value for key, value in options.items() if value is not None}
+    if foreign := [key for key in given if key not in OPTIONS[format]]:
+        raise ValueError(f"{foreign[0]} is no option of {format}, which has {', '.join(OPTIONS[format])}")
+    if format != "c":
+        given["start"] = start_of(robot, start)
+    found = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
     if out is not None:
         with written(out) as file:
             file.write(found)

@@ -13,8 +13,9 @@ from ..models.compiled import compile
 from ..models.geometry import joint_pose
 from ..models.kinematics import dkm
 from ..models.parameters import parameters_of
-from ..models.physics import Physics
-from .c import PRELUDE, WIDTH, to_c
+from ..models.physics import loads_of
+from .c import PRELUDE, to_c
+from .instructions import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -67,7 +68,7 @@ def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None 
 
     name: what the names of all begin with.
     """
-    prefix, words, physics = name, robot.words, robot.physics or Physics()
+    prefix, words, physics = name, robot.words, loads_of(robot)
     if any(map(is_symbolic, parameters_of(robot))):
         raise ValueError("C is made of a robot's numbers: this one has CasADi symbols as parameters")
     wanted = [n for n in NAMES if _is_of(robot, physics, n)] if functions is None else list(functions)

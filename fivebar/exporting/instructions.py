@@ -27,6 +27,7 @@ FUNCTIONS = {
     ca.OP_FMIN: ("fmin", 2), ca.OP_FMAX: ("fmax", 2), ca.OP_FMOD: ("fmod", 2), ca.OP_HYPOT: ("hypot", 2),
     ca.OP_COPYSIGN: ("copysign", 2),
 }  # fmt: skip
+WIDTH = 118  # of a line
 OTHERS = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 
 
@@ -76,6 +77,17 @@ def _operation(function, code, operands, language):
         name, count = FUNCTIONS[code]
         return language.call(name, operands[:count])
     raise ValueError(f"{function.name()}: no words for CasADi's operation {OTHERS.get(code, code)}")
+
+
+def wrapped(start: str, words: list[str], end: str, hang: bool = False) -> list[str]:
+    """start, the words with commas between them, end, in lines of WIDTH, none for no words; hang: under the first."""
+    lines = [start]
+    for k, word in enumerate(words):
+        piece = word + (end if k == len(words) - 1 else ", ")
+        if len(lines[-1]) + len(piece) > WIDTH:
+            lines.append(" " * len(start) * hang)
+        lines[-1] += piece
+    return [line.rstrip() for line in lines] if words else []
 
 
 def variables(function: ca.Function) -> list[str]:

@@ -7,9 +7,8 @@ from functools import partial
 
 import casadi as ca
 
-from .instructions import Language, statements, variables
+from .instructions import Language, statements, variables, wrapped
 
-WIDTH = 118
 RESERVED = {
     "arguments", "await", "break", "case", "catch", "class", "const", "continue", "debugger", "default", "delete", "do",
     "else", "enum", "eval", "export", "extends", "false", "finally", "for", "function", "if", "implements", "import",
@@ -47,10 +46,10 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
         if word in RESERVED or re.fullmatch(r"w\d+|[^A-Za-z_$].*", word):
             raise ValueError(f"{name}: {word!r} is no name in JavaScript, or taken; choose another one")
     language = Language(_number, _call, _element, partial(_flat, function, outputs) if flat else _element, OWN)
-    body = _lines("let ", variables(function))
+    body = wrapped("let ", variables(function), ";")
     if not flat:
         own = [f"{each} = {_empty(function.size_out(k))}" for k, each in enumerate(outputs)]
-        body += _lines("let ", own)
+        body += wrapped("let ", own, ";")
     body += [f"{line};" for line in statements(function, language)]
     body.append("return out;" if flat else f"return {{{', '.join(outputs)}}};")
     head = f"function {name}({', '.join([*inputs, 'out'] if flat else inputs)})"
@@ -85,14 +84,3 @@ def _empty(shape):
         return "0"
     row = "0" if columns == 1 else f"[{', '.join('0' * columns)}]"
     return f"[{', '.join([row] * rows)}]"
-
-
-def _lines(start, words):
-    """start, the words with commas between them, and a semicolon, in lines of WIDTH."""
-    lines = [start]
-    for k, word in enumerate(words):
-        piece = word + (";" if k == len(words) - 1 else ", ")
-        if len(lines[-1]) + len(piece) > WIDTH:
-            lines.append("")
-        lines[-1] += piece
-    return [line.rstrip() for line in lines] if words else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from .bodies import angles_of, legs_of
+from .bodies import angles_of, angles_told, legs_of
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
@@ -99,10 +99,7 @@ def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constr
     """
     legs, joined = legs_of(robot), closure == "joint"
     gx, gy = robot.gravity
-    known = angles_of(start)
-    angles = ", ".join(
-        f"{name} = {value!r}" for leg, own in zip(legs, known) for name, value in zip(leg.names[2:], own)
-    )
+    angles = angles_told(legs, start)
     about = ABOUT.format(
         title=robot.words.title.capitalize(), closed=CLOSED[closure].format(angles=angles), gx=gx, gy=gy,
         friction=COULOMB if any(leg.coulomb for leg in legs) else "",
@@ -111,7 +108,7 @@ def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constr
     return TEXT.format(
         model=name, gx=gx, gy=gy, step=step,
         about="".join(f"  {line}\n" for line in about.splitlines()),
-        legs="".join(_leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, known)),
+        legs="".join(_leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, angles_of(start))),
         closure=CLOSURES[closure].format(bars=bars, lengths=lengths),
     )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .bodies import angles_of, legs_of
+from .bodies import angles_told, legs_of
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
@@ -75,17 +75,14 @@ SLIDER = 'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" ef
 def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
     """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in its comment."""
     legs = legs_of(robot)
-    gx, gy = robot.gravity
-    angles = ", ".join(
-        f"{name} = {value!r}" for leg, own in zip(legs, angles_of(start)) for name, value in zip(leg.names[2:], own)
-    )
+    (gx, gy), bars = robot.gravity, [leg.names[1] for leg in legs]
     about = ABOUT.format(
-        title=robot.words.title.capitalize(), angles=angles, gx=gx, gy=gy, bars=[leg.names[1] for leg in legs],
+        title=robot.words.title.capitalize(), angles=angles_told(legs, start), gx=gx, gy=gy, bars=bars,
         friction=COULOMB if any(leg.coulomb for leg in legs) else "",
     )  # fmt: skip
     return TEXT.format(
         model=name, about="".join(f"  {line}\n" for line in about.splitlines()),
-        legs="".join(map(_leg, legs)), bars=[leg.names[1] for leg in legs], lengths=[leg.distal for leg in legs],
+        legs="".join(map(_leg, legs)), bars=bars, lengths=[leg.distal for leg in legs],
     )  # fmt: skip
 
 

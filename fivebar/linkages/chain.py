@@ -196,6 +196,11 @@ class Slot:
     def _span(self):
         return minus(self.pin.p, self.pivot.p)
 
+    @property
+    def clearances(self) -> tuple:
+        """How far the second point is beyond the offset, m."""
+        return (sqrt(dot(self._span, self._span)) - abs(self.offset),)
+
     @cached_property
     def slide(self) -> Number:
         x, y = self._span

@@ -30,6 +30,14 @@ def check_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tupl
     return int(branch) if branch.ndim == 0 else branch
 
 
+def one_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[int, int]:
+    """`check_branch`, and refused where it is a batch."""
+    branch = check_branch(linkage, branch)
+    if isinstance(branch, np.ndarray):
+        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
+    return branch
+
+
 def numbers(x: ArrayLike, name: str) -> Number:
     """A float, an array of finite floats, or a CasADi symbol as it is."""
     if is_symbolic(x):

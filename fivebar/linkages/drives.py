@@ -34,18 +34,10 @@ class Law(NamedTuple):
 
 
 def law(
-    linkage: Linkage,
-    drive: str,
-    speed: float,
-    turns: float,
-    samples: int,
-    branch: int | tuple[int, int],
-    start: float | None,
-    between: tuple[float, float] | None,
-) -> Law:
+    linkage: Linkage, drive: str, speed: float, turns: float, samples: int, branch: int | tuple[int, int],
+    start: float | None, between: tuple[float, float] | None,
+) -> Law:  # fmt: skip
     """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with angle and time."""
-    if drive not in DRIVES:
-        raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
     allowed = crank_range(linkage, branch)
     if not allowed.intervals:
         raise UnreachableError(f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan)
@@ -54,17 +46,15 @@ def law(
         return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
     start = usual_start(linkage, allowed) if start is None else start
     interval = allowed.interval(start)
-    lock = None
     if interval is None:
         raise UnreachableError(
             f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the nearest allowed "
             f"angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn {allowed}",
             math.nan,
         )
-    if not allowed.full:
-        end = interval[1] if speed > 0 else interval[0]
+    end, lock = interval[speed > 0], None
+    if abs(end - start) / abs(speed) <= t[-1]:
         lock = end, abs(end - start) / abs(speed)
-    if lock and lock[1] <= t[-1]:
         if drive == "turn":
             raise UnreachableError(
                 f"unreachable: the {linkage.driven} cannot turn: from {math.degrees(start):.9g} deg at "
@@ -73,8 +63,6 @@ def law(
                 math.nan,
             )
         t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit
-    else:
-        lock = None
     return Law(t, start + speed * t, np.full(len(t), float(speed)), np.zeros(len(t)), lock)
 
 
@@ -126,14 +114,9 @@ def _swing(t, speed, low, high):
 
 
 def two_motors(
-    linkage: FiveBarLinkage,
-    drive: str,
-    speed: ArrayLike,
-    turns: float,
-    samples: int,
-    branch: int,
+    linkage: FiveBarLinkage, drive: str, speed: ArrayLike, turns: float, samples: int, branch: int,
     start: ArrayLike | None,
-) -> Law:
+) -> Law:  # fmt: skip
     """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
 
     "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
@@ -144,8 +127,6 @@ def two_motors(
         motion = move(linkage, q, branch=branch, unreachable="nan")
         return np.isfinite(motion.position("joint 3")).all(axis=-1)
 
-    if drive not in DRIVES:
-        raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
     speed = np.broadcast_to(np.asarray(speed, dtype=float), 2)
     fastest = np.abs(speed).max()
     start = np.array([linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float)

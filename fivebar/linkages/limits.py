@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._backend import EPS
-from ..checks import shown, takes
-from .checks import check_branch, linkage
+from ..checks import takes
+from .checks import linkage, one_branch
 
 if TYPE_CHECKING:
     from .motion import Linkage
@@ -63,9 +63,7 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
 
     The ends come from the linkage in closed form; which pieces between them close is tried inside of them.
     """
-    branch = check_branch(linkage, branch)
-    if isinstance(branch, np.ndarray):
-        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
+    branch = one_branch(linkage, branch)
     ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
     if not ends:
         closes = math.isfinite(linkage.chain(0.3, branch).found)

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import first_index, is_symbolic, sqrt
+from .._backend import first_index, is_symbolic
 from ..checks import takes
 from ..errors import UnreachableError
-from ..models.dyads import dot
-from .chain import Slot
 from .checks import check_branch, linkage, numbers
 from .limits import crank_range
 
@@ -100,12 +98,6 @@ def _refuse_open(motion):
 
 
 def _gap(dyad):
-    """By how many metres a dyad's bars are too short or too long: negative where they meet, nan behind an open one."""
-    if isinstance(dyad, Slot):
-        return abs(dyad.offset) - sqrt(dot(dyad._span, dyad._span))
-    if hasattr(dyad, "guide"):
-        gap = abs(dyad.height) - dyad.r1
-    else:
-        span = sqrt(dyad.span_squared)
-        gap = np.maximum(span - (dyad.r1 + dyad.r2), abs(dyad.r1 - dyad.r2) - span)
+    """By how many metres a dyad's bars are too short or too long: negative where they meet, -inf behind an open one."""
+    gap = -np.minimum.reduce(dyad.clearances)
     return np.where(np.isnan(gap), -np.inf, gap)

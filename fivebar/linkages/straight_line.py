@@ -80,10 +80,10 @@ def roberts(r: float) -> StraightLine:
     )  # fmt: skip
 
 
-def _watt(half_stroke=0.25):
+def _watt():
     linkage = FourBar(math.sqrt(4.25), 1.0, 0.5, 1.0, base=(-1.0, 0.25), tilt=math.atan2(-0.5, 2.0))
     line = (0.0, 0.0), (0.0, 1.0)
-    ends = tuple(crank_at(linkage, -1, *line, y, math.asin(y)) for y in (-half_stroke, half_stroke))
+    ends = tuple(crank_at(linkage, -1, *line, y, math.asin(y)) for y in (-0.25, 0.25))
     return StraightLine(
         linkage, -1, *line, ends,
         "equal arms 1, coupler 0.5, its middle; stroke +-0.25 about the pose with level arms; Watt 1784",

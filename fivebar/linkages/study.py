@@ -17,7 +17,7 @@ from ..models.robots import FiveBar
 from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
 from .checks import check_branch, loads
 from .checks import linkage as must_be_linkage
-from .drives import law, smooth_branch, two_motors
+from .drives import DRIVES, law, smooth_branch, two_motors
 from .five_bar import FiveBarLinkage
 from .four_bar import FourBar
 from .motion import Body, Motion
@@ -56,14 +56,8 @@ class Study(Pictured):
     _arguments: dict = field(repr=False)
 
     def __repr__(self) -> str:
-        kind = type(self.linkage).__name__
-        return one_line(
-            "Study",
-            kind,
-            f"{self.t[-1]:g} s in {len(self.t)} rows",
-            f"{len(self.columns)} quantities",
-            "locks" if self.lock else "",
-        )
+        rows, locks = f"{self.t[-1]:g} s in {len(self.t)} rows", "locks" if self.lock else ""
+        return one_line("Study", type(self.linkage).__name__, rows, f"{len(self.columns)} quantities", locks)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity (n,) by its name, of the table or not; angles are continuous."""
@@ -129,15 +123,9 @@ class Study(Pictured):
 
 
 @takes(
-    linkage=must_be_linkage,
-    turns=positive,
-    drive=text,
-    samples=whole(0, MOST_SAMPLES),
-    load=loads,
-    gravity=two_numbers,
-    between=optional(two_numbers),
-    quantities=optional(strings),
-)
+    linkage=must_be_linkage, turns=positive, drive=text, samples=whole(0, MOST_SAMPLES), load=loads,
+    gravity=two_numbers, between=optional(two_numbers), quantities=optional(strings),
+)  # fmt: skip
 def study(
     linkage: Linkage, speed: float | tuple[float, float] = FULL, turns: float = 1.0, drive: str = "turn",
     branch: int | tuple[int, int] | None = None, start: ArrayLike | None = None,
@@ -174,6 +162,8 @@ def study(
         start = start if motors == 2 else float(start)
     speed = speed if speed.ndim else float(speed)
     branch = check_branch(linkage, branch)
+    if drive not in DRIVES:
+        raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
     if isinstance(linkage, FiveBarLinkage):
         if between is not None:
             raise ValueError("between is for linkages with one drive")

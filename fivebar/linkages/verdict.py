@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import shown, takes
-from .checks import check_branch, linkage
+from ..checks import takes
+from .checks import linkage, one_branch
 from .five_bar import FiveBarLinkage
 from .four_bar import FourBar, dead_centres, time_ratio, transmission_range
 from .limits import crank_range
@@ -22,15 +22,9 @@ if TYPE_CHECKING:
 @takes(linkage=linkage)
 def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
     """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks, where."""
-    branch = check_branch(linkage, branch)
-    if isinstance(branch, np.ndarray):
-        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
-    for kind, words in (
-        (FourBar, _four_bar),
-        (SliderCrank, _slider_crank),
-        (SixBarPress, _press),
-        (FiveBarLinkage, _five),
-    ):
+    branch = one_branch(linkage, branch)
+    known = {FourBar: _four_bar, SliderCrank: _slider_crank, SixBarPress: _press, FiveBarLinkage: _five}
+    for kind, words in known.items():
         if isinstance(linkage, kind):
             return words(linkage, branch)
     raise TypeError(f"no verdict on a linkage of class {type(linkage).__name__}")

@@ -23,11 +23,8 @@ def tip_errors(found: TipError) -> Figure:
     left, right = figure.subplots(1, 2)
     linear, drawn = 1e3 * found.sd, 1e3 * found.monte_carlo_sd
     good = np.isfinite(drawn) & (drawn > 0) & (linear > 0)
-    span = (
-        [min(linear[good].min(), drawn[good].min()), max(linear[good].max(), drawn[good].max())]
-        if good.any()
-        else [1, 2]
-    )
+    both = np.concatenate([linear[good], drawn[good]]) if good.any() else np.array([1, 2])
+    span = [both.min(), both.max()]
     left.loglog(span, span, color=INK, lw=1, label="equal")
     left.loglog(linear[good], drawn[good], "o", ms=5, color=BLUE, label="a pose, RMS")
     all_there = good & np.isfinite(found.radius)

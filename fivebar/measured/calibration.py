@@ -12,7 +12,7 @@ from scipy.special import chdtrc, ndtri, stdtrit
 from .._backend import sign
 from ..checks import number
 from ..described import one_line
-from ..models.dyads import SINGULAR, cross
+from ..models.dyads import SINGULAR
 from ..models.robots import FiveBar
 from ..tables import BinaryFile, TextFile, saved
 from . import saving
@@ -107,8 +107,8 @@ class Calibration(Used):
     @cached_property
     def working(self) -> np.ndarray:
         """Working modes (n, 2) of the rows, int8, 0 where the robot found does not close."""
-        at = place(self.p, self.rows.q, self.assembly)
-        return np.stack([-sign(cross(c, u), SINGULAR) for c, u in zip(at.cranks, at.bars)], axis=-1)
+        sines = place(self.p, self.rows.q, self.assembly).sines
+        return np.stack([-sign(sine, SINGULAR) for sine in sines], axis=-1)
 
     @property
     def dof(self) -> int:
@@ -150,8 +150,7 @@ class Calibration(Used):
     def _null(self):
         """Combinations that the data do not tell (unknowns - rank, k), in units of the sizes."""
         null = self._spectrum[2][self.rank :]
-        free = null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9] if len(null) else null
-        return free
+        return null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9] if len(null) else null
 
     @cached_property
     def _lost(self):
@@ -190,9 +189,13 @@ class Calibration(Used):
     @cached_property
     def before(self) -> np.ndarray:
         """All values (13,) before: the start, but the frame, as far as it is unknown, laid on the points anew."""
-        names = tuple(name for name in self.unknown if name in FRAME)
-        p = self.start.copy()
-        p[[PLACE[name] for name in names]] = self.p[[PLACE[name] for name in names]]
+        names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
+        own = [PLACE[name] for name in names]
+        p[own] = self.p[own]
+        return self._fitted(names, p)
+
+    def _fitted(self, names, p):
+        """p with these unknowns by least squares; as it is where they are none, or it does not reach every row."""
         if not names or not np.isfinite(misses(p, self.rows, self.assembly, derive=False)[0]).all():
             return p
         own = np.array([PLACE[name] for name in names])
@@ -267,18 +270,11 @@ class Calibration(Used):
 
     def refit(self, held: dict[str, float]) -> float:
         """chi2 of the best fit with some unknowns held at these values."""
-        names = tuple(name for name in self.unknown if name not in held)
-        start = self.p.copy()
-        start[[PLACE[name] for name in held]] = list(held.values())
-        if not names:
-            off = misses(start, self.rows, self.assembly, derive=False)[0] * self.weight
-            return float(np.nan_to_num(off @ off, nan=np.inf))
-        own = np.array([PLACE[name] for name in names])
-        task = Task(self.rows, own, start, sizes(self.nominal, self.rows.q, names), self.weight)
-        if not np.isfinite(misses(start, self.rows, self.assembly, derive=False)[0]).all():
-            return np.inf
-        off = misses(solve(task, start, self.assembly)[0], self.rows, self.assembly, derive=False)[0] * self.weight
-        return float(off @ off)
+        p = self.p.copy()
+        p[[PLACE[name] for name in held]] = list(held.values())
+        p = self._fitted([name for name in self.unknown if name not in held], p)
+        off = misses(p, self.rows, self.assembly, derive=False)[0] * self.weight
+        return float(np.nan_to_num(off @ off, nan=np.inf))
 
     def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure: misses as arrows before and after, rows, unknowns with intervals; written to `path`."""

@@ -74,7 +74,7 @@ def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
     fits = []
     for side in (-1, 1):
         at = place(p, rows.q, np.full(len(rows), side))
-        sines = np.stack([c[0] * u[1] - c[1] * u[0] for c, u in zip(at.cranks, at.bars)], axis=-1)
+        sines = np.stack(at.sines, axis=-1)
         with np.errstate(invalid="ignore"):
             fits.append(((rows.working == 0) | (-np.sign(sines) == rows.working)).all(axis=1) & np.isfinite(at.xi[0]))
     only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
@@ -106,39 +106,33 @@ def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, 
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count where a fit without them
     leaves them: within them SciPy's steps would drift along what the rows do not tell.
     """
+    low, high = _box(task)
     if task.bounds:
         free, held = solve(replace(task, bounds=None), p, assembly)
         inside = (free[task.free] - task.start[task.free]) / task.size
-        if np.all((inside >= _box(task)[0]) & (inside <= _box(task)[1])):
+        if np.all((inside >= low) & (inside <= high)):
             return free, held
-    z0 = (p[task.free] - task.start[task.free]) / task.size
-    scale = task.weight
 
     def off(z):
-        return misses(task.at(z), task.rows, assembly, derive=False)[0] * scale
+        return misses(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
 
     def slope(z):
-        return misses(task.at(z), task.rows, assembly)[1][:, task.free] * task.size * scale[:, None]
+        return misses(task.at(z), task.rows, assembly)[1][:, task.free] * task.size * task.weight[:, None]
 
-    low, high = _box(task)
-    z0 = np.clip(z0, low, high)
-    first = off(z0)
-    spread = 1.4826 * np.median(np.abs(first)) if task.loss != "linear" else 1.0
-    done = least_squares(
-        off, z0, slope, bounds=(low, high), loss=task.loss, f_scale=max(spread, 1e-12), x_scale=1.0, max_nfev=200,
-        ftol=1e-12, xtol=1e-12, gtol=1e-12,
-    )  # fmt: skip
-    if task.loss != "linear":  # once more with the scatter of the fit, not of the start
-        spread = max(1.4826 * np.median(np.abs(off(done.x))), 1e-12)
-        done = least_squares(
-            off, done.x, slope, bounds=(low, high), loss=task.loss, f_scale=spread, max_nfev=200,
-            ftol=1e-14, xtol=1e-14, gtol=1e-14,
+    def fitted(z, tolerance):
+        spread = max(1.4826 * np.median(np.abs(off(z))), 1e-12) if task.loss != "linear" else 1.0
+        return least_squares(
+            off, z, slope, bounds=(low, high), loss=task.loss, f_scale=spread, max_nfev=200,
+            ftol=tolerance, xtol=tolerance, gtol=tolerance,
         )  # fmt: skip
+
+    done = fitted(np.clip((p[task.free] - task.start[task.free]) / task.size, low, high), 1e-12)
+    if task.loss != "linear":  # once more with the scatter of the fit, not of the start
+        done = fitted(done.x, 1e-14)
     held = done.active_mask != 0
-    z = done.x
     if not held.any() and task.loss == "linear":
-        z = _polished(off, slope, z, low, high)
-    return task.at(z), held
+        return task.at(_polished(off, slope, done.x, low, high)), held
+    return task.at(done.x), held
 
 
 def _box(task):

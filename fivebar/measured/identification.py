@@ -58,31 +58,34 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     columns = [k for k, name in enumerate(names) if name in sought]
 
-    def prepared(at, logs):
-        found = [samples(own, held, robot, assembly, at) for own, held in logs]
-        rows = _joined([each.rows for each in found])
-        return found, replace(rows, tau=rows.tau - rows.W @ known)
+    def prepared(at):
+        return [samples(own, held, robot, assembly, at) for own, held in logs]
 
-    found, rows = prepared(cutoff, logs)
+    def joined(found):
+        rows = _joined([each.rows for each in found])
+        return replace(rows, tau=rows.tau - rows.W @ known)
+
+    found = prepared(cutoff)
+    rows = joined(found)
     _must_say(rows, found, 2 * len(sought))
     base, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
     sentences = words(robot, folded, everywhere=True)
     told, more = independent(rows.W, base, NEARLY)
     full, said, by_hold = fit(rows, told), [], False
     if full.misfit < POOR and not all(held for _, held in logs):
-        as_held = [(own, True) for own, _ in logs]
-        again, others = prepared(cutoff, as_held)
+        as_held = [each.as_held() for each in found]
+        others = joined(as_held)
         better, count = fit(others, told), rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
-            logs, found, rows, full, by_hold = as_held, again, others, better, True
+            logs, found, rows, full, by_hold = [(own, True) for own, _ in logs], as_held, others, better, True
             said = ["each torque is taken as held from its row to the next: so it fits the motion better"]
     for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
             break
-        lower = prepared(LOWERED * min(each.cutoff for each in found), logs)
-        if lower[1].counts.sum(axis=0).min() < ENOUGH * len(columns):
+        lower = prepared(LOWERED * min(each.cutoff for each in found))
+        if (fewer := joined(lower)).counts.sum(axis=0).min() < ENOUGH * len(columns):
             break
-        found, rows = lower
+        found, rows = lower, fewer
         told, more = independent(rows.W, base, NEARLY)
         full = fit(rows, told)
     sentences += words(robot, more, everywhere=False)
@@ -105,7 +108,7 @@ def identify(
     labels = [names[k] for k in chosen]
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
-    result = _robot(robot, sought, labels, theta, last)
+    result = _robot(robot, sought, labels, theta)
     sd = np.sqrt(np.diag(last.cov))
     values = dict(zip(labels, map(float, theta)))
     said += [sentence for each in found for sentence in each.said]
@@ -184,7 +187,7 @@ def _why(name, full, k):
     return f"{value:.3g} ± {sd:.2g} beside all others, not told from 0: {least}"
 
 
-def _robot(robot, sought, labels, theta, found):
+def _robot(robot, sought, labels, theta):
     values = dict.fromkeys(sought, 0.0) | dict(zip(labels, map(float, theta)))
     try:
         return replace(robot, **values)

@@ -161,18 +161,8 @@ class Identification:
 
 
 _PLAIN = (
-    "values",
-    "sd",
-    "chosen",
-    "rejected",
-    "indistinguishable",
-    "said",
-    "noise",
-    "misfit",
-    "p_value",
-    "cutoff",
-    "bodies",
-)
+    "values", "sd", "chosen", "rejected", "indistinguishable", "said", "noise", "misfit", "p_value", "cutoff", "bodies",
+)  # fmt: skip
 
 
 def _read_validation(table):

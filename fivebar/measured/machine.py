@@ -45,32 +45,36 @@ def length_ok(p: np.ndarray) -> bool:
 
 
 class Placed(NamedTuple):
-    """Poses of a machine: angles as they are (n, 2) rad, points and elbows in the robot's frame, unit vectors."""
+    """Poses of a machine: points in the robot's frame, unit vectors."""
 
-    theta: tuple
     xi: tuple
-    pivots: tuple
     cranks: tuple  # u_i1
     bars: tuple  # u_i2
     det: np.ndarray  # det A
 
+    @property
+    def sines(self) -> list[np.ndarray]:
+        """Of both legs' Type 1."""
+        return [cross(crank, bar) for crank, bar in zip(self.cranks, self.bars)]
+
 
 def _cranks(p, q):
-    theta = tuple(p[7 + i] * q[:, i] + p[5 + i] for i in (0, 1))
-    cranks = tuple((np.cos(angle), np.sin(angle)) for angle in theta)
+    """Unit vectors u_i1 and the elbows, in the robot's frame."""
+    angles = (p[7 + i] * q[:, i] + p[5 + i] for i in (0, 1))
+    cranks = tuple((np.cos(angle), np.sin(angle)) for angle in angles)
     pivots = tuple((sign * p[4] / 2 + p[2 * i] * u[0], p[2 * i] * u[1]) for i, sign, u in zip((0, 1), (-1, 1), cranks))
-    return theta, cranks, pivots
+    return cranks, pivots
 
 
 def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
     """The machine with the values p (13,) at the readings q (n, 2), in its own frame; nan where it does not close,
     and in a Type-2 singularity."""
-    theta, cranks, (left, right) = _cranks(p, q)
+    cranks, (left, right) = _cranks(p, q)
     with np.errstate(invalid="ignore", divide="ignore"):
         dyad = RRR((right[0] - left[0], right[1] - left[1]), p[1], p[3], -assembly, abs(p[4]) + abs(p[0]) + abs(p[2]))
         det = np.where(dyad.sine, dyad.sine, np.nan)  # in a singularity there are no slopes
         xi = left[0] + p[1] * dyad.first[0] + 0 * det, left[1] + p[1] * dyad.first[1] + 0 * det
-        return Placed(theta, xi, (left, right), cranks, (dyad.first, dyad.second), det)
+        return Placed(xi, cranks, (dyad.first, dyad.second), det)
 
 
 def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
@@ -81,7 +85,7 @@ def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         inverse = np.array([[u22[1], -u22[0]], [-u12[1], u12[0]]]) / at.det
     for i, (u, crank, sign) in enumerate(zip((u12, u22), cranks, (-1, 1))):
-        across = p[2 * i] * (u[1] * crank[0] - u[0] * crank[1])  # u_i2 . dP_i / d theta_i, B's entry
+        across = p[2 * i] * cross(crank, u)  # u_i2 . dP_i / d theta_i, B's entry
         own = {2 * i: dot(u, crank), 2 * i + 1: 1.0, 4: sign / 2 * u[0], 5 + i: across, 7 + i: across * q[:, i]}
         for column, along in own.items():
             found[:, :, column] += (inverse[i] * along).T
@@ -125,7 +129,7 @@ def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarr
     It needs no mode, and there is nothing that it cannot reach: where a calibration begins, and where mistakes are
     looked for.
     """
-    theta, cranks, pivots = _cranks(p, q)
+    cranks, pivots = _cranks(p, q)
     x, y = unframe(p, points)
     off, derived = np.empty(q.shape), np.zeros((*q.shape, len(UNKNOWNS)))
     c, s = np.cos(p[11]) / p[12], np.sin(p[11]) / p[12]
@@ -135,7 +139,7 @@ def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarr
         off[:, i] = length - p[2 * i + 1]
         u = bar[0] / np.where(length, length, 1.0), bar[1] / np.where(length, length, 1.0)
         own = derived[:, i]
-        across = p[2 * i] * (u[1] * crank[0] - u[0] * crank[1])
+        across = p[2 * i] * cross(crank, u)
         own[:, 2 * i], own[:, 2 * i + 1], own[:, 4] = -dot(u, crank), -1.0, -sign / 2 * u[0]
         own[:, 5 + i], own[:, 7 + i] = -across, -across * q[:, i]
         own[:, 9], own[:, 10] = -(c * u[0] - s * u[1]), -(s * u[0] + c * u[1])
@@ -148,7 +152,7 @@ def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarr
 def sines_at(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Sines (n, 3) of both legs' Type 1 and of Type 2 with the bars drawn to measured points: minus their signs are
     the working modes and the assembly mode."""
-    theta, cranks, pivots = _cranks(p, q)
+    cranks, pivots = _cranks(p, q)
     x, y = unframe(p, points)
     bars = [(x - pivot[0], y - pivot[1]) for pivot in pivots]
     units = [(b[0] / np.hypot(*b), b[1] / np.hypot(*b)) for b in bars]

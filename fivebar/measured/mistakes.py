@@ -9,7 +9,7 @@ import numpy as np
 from .fit import Task
 from .machine import PLACE, bars_off, seen, sines_at
 from .starts import SUSPECT, begin, doubt
-from .wrong_columns import ANGLES, FALLS, PLACES, Mistake, columns, crudely, double, mm, more_unknown, remade, single
+from .wrong_columns import ANGLES, FALLS, PLACES, Mistake, columns, crudely, double, mended, mm, more_unknown, single
 
 FEW = 8  # rows of which none is alone
 SURE = 0.05  # sine beyond which a mode is certain
@@ -22,29 +22,24 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
     """
     if task.rows.whole.sum() < 4:
         found = crudely(task)
-        for mistake in found:
-            task = remade(task, mistake.mend(task.rows))
+        task = mended(task, found)
         return found, task, begin(task)
-    p, found = begin(task, far=False), []
+    p, found, limit = begin(task, far=False), [], max(SUSPECT * task.bar, 5 * sigma)
     for tried in (single, None, double):  # offsets far from the start are likelier than two mistakes
-        if doubt(task, p) < max(SUSPECT * task.bar, 5 * sigma):
+        if doubt(task, p) < limit:
             break
         if tried is None:
             p = begin(task)
         elif found := columns(task, p, tried(task)):
-            for mistake in found:
-                task = remade(task, mistake.mend(task.rows))
+            task = mended(task, found)
             p = begin(task)
             break
-    if doubt(task, p) > max(SUSPECT * task.bar, 5 * sigma) and (more := more_unknown(task, p)):
+    if doubt(task, p) > limit and (more := more_unknown(task, p)):
         return [*found, more], task, p
     rows_found, p = _rows(task, p, sigma)
-    for mistake in rows_found:
-        task = remade(task, mistake.mend(task.rows))
+    task = mended(task, rows_found)
     noted = _modes(task, p, sigma)
-    for mistake in noted:
-        task = remade(task, mistake.mend(task.rows))
-    return [*found, *rows_found, *noted], task, p
+    return [*found, *rows_found, *noted], mended(task, noted), p
 
 
 def lone_rows(task: Task, p: np.ndarray) -> list[str]:
@@ -81,15 +76,13 @@ def _rows(task, p, sigma):
     found = []
     for k in np.flatnonzero(bad):
         own = rows.without(np.arange(len(rows)) != k)
-        after = {}
-        for words, change in {**ANGLES, **PLACES}.items():
-            changed = change(own)
-            after[words] = np.hypot(*bars_off(p, changed.q, changed.points)[0][0])
-        best = min(after, key=lambda words: after[words])
+        changes = ANGLES | PLACES
+        changed = {words: change(own) for words, change in changes.items()}
+        after = {words: np.hypot(*bars_off(p, row.q, row.points)[0][0]) for words, row in changed.items()}
+        best = min(after, key=after.__getitem__)
         if after[best] < max(5 * scale, 2e-4 * task.bar) and after[best] < FALLS * off[k]:
-            change = {**ANGLES, **PLACES}[best]
             said = f"(misses the point by {mm(after[best])} then, by {mm(off[k])} as it is)"
-            found.append(Mistake(f"{rows.where[k]}: {best}? {said}", _in_row(k, change)))
+            found.append(Mistake(f"{rows.where[k]}: {best}? {said}", _in_row(k, changes[best])))
     return found, p
 
 

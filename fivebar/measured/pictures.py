@@ -81,12 +81,10 @@ def _rows(axes, found):
     axes.axhline(
         scale * found.rms, color=INK, lw=1, ls="--", label=f"RMS of a coordinate {scale * found.rms:.3g} {unit}"
     )
-    words = (
-        ""
-        if found.p_value is None
-        else f"; p = {found.p_value:.2g}: the model {'fits' if found.fits else 'does not fit'}"
-    )
-    finish(axes, 3, xlabel="row", ylabel=f"miss ({unit})", title=f"rows{words}")
+    title = "rows"
+    if found.p_value is not None:
+        title += f"; p = {found.p_value:.2g}: the model {'fits' if found.fits else 'does not fit'}"
+    finish(axes, 3, xlabel="row", ylabel=f"miss ({unit})", title=title)
 
 
 def _unknowns(axes, found):

@@ -234,10 +234,10 @@ def _gain(jacobian, covariance):
 
 def _for_the_tip(jacobian, chosen):
     """Exchanges while one lowers the worst error of the tip, over poses everywhere and those that are worst now."""
-    chosen, spread = list(chosen), _worst_first(jacobian, chosen)
-    judged = jacobian[np.union1d(spread[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED)))]
+    chosen, information = list(chosen), 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
+    worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
+    judged = jacobian[np.union1d(worst[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED)))]
     offered = np.union1d(np.arange(0, len(jacobian), max(1, len(jacobian) // OFFERED)), chosen)
-    information = 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
     worst = _spread(judged, np.linalg.inv(information)).max()
     flat, some = judged.reshape(-1, judged.shape[2]), jacobian[offered]
     for place in [*range(len(chosen))] * (1 if len(chosen) > MANY else 3):
@@ -256,11 +256,6 @@ def _for_the_tip(jacobian, chosen):
             worst, chosen[place] = ends[best], int(offered[best])
             information = rest + some[best].T @ some[best]
     return chosen
-
-
-def _worst_first(jacobian, chosen):
-    information = 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
-    return np.argsort(-_spread(jacobian, np.linalg.inv(information)))
 
 
 def _tour(robot, q, modes):

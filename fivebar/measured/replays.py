@@ -117,13 +117,8 @@ class Replay(Pictured):
         table = [self.measured.t]
         for run in self.runs.values():
             table += [*run.q.T, *run.q_dot.T, *run.xi.T, *run.tau.T]
-        write(
-            path,
-            "replay",
-            {"robot": self.simulated.robot.parameters, "by": self.by},
-            names,
-            np.column_stack(table).tolist(),
-        )
+        about = {"robot": self.simulated.robot.parameters, "by": self.by}
+        write(path, "replay", about, names, np.column_stack(table).tolist())
 
 
 @takes(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -21,28 +22,73 @@ MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
 CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
 LONG_AT_LIMIT, AT_LIMIT = 3, 1e-9  # rows in a row whose torque is one of the two extremes: cut off there
 BRIDGED = 3  # rows that may be missing without a stretch ending
+TAKEN = "q", "tau", "q_dot", "q_ddot"  # of a log
 STILL = 10.0  # times what the encoders' noise looks like: less acceleration is no motion
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """pieces: (t, W, tau, counts) as `filtering.filtered` has them; motion: their (q, q', q''); step s; cutoff Hz;
-    noise (2,), of q; said: sentences on the log; assembly: the mode; tau_noise (2,): N m, of a sample of each torque.
+    """parts: (t, W, where (n, 2) a motor's row may count); motion: their (q, q', q''); torques: theirs, as logged and
+    as held, and which of them are taken; step s; cutoff Hz; noise (2,), of q; remarks: sentences on the log but for its
+    torques; assembly: the mode.
     """
 
     robot: Robot
-    pieces: list[tuple]
+    parts: list[tuple]
     motion: list[tuple]
+    torques: dict[bool, list[np.ndarray]]
+    held: bool
     step: float
     cutoff: float
     noise: tuple[float, float]
-    said: tuple[str, ...]
+    remarks: tuple[str, ...]
     assembly: int
-    tau_noise: tuple[float, float]
 
-    @property
+    def as_held(self) -> Samples:
+        """The same with each torque held from its row to the next."""
+        return replace(self, held=True)
+
+    @cached_property
     def rows(self) -> Rows:
         return filtered(self.pieces, self.step, self.cutoff)
+
+    @cached_property
+    def pieces(self) -> list[tuple]:
+        """(t, W, tau, counts) as `filtering.filtered` has them."""
+        parts = zip(self.parts, self.torques[self.held], self._cut_off)
+        return [(t, W, tau, good & ~cut & np.isfinite(tau)) for (t, W, good), tau, cut in parts]
+
+    @cached_property
+    def _extremes(self):
+        return [(np.nanmin(column), np.nanmax(column)) for column in np.concatenate(self.torques[self.held]).T]
+
+    @cached_property
+    def _cut_off(self):
+        """Per part where (n, 2) each torque stays at one of its extremes."""
+        torques = self.torques[self.held]
+        return [np.stack([_at_limit(tau[:, k], *self._extremes[k]) for k in (0, 1)], axis=1) for tau in torques]
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Sentences on the log."""
+        limits = [
+            f"tau{k + 1} stays at its largest value in {rows} rows ({self._extremes[k][1]:.4g} or "
+            f"{self._extremes[k][0]:.4g} {self.robot.words.effort_unit}), as if it were cut off there: these rows do "
+            "not count"
+            for k, rows in enumerate(sum(cut.sum(axis=0) for cut in self._cut_off))
+            if rows
+        ]
+        return *self.remarks, *limits
+
+    @property
+    def tau_noise(self) -> tuple[float, float]:
+        """Standard deviation of each torque's noise, N m, by its fourth differences, in which no motion is left."""
+        found = []
+        for column in max(self.torques[self.held], key=len).T:
+            rough = np.diff(column[np.isfinite(column)], 4)
+            # of white noise their variance is 70 times its own; the median, as jumps are not noise
+            found.append(float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0)
+        return found[0], found[1]
 
 
 def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
@@ -74,14 +120,10 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         raise ValueError("the log has no torques (tau1, tau2): without them nothing can be said of masses or friction")
     said, stretches = list(log.said), []
     for part in _bridged(log, said):
-        pairs = {
-            name: None if (own := getattr(log, name)) is None else own[part] for name in ("q", "tau", "q_dot", "q_ddot")
-        }
-        if held and part.stop - part.start > 1:
-            tau = pairs["tau"]
-            pairs["tau"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])  # the mean about each row
-        t, pairs, away = evenly(log.t[part], pairs, log.step)
-        stretches.append((t, pairs, away))
+        pairs = {name: getattr(log, name)[part] for name in TAKEN if getattr(log, name) is not None}
+        tau = pairs["tau"]
+        pairs["tau_held"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])  # the mean about each row
+        stretches.append(evenly(log.t[part], pairs, log.step))
     uneven = max(away for _, _, away in stretches)
     if uneven > 0.01:
         said.append(f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by cubic splines")
@@ -98,9 +140,9 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             f"cutoff = {cutoff:g} Hz must be above 0 and at most {HIGHEST * rate:.4g} Hz, 1/12 of the sampling rate"
         )
     n = half_window(cutoff, log.step)
-    motion = [(t, _rates(pairs, log.step, cutoff), pairs["tau"]) for t, pairs, _ in stretches if len(t) > 2 * n + 2]
-    lost = sum(len(t) for t, *_ in stretches) - sum(len(t) for t, *_ in motion)
-    if not motion:
+    long = [(t, pairs) for t, pairs, _ in stretches if len(t) > 2 * n + 2]
+    lost = sum(len(t) for t, *_ in stretches) - sum(len(t) for t, _ in long)
+    if not long:
         longest = max(len(t) for t, *_ in stretches)
         raise ValueError(
             f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of {cutoff:.3g} Hz "
@@ -108,19 +150,11 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         )
     if lost:
         said.append(f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives")
+    motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
     _must_move(motion, found.noise, cutoff, log.step, robot)
-    pieces = _pieces(motion, robot, assembly, n, said)
-    return Samples(
-        robot,
-        pieces,
-        [rates for _, rates, _ in motion],
-        log.step,
-        cutoff,
-        found.noise,
-        tuple(said),
-        assembly,
-        _white(motion),
-    )
+    parts = _parts([t for t, _ in long], motion, robot, assembly, n, said)
+    torques = {as_held: [pairs[name] for _, pairs in long] for as_held, name in ((False, "tau"), (True, "tau_held"))}
+    return Samples(robot, parts, motion, torques, held, log.step, cutoff, found.noise, tuple(said), assembly)
 
 
 def _bridged(log, said):
@@ -139,9 +173,9 @@ def _bridged(log, said):
 def _rates(pairs, step, cutoff):
     """(q, q', q''): of what was logged the same polynomials; else their derivatives."""
     q, q_dot, q_ddot = derivatives(pairs["q"], step, cutoff)
-    if pairs["q_dot"] is not None:
+    if "q_dot" in pairs:
         q_dot, q_ddot, _ = derivatives(pairs["q_dot"], step, cutoff)
-    if pairs["q_ddot"] is not None:
+    if "q_ddot" in pairs:
         q_ddot, _, _ = derivatives(pairs["q_ddot"], step, cutoff)
     return q, q_dot, q_ddot
 
@@ -151,22 +185,10 @@ def rough(step: float, cutoff: float) -> float:
     return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
 
 
-def _white(motion):
-    """Standard deviation of each torque's noise, by its fourth differences, in which no motion is left."""
-    tau = max((tau for *_, tau in motion), key=len)
-    found = []
-    for column in tau.T:
-        rough = np.diff(column[np.isfinite(column)], 4)
-        # of white noise their variance is 70 times its own; the median, as jumps are not noise
-        found.append(float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0)
-    return found[0], found[1]
-
-
 def _must_move(motion, noise, cutoff, step, robot):
     """Refuse a motor that stands: its inertia would be that of its encoder's noise."""
     for k, name in enumerate(robot.words.joints):
-        second = np.concatenate([rates[2][:, k] for _, rates, _ in motion])
-        q = np.concatenate([rates[0][:, k] for _, rates, _ in motion])
+        q, _, second = (np.concatenate([part[:, k] for part in parts]) for parts in zip(*motion))
         moves = np.sqrt(np.nanmean(second**2))
         looks = noise[k] * rough(step, cutoff)
         if not moves > max(STILL * looks, 1e-9 * (2 * np.pi * cutoff) ** 2 * max(np.nanmax(np.abs(q)), 1e-6)):
@@ -177,13 +199,12 @@ def _must_move(motion, noise, cutoff, step, robot):
             )
 
 
-def _pieces(motion, robot, assembly, n, said):
-    names, pieces, total, near, open_ = linear_names(robot), [], 0, 0, 0
+def _parts(times, motion, robot, assembly, n, said):
+    """(t, W, where (n, 2) a motor's row may count) of each stretch."""
+    names, parts, total, near, open_, first_near = linear_names(robot), [], 0, 0, 0, None
     dry = [names.index(name) for name in ("fs1", "fs2")]
-    rms = np.sqrt(np.nanmean(np.concatenate([rates[1] for _, rates, _ in motion]) ** 2, axis=0))
-    extremes = [(np.nanmin(column), np.nanmax(column)) for column in np.concatenate([tau for *_, tau in motion]).T]
-    first_near, cut_off = None, np.zeros(2, dtype=int)
-    for t, (q, q_dot, q_ddot), tau in motion:
+    rms = np.sqrt(np.nanmean(np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2, axis=0))
+    for t, (q, q_dot, q_ddot) in zip(times, motion):
         known = np.isfinite(q).all(axis=1)
         pose = dgm(robot, np.where(known[:, None], q, 0.0), assembly, unreachable="nan")
         closes = np.isfinite(pose.xi).all(axis=1)
@@ -195,11 +216,9 @@ def _pieces(motion, robot, assembly, n, said):
         W = regressor(robot, q, q_dot, q_ddot, assembly)
         good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
         creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n + 1, 1)))
-        limits = np.stack([_at_limit(tau[:, k], *extremes[k]) for k in (0, 1)], axis=1)
-        cut_off += limits.sum(axis=0)
         for k in (0, 1):
             W[:, k, dry[k]] = np.sign(np.nan_to_num(q_dot[:, k]))
-        pieces.append((t, np.nan_to_num(W), tau, good[:, None] & ~creeps & ~limits & np.isfinite(tau)))
+        parts.append((t, np.nan_to_num(W), good[:, None] & ~creeps))
     if open_ > 0.02 * total:
         refuse_open_log(motion, robot, assembly, open_, total)
     if open_:
@@ -209,18 +228,12 @@ def _pieces(motion, robot, assembly, n, said):
             f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
             f"{first_near:.6g} s) and do not count: there, errors become torques"
         )
-    for k, rows in enumerate(cut_off):
-        if rows:
-            said.append(
-                f"tau{k + 1} stays at its largest value in {rows} rows ({extremes[k][1]:.4g} or {extremes[k][0]:.4g} "
-                f"{robot.words.effort_unit}), as if it were cut off there: these rows do not count"
-            )
-    return pieces
+    return parts
 
 
 def refuse_open_log(motion, robot, assembly, open_, total):
     """Say why poses do not close: degrees, or other lengths."""
-    q = np.concatenate([rates[0] for _, rates, _ in motion])
+    q = np.concatenate([rates[0] for rates in motion])
     q = q[np.isfinite(q).all(axis=1)]
     message = f"{open_} of {total} rows do not close the loop: the bars of this robot do not reach"
     unit, factor, most = ("deg", np.pi / 180, 2 * np.pi) if robot.turns else ("mm", 1e-3, 4 * max(robot.distal))

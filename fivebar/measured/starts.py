@@ -17,37 +17,10 @@ FAR = 0.4  # of a length's logarithm from its start: no five-bar is built so wro
 LAID = 4  # times a frame is laid on the points, each in the mode that was nearer then
 HOLD = 1e-5  # of a start, to itself: less than any noise
 MUCH = 8.0  # rad: a motor of a five-bar turns no more while it is measured
-USUAL = (
-    400,
-    500,
-    512,
-    600,
-    800,
-    1000,
-    1024,
-    1200,
-    1600,
-    2000,
-    2048,
-    2400,
-    2500,
-    3200,
-    3600,
-    4000,
-    4096,
-    5000,
-    6400,
-    8000,
-    8192,
-    10000,
-    12800,
-    16384,
-    20000,
-    32768,
-    36000,
-    40000,
-    65536,
-)  # counts a turn
+USUAL = (  # counts a turn
+    400, 500, 512, 600, 800, 1000, 1024, 1200, 1600, 2000, 2048, 2400, 2500, 3200, 3600, 4000, 4096, 5000, 6400,
+    8000, 8192, 10000, 12800, 16384, 20000, 32768, 36000, 40000, 65536,
+)  # fmt: skip
 SUSPECT = 5e-3  # of a mean bar: missed by more in the median, something is wrong
 
 

@@ -24,6 +24,7 @@ from .told import NEARLY, independent
 
 CLEARER, SURE = 0.4, 6.0  # of the misfit as it is; standard deviations
 G = 9.81  # m/s^2
+JOINTS = "q", "q_dot", "q_ddot"  # fields of a log
 HOPELESS = 0.3  # of the torque
 NOISY, POORER = 3.0, 0.01  # times the noise; of the torque
 POOR = 0.05  # of the torque: where a model misses more, what may be wrong with the log is looked for
@@ -42,9 +43,10 @@ def explain(
     log, held = max(logs, key=lambda each: len(each[0].t))
     bound = CLEARER * misfit if misfit > POOR else 1.6 * misfit  # else it fits, but with masses or friction below 0
     best, why = bound, None
-    for words, mode, own_robot, change in _suspicions(robot, assembly):
+    for words, mode, own_robot, names, change in _suspicions(robot, assembly):
+        changed = {name: change(pair) for name in names if (pair := getattr(log, name)) is not None}
         try:
-            rows = samples(replace(log, **change(log)), held, own_robot, mode, cutoff).rows
+            rows = samples(replace(log, **changed), held, own_robot, mode, cutoff).rows
         except ValueError:
             continue
         told, _ = independent(rows.W, columns, NEARLY)
@@ -66,39 +68,24 @@ def explain(
 
 
 def _suspicions(robot, assembly):
-    """([words], assembly mode, robot, log -> changed fields) of what may be wrong but for the torques' signs."""
-    left, right = robot.words.joints
-    other = f"the {robot.words.effort}s of the two motors are exchanged"
-    yield [], assembly, robot, lambda log: {}
-    yield [other], assembly, robot, _others
-    yield [f"the assembly mode is {-assembly:+d}"], -assembly, robot, lambda log: {}
-    yield [f"{left} and {right} are exchanged"], assembly, robot, _exchanged
-    yield [f"{left} and {right} and both {robot.words.effort}s are exchanged"], assembly, robot, _both_exchanged
+    """([words], assembly mode, robot, fields of the log, their change) of what may be wrong but the torques' signs."""
+    joints, efforts = " and ".join(robot.words.joints), f"{robot.words.effort}s"
+    yield [], assembly, robot, (), None
+    yield [f"the {efforts} of the two motors are exchanged"], assembly, robot, ("tau",), _swapped
+    yield [f"the assembly mode is {-assembly:+d}"], -assembly, robot, (), None
+    yield [f"{joints} are exchanged"], assembly, robot, JOINTS, _swapped
+    yield [f"{joints} and both {efforts} are exchanged"], assembly, robot, (*JOINTS, "tau"), _swapped
     if robot.turns:
-        yield ["q is in degrees"], assembly, robot, lambda log: _scaled(log, np.pi / 180)
-        yield [f"{left} and {right} turn the other way"], assembly, robot, lambda log: _scaled(log, -1.0)
+        yield ["q is in degrees"], assembly, robot, JOINTS, np.radians
+        yield [f"{joints} turn the other way"], assembly, robot, JOINTS, np.negative
     for gravity in ((0.0, -G), (0.0, G), (G, 0.0), (-G, 0.0), (0.0, 0.0)):
         if gravity != robot.gravity:
             own = replace(robot, gravity=gravity)
-            yield [f"gravity is ({gravity[0]:g}, {gravity[1]:g}) m/s²"], assembly, own, lambda log: {}
+            yield [f"gravity is ({gravity[0]:g}, {gravity[1]:g}) m/s²"], assembly, own, (), None
 
 
-def _others(log):
-    return {"tau": log.tau[:, ::-1]}
-
-
-def _exchanged(log):
-    names = ("q", "q_dot", "q_ddot")
-    return {name: None if getattr(log, name) is None else getattr(log, name)[:, ::-1] for name in names}
-
-
-def _both_exchanged(log):
-    return {**_exchanged(log), **_others(log)}
-
-
-def _scaled(log, factor):
-    names = ("q", "q_dot", "q_ddot")
-    return {name: None if getattr(log, name) is None else factor * getattr(log, name) for name in names}
+def _swapped(pair):
+    return pair[:, ::-1]
 
 
 def _signs(signs):
@@ -113,11 +100,8 @@ def beyond_the_model(
     if last.misfit > HOPELESS:
         missed = f"the model misses {100 * last.misfit:.3g} % of the {robot.words.effort}s"
         return [f"{missed}, and nothing that was tried explains it"]
-    names = linear_names(robot)
-    whole = known.copy()
-    for name, value in zip(labels, theta):
-        whole[names.index(name)] = value
-    chosen, said = [names.index(name) for name in labels], []
+    chosen, said, whole = [linear_names(robot).index(name) for name in labels], [], known.copy()
+    whole[chosen] = theta
     sample = max(found, key=lambda each: len(each.pieces[0][0]))
     extra = [_effects(result, sample, piece, rates, whole) for piece, rates in zip(sample.pieces, sample.motion)]
     pieces = [

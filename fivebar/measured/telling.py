@@ -73,7 +73,7 @@ def combination(vector: np.ndarray, names: Sequence[str], sizes: np.ndarray, p: 
             return f"{a} and {b} only by {b} {'-' if ratio > 0 else '+'} {abs(ratio):.3g} {a}"
     largest = max(steps, key=lambda name: abs(vector[names.index(name)]))
     unit = STEP.get(UNITS.get(largest, ""), (1.0, ""))[0]
-    factor = unit * 1.0 / steps[largest] if UNITS.get(largest) else 0.01 / steps[largest]
+    factor = (unit if UNITS.get(largest) else 0.01) / steps[largest]
     changes = [_change(name, factor * step) for name, step in steps.items()]
     return f"{named} only together: nothing measured changes if {listed(changes)}"
 
@@ -108,11 +108,10 @@ class Remedies:
     def __init__(self, p: np.ndarray, q: np.ndarray, assembly: np.ndarray, axes: set, columns: np.ndarray, sizes):
         self.p, self.columns, self.sizes = p, columns, sizes
         self._used, self._axes = self._modes(q, assembly), axes
-        self._near = _poses(p, q, np.random.default_rng(1))
+        self._near = _poses(p, np.random.default_rng(1))
 
     def _modes(self, q, assembly):
-        at = place(self.p, q, assembly)
-        signs = [-np.sign(c[0] * u[1] - c[1] * u[0]) for c, u in zip(at.cranks, at.bars)]
+        signs = (-np.sign(sine) for sine in place(self.p, q, assembly).sines)
         return {tuple(int(m) for m in row) for row in np.nan_to_num(np.stack([*signs, assembly], axis=-1))}
 
     def for_vector(self, vector: np.ndarray, names: Sequence[str]) -> str:
@@ -151,18 +150,19 @@ class Remedies:
             yield "points x, y in a measuring frame would tell", slope.reshape(-1, len(self.columns))
 
 
-def _poses(p, q, rng):
+def _poses(p, rng):
     """Poses all over the workspace in all modes, well off singularities: readings, assembly modes, all three modes."""
     theta = rng.uniform(-np.pi, np.pi, (1500, 2))
     readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
     kept = []
     for side in (-1, 1):
         at = place(p, readings, np.full(len(theta), side))
-        sines = [c[0] * u[1] - c[1] * u[0] for c, u in zip(at.cranks, at.bars)]
         with np.errstate(invalid="ignore"):
-            good = (np.abs(sines[0]) > 0.2) & (np.abs(sines[1]) > 0.2) & (np.abs(at.det) > 0.2)
+            good = (np.abs([*at.sines, at.det]) > 0.2).all(axis=0)
+        signs = -np.sign(at.sines)
         for k in np.flatnonzero(good)[:250]:
-            kept.append((readings[k], side, (int(-np.sign(sines[0][k])), int(-np.sign(sines[1][k])), side)))
+            kept.append((readings[k], side, (*map(int, signs[:, k]), side)))
     if not kept:
         return np.zeros((0, 2)), np.zeros(0, int), []
-    return np.array([k[0] for k in kept]), np.array([k[1] for k in kept]), [k[2] for k in kept]
+    own, sides, modes = zip(*kept)
+    return np.array(own), np.array(sides), list(modes)

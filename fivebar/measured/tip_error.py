@@ -107,11 +107,9 @@ class TipError:
 
 
 @takes(
-    robot=instance(FiveBar),
-    samples=whole(10, 1_000_000),
-    seed=whole(0, 2**63),
+    robot=instance(FiveBar), samples=whole(10, 1_000_000), seed=whole(0, 2**63),
     distribution=one_of("normal", "uniform"),
-)
+)  # fmt: skip
 def tip_error(
     robot: FiveBar, tolerances: Mapping[str, float], poses: Pose | ArrayLike, *, working: ArrayLike = (-1, -1),
     samples: int = 20_000, seed: int = 0, distribution: str = "normal",

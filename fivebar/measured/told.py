@@ -70,11 +70,7 @@ def words(robot: Robot, folded: dict[int, dict[int, float]], everywhere: bool) -
         said.append(f"{', '.join(still)}: {motion} {'it' if len(still) == 1 else 'them'} at all")
     for k, shares in folded.items():
         if shares:
-            total = {}
-            for j, factor in shares.items():
-                total[names[j]] = factor
-            sums = ", ".join(f"{name} {factor:+.6g} {names[k]}" for name, factor in total.items())
-            said.append(
-                f"{names[k]}: {motion} it by itself, but {sums}: what is called {', '.join(total)} has its share"
-            )
+            sums = ", ".join(f"{names[j]} {factor:+.6g} {names[k]}" for j, factor in shares.items())
+            called = ", ".join(names[j] for j in shares)
+            said.append(f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its share")
     return said

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._backend import wrap
 from .fit import Task, misses, modes_found
-from .machine import FRAME, PLACE, UNKNOWNS
+from .machine import FRAME, PLACE, READING, UNKNOWNS
 from .rows import Rows
 from .starts import SUSPECT, USUAL, begin, doubt, first, miss, reading, settled, wide_legs
 
@@ -73,13 +73,8 @@ STATED = {
 
 def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
     """What would have to be unknown, too, for the legs to reach the points; None where nothing does."""
-    for names in (
-        ("offset1", "offset2"),
-        ("x0", "y0"),
-        ("x0", "y0", "turn"),
-        ("offset1", "offset2", *FRAME[:3]),
-        FRAME,
-    ):
+    offsets = READING[:2]
+    for names in (offsets, FRAME[:2], FRAME[:3], (*offsets, *FRAME[:3]), FRAME):
         more = [PLACE[name] for name in names if name not in task.names]
         if not more:
             continue
@@ -97,15 +92,18 @@ def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
 
 def remade(task: Task, rows: Rows) -> Task:
     """The task with changed rows: of the same number, with the same weights."""
-    return replace(task, rows=rows, size=_sizes(task, rows))
-
-
-def _sizes(task, rows):
     size = task.size.copy()
     for k, name in enumerate(task.names):
         if name.startswith("ratio"):
             size[k] = 1 / (np.max(np.abs(rows.q[:, int(name[-1]) - 1])) or 1.0)
-    return size
+    return replace(task, rows=rows, size=size)
+
+
+def mended(task: Task, found: list[Mistake]) -> Task:
+    """The task with its rows mended, one mistake after the other."""
+    for mistake in found:
+        task = remade(task, mistake.mend(task.rows))
+    return task
 
 
 def crudely(task: Task) -> list[Mistake]:
@@ -121,12 +119,9 @@ def crudely(task: Task) -> list[Mistake]:
     before = off(task.rows)
     if before < CRUDE * task.bar:
         return []
-    far = (
-        {"distance in mm": lambda rows: replace(rows, distance=rows.distance * 1e-3)}
-        if (task.rows.to >= 0).any()
-        else {}
-    )
-    tried = ANGLES | PLACES | far
+    tried = ANGLES | PLACES
+    if (task.rows.to >= 0).any():
+        tried["distance in mm"] = lambda rows: replace(rows, distance=rows.distance * 1e-3)
     after = {words: off(change(task.rows)) for words, change in tried.items()}
     best = min(after, key=lambda words: after[words])
     if after[best] > min(FALLS * before, CRUDE * task.bar):

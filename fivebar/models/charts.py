@@ -13,7 +13,7 @@ from .dyads import SINGULAR, dot
 from .four_joints import bars_of, bars_rates, closed
 from .geometry import joint_pose, task_pose
 from .kinematics import Rates, solve_a
-from .physics import physics_of
+from .physics import loads_of
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,7 @@ class Bars:
 
         Not under gravity, which has a direction of its own.
         """
-        physics = physics_of(robot)
-        turns = robot.turns and not (physics is not None and physics.weighs)
+        turns = robot.turns and not loads_of(robot).weighs
         return bars_rates(robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if turns else c, c_dot)
 
     def accelerations(self, accelerations):

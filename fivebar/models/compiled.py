@@ -11,7 +11,7 @@ from ..checks import jit as must_be_jit
 from ..checks import modes, strings, takes
 from ..checks import robot as must_be_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
-from .geometry import dgm, igm, joint_pose, task_pose
+from .geometry import joint_pose, task_pose
 from .kinematics import dkm, dkm2, ikm, ikm2
 from .loads import friction_torques, potential
 
@@ -56,14 +56,11 @@ def compile(
     chosen = _choose(inputs, outputs)
     symbols = {name: casadi.SX.sym(name, MODES.get(name, 2)) for name in inputs}
     known: dict = {}
-    if "assembly" in symbols:
-        pose = joint_pose(robot, (symbols["q"][0], symbols["q"][1]), symbols["assembly"])
-    elif "working" in symbols:
-        pose = task_pose(robot, (symbols["xi"][0], symbols["xi"][1]), (symbols["working"][0], symbols["working"][1]))
-    elif chosen[0] == "q":
-        pose = dgm(robot, symbols["q"], assembly)
+    parts = {name: casadi.vertsplit(symbol) for name, symbol in symbols.items()}
+    if chosen[0] == "q":
+        pose = joint_pose(robot, parts["q"], symbols.get("assembly", assembly))
     else:
-        pose = igm(robot, symbols["xi"], working)
+        pose = task_pose(robot, parts["xi"], parts.get("working", working))
     rates: Any = None
     acc: Any = None
     if chosen[1]:

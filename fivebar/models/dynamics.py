@@ -10,11 +10,11 @@ from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..checks import instance
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
-from .geometry import Pose
 from .heavy_bars import bar_forces_under, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
-from .loads import asked_for, carries, refuse_weightless
-from .physics import any_named, loads_of, physics_of
+from .loads import asked_for, at_rest, carries, refuse_weightless
+from .physics import any_named, loads_of, named, physics_of
+from .pose import Pose
 from .sticking import slip_of
 
 if TYPE_CHECKING:
@@ -54,10 +54,10 @@ def _loaded_model(rates):
     """M and c with all loads: c is what no acceleration asks for."""
     pose, robot = rates.pose, rates.pose.robot
     z1, z2 = robot.inertias
-    refuse_weightless(robot, loads_of(robot), "dynamic_model")
+    refuse_weightless(robot, "dynamic_model")
     zero = 0.0 * rates._q_dot[0]
-    if not carries(robot, loads_of(robot)):
-        _, torques = asked_for(Accelerations(rates, (zero, zero), (zero, zero)))
+    if not carries(robot):
+        _, torques = asked_for(at_rest(rates))
         return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*torques)
     c = inverse_dynamics(dkm2(rates, pack(zero, zero)))
     (x1, y1), (x2, y2) = pose.u2
@@ -82,8 +82,7 @@ def gravity_torques(pose: Pose) -> np.ndarray:
     """
     a_pose(pose, "pose")
     zero = 0.0 * pose.point[0]
-    rates = Rates(pose, (zero, zero), (zero, zero))
-    return inverse_dynamics(Accelerations(rates, (zero, zero), (zero, zero)))
+    return inverse_dynamics(at_rest(Rates(pose, (zero, zero), (zero, zero))))
 
 
 def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
@@ -96,11 +95,10 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
         some_accelerations(accelerations, "accelerations")
     rates = accelerations.rates
     pose, m = rates.pose, rates.pose.robot.m
-    physics = physics_of(pose.robot)
-    if physics is not None:
-        refuse_weightless(pose.robot, physics, "inverse_dynamics")
+    if physics_of(pose.robot) is not None:
+        refuse_weightless(pose.robot, "inverse_dynamics")
         (fx, fy), torques = asked_for(accelerations)
-        if carries(pose.robot, physics):
+        if carries(pose.robot):
             refuse_parallel(pose, "inverse_dynamics")
             (x1, y1), (x2, y2) = pose.u2
             scale = 1 / pose.det_A
@@ -149,12 +147,10 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
 def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics") -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives slip (`asked_for`)."""
     robot = rates.pose.robot
-    refuse_weightless(robot, loads_of(robot), model)
+    refuse_weightless(robot, model)
     if not loads_of(robot).heavy:
-        for k, z in enumerate(robot.inertias):
-            if not is_symbolic(z) and z == 0:
-                _refuse_no_inertia(robot.words, k, model)
-        if not is_symbolic(robot.m) and robot.m == 0 and any_named(loads_of(robot).elbows):
+        _refuse_no_inertia(robot, model)
+        if not named(robot.m) and any_named(loads_of(robot).elbows):
             raise ValueError(f"{model} needs m > 0 where elbows rub (fv12, fv22)")
     return loaded_accelerations(rates, tau, slip, lambda pose, value: _refuse_corner(pose, value, model))
 
@@ -174,8 +170,10 @@ def _slip(rates, tau):
     return slip_of(rates, tau, held_by)
 
 
-def _refuse_no_inertia(words, k, model):
-    raise ValueError(f"{model} needs {words.inertias[k]} > 0, as it divides the {words.effort} by it")
+def _refuse_no_inertia(robot, model):
+    for name, z in zip(robot.words.inertias, robot.inertias):
+        if not named(z):
+            raise ValueError(f"{model} needs {name} > 0, as it divides the {robot.words.effort} by it")
 
 
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
@@ -195,9 +193,7 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
 def _forces_over_mass(rates, tau, model):
     """Right side, mu, the drives' shares k and what else the 2 x 2 system holds."""
     pose, m = rates.pose, rates.pose.robot.m
-    for k, z in enumerate(pose.robot.inertias):
-        if not is_symbolic(z) and z == 0:
-            _refuse_no_inertia(pose.robot.words, k, model)
+    _refuse_no_inertia(pose.robot, model)
     b1, b2 = pose.b
     z1, z2 = pose.robot.inertias
     k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
@@ -259,12 +255,12 @@ def energy(rates: Rates) -> np.ndarray:
         some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias
-    physics = physics_of(robot)
-    if physics is not None and physics.heavy:
-        turning = 0.0
-        for i, (j, my) in enumerate(zip(physics.turning, physics.across)):
-            if any_named((j, my)):
-                turn = rates.phi_dot[i]
-                turning = turning + turn * (0.5 * j * turn - my * rates.pose.b[i] * rates._q_dot[i])
-        return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)) + turning
-    return 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))
+    kinetic, physics = 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)), physics_of(robot)
+    if physics is None or not physics.heavy:
+        return kinetic
+    turning = 0.0
+    for i, (j, my) in enumerate(zip(physics.turning, physics.across)):
+        if any_named((j, my)):
+            turn = rates.phi_dot[i]
+            turning = turning + turn * (0.5 * j * turn - my * rates.pose.b[i] * rates._q_dot[i])
+    return kinetic + turning

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from .._backend import atan2, cos, sin
 from .dyads import dot
-from .geometry import DrivenLeg, Pose
 from .kinematics import Rates
+from .pose import DrivenLeg, Pose
 
 if TYPE_CHECKING:
     from .robots import Robot
@@ -25,6 +25,11 @@ def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
     """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
     phi = (drive.absolute(passive, own) for drive, own, passive in zip(robot.drives, q, q_passive))
     return _pose(robot, q, phi)
+
+
+def bars_pose(robot: Robot, a: tuple) -> Pose:
+    """The pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), on components."""
+    return _pose(robot, a[::2], a[1::2])
 
 
 def _pose(robot, q, phi):
@@ -54,11 +59,8 @@ def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJoin
 
 
 def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
-    """Rates in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), and turn at a_dot.
-
-    On components; that they close the loop is the caller's word (`closed`).
-    """
-    return _rates(_pose(robot, a[::2], a[1::2]), a_dot)
+    """Rates in which the bars are as in `bars_pose`, and turn at a_dot; that they close the loop is not checked."""
+    return _rates(bars_pose(robot, a), a_dot)
 
 
 def _rates(pose, a_dot):
@@ -108,9 +110,9 @@ def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> t
     On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards. free: per drive 1, or 0 where it is not
     to be moved.
     """
-    pose = _pose(robot, a[::2], a[1::2])
+    pose = bars_pose(robot, a)
     a = _least(_movable(pose, free), a, loop_gap(pose))
-    pose = _pose(robot, a[::2], a[1::2])
+    pose = bars_pose(robot, a)
     columns = _movable(pose, free)
     whole = columns if free is None else closure_columns(pose)
     a_dot = _least(columns, a_dot, gap_rate(whole, a_dot))

@@ -13,7 +13,7 @@ from ..checks import instance
 from ..described import one_line, vector
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
-from .geometry import Pose, ReachedLeg
+from .pose import Pose, ReachedLeg
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -20,24 +20,25 @@ import numpy as np
 
 from .._backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
-from .geometry import Pose
 from .kinematics import Accelerations, Rates, a_pose, some_rates
-from .physics import Physics, loads_of, named, physics_of
+from .physics import loads_of, named
+from .pose import Pose
 
 if TYPE_CHECKING:
     from .robots import Robot
 
 
-def refuse_weightless(robot: Robot, physics: Physics, model: str) -> None:
+def refuse_weightless(robot: Robot, model: str) -> None:
     """Raise where there is gravity and nothing that it pulls."""
+    physics = loads_of(robot)
     if physics.weighs and not any(map(named, (robot.m, *physics.levers, *physics.sides, *physics.across))):
         names = ", ".join(name for name in ("m", "mx11", "my11", "mx21", "my21", "mf1", "mf2") if hasattr(robot, name))
         raise ValueError(f"{model}: gravity = {physics.gravity} m/s² pulls at nothing: {names} are 0")
 
 
-def carries(robot: Robot, physics: Physics) -> bool:
+def carries(robot: Robot) -> bool:
     """Whether the distal bars push at all."""
-    return named(robot.m) or physics.heavy or any(map(named, physics.elbows))
+    return named(robot.m) or loads_of(robot).heavy or any(map(named, loads_of(robot).elbows))
 
 
 def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
@@ -97,11 +98,11 @@ def potential(pose: Pose) -> np.ndarray:
     V = -m g . xi - sum_i (mx_i1 u_i1 + my_i1 v_i1 + my_i2 v_i2) . g; of a biglide's foot -mf_i g_y q_i.
     """
     a_pose(pose, "pose")
-    robot, physics = pose.robot, physics_of(pose.robot)
+    robot, physics = pose.robot, loads_of(pose.robot)
     value = 0.0 * pose.point[0]
-    if physics is None or not physics.weighs:
+    if not physics.weighs:
         return value
-    refuse_weightless(robot, physics, "potential")
+    refuse_weightless(robot, "potential")
     g = physics.gravity
     value = value - robot.m * dot(g, pose.point)
     for i, (drive, leg) in enumerate(zip(robot.drives, pose.legs)):
@@ -116,7 +117,7 @@ def potential(pose: Pose) -> np.ndarray:
 def friction_torques(rates: Rates) -> np.ndarray:
     """What friction of the motors asks them for, (*batch, 2) N m: fv q' + fs sign(q'), 0 where a motor stands."""
     some_rates(rates, "rates")
-    physics = physics_of(rates.pose.robot) or Physics()
+    physics = loads_of(rates.pose.robot)
     return pack(*(_friction(physics, i, q_dot, None) for i, q_dot in enumerate(rates._q_dot)))
 
 
@@ -129,7 +130,7 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
 
 def lost_power(rates: Rates) -> np.ndarray:
     """What friction takes, (*batch,) W."""
-    robot, physics = rates.pose.robot, physics_of(rates.pose.robot) or Physics()
+    robot, physics = rates.pose.robot, loads_of(rates.pose.robot)
     power = 0.0 * rates._q_dot[0]
     for i, (drive, q_dot) in enumerate(zip(robot.drives, rates._q_dot)):
         power = power + _friction(physics, i, q_dot, None) * q_dot

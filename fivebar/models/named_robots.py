@@ -19,14 +19,9 @@ def _symmetric(proximal, distal, half_base):
 
 
 _LIU = "Liu, Wang, Pritschow 2006, Mech. Mach. Theory 41, lengths without unit: r1, r2, r3 = {}, {}, {}"
-_LIU_SETS = [
-    (1.2, 1.0, 0.8),
-    (0.8125, 0.9375, 1.25),
-    (0.7, 1.7, 0.6),
-    (1.17, 1.45, 0.38),
-    (1.5, 1.5, 0),
-    (0.4, 2.33, 0.27),
-]
+_LIU_SETS = (
+    (1.2, 1.0, 0.8), (0.8125, 0.9375, 1.25), (0.7, 1.7, 0.6), (1.17, 1.45, 0.38), (1.5, 1.5, 0), (0.4, 2.33, 0.27),
+)  # fmt: skip
 
 # Taken as about the centres of mass; friction of the motors as published, their inertia not.
 _IRI_BAR, _IRI_FOREARM = Link.about_centre(1.2093, 0.11, 0.0, 7e-3), Link.about_centre(0.8925, 0.0746, 0.0, 2.3e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from .._backend import is_symbolic
@@ -45,20 +46,20 @@ class Physics:
         """Whether any of it changes a motion."""
         return self.weighs or self.heavy or self.rubs
 
-    @property
+    @cached_property
     def weighs(self) -> bool:
         return any_named(self.gravity)
 
-    @property
+    @cached_property
     def heavy(self) -> bool:
         """Whether distal bars carry more than forces along them."""
         return any_named(self.turning, self.across)
 
-    @property
+    @cached_property
     def rubs(self) -> bool:
         return any_named(self.viscous, self.coulomb, self.elbows)
 
-    @property
+    @cached_property
     def sticks(self) -> bool:
         return any_named(self.coulomb)
 
@@ -85,15 +86,17 @@ class Smoothed:
 
 def smoothed(robot: Any, rate: float) -> Any:
     """The robot itself where nothing in it needs smoothing."""
-    physics = physics_of(robot)
-    return Smoothed(robot, rate) if physics is not None and physics.sticks else robot
-
-
-def loads_of(robot: Any) -> Physics:
-    """What a robot has beyond the lab's parameters, where it is known to have something."""
-    return robot.physics
+    return Smoothed(robot, rate) if loads_of(robot).sticks else robot
 
 
 def physics_of(robot: Any) -> Physics | None:
     """What a robot has beyond the lab's parameters; None: nothing."""
     return getattr(robot, "physics", None)
+
+
+NO_LOADS = Physics()
+
+
+def loads_of(robot: Any) -> Physics:
+    """What a robot has beyond the lab's parameters, all 0 where it has nothing."""
+    return physics_of(robot) or NO_LOADS

@@ -11,7 +11,7 @@ from ..errors import SingularityError, UnreachableError
 from .dyads import RRP
 
 if TYPE_CHECKING:
-    from .geometry import Pose
+    from .pose import Pose
 
 
 def refuse_open(open_: np.ndarray, pose: Pose) -> None:

@@ -125,6 +125,11 @@ def _check_transform(text, where):
         raise ValueError(f"{where}: transform {text[:40]!r} is not one that SVG has")
 
 
+def link_of(element: Element) -> str | None:
+    """The attribute by which an element repeats another one, None without: href before xlink:href, as SVG 2 has it."""
+    return next((key for key in HREF if key in element.attrib), None)
+
+
 def refuse_endless(root: Element, name: str) -> None:
     """ValueError where `use` repeats an element in itself, or more than can be meant."""
     known = {element.get("id"): element for element in root.iter() if element.get("id")}
@@ -135,7 +140,7 @@ def refuse_endless(root: Element, name: str) -> None:
         if key in above or len(above) > 200:
             raise ValueError(f"{name}, line {element.get(LINE)}: <use> repeats itself without end, or too deep")
         if key not in sizes:
-            target = known.get((element.get(HREF[1]) or element.get(HREF[0]) or "#")[1:])
+            target = known.get(element.get(link_of(element), "")[1:])
             inner = [target] if target is not None and element.tag.removeprefix(SVG) == "use" else []
             sizes[key] = 1 + sum(size(child, above | {key}) for child in (*element, *inner))
         return sizes[key]

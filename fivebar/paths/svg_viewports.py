@@ -6,7 +6,7 @@ import math
 from xml.etree.ElementTree import Element
 
 from .draft import Draft, listed
-from .svg_checks import HREF, LENGTHS, LINE, NUMBER, PIXELS, SVG, length
+from .svg_checks import LENGTHS, LINE, NUMBER, PIXELS, SVG, length, link_of
 
 METRE = 0.0254 / 96  # of a pixel, by CSS
 ACROSS, UP = ("x", "width", "rx", "cx", "x1", "x2"), ("y", "height", "ry", "cy", "y1", "y2")
@@ -112,11 +112,9 @@ class _Flat:
             element.tag = f"{SVG}g"
             hidden.append(element)
         elif tag == "use":
-            href = next((key for key in HREF if key in element.attrib), None)
-            box, keep, own = (
-                self.symbols.get((element.get(href) or "#")[1:], (None, "", {})) if href else (None, "", {})
-            )
-            if box:
+            href = link_of(element)
+            box, keep, own = self.symbols.get(element.get(href, "#")[1:], (None, "", {}))
+            if href and box:
                 inner = Element(element.tag, {href: element.attrib.pop(href), LINE: element.get(LINE)})
                 self.placed(element, box, keep, own, size, where)
                 element.tag = f"{SVG}g"

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..models.charts import Bars
 from ..models.dynamics import bar_force_dynamics, drives_forces, forward_dynamics
-from ..models.four_joints import bars_of, bars_rates, closure_columns
+from ..models.four_joints import bars_of, bars_pose, bars_rates, closure_columns
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, Rates, ikm, ikm2
 from ..models.physics import physics_of
@@ -80,11 +80,9 @@ class BarCoordinates:
         robot = acc.rates.pose.robot
         right = Bars().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
         off = np.stack([motion[..., 8 + k] - each for k, each in enumerate(right)], axis=-1)
-        mass = (
-            robot.m
-            if physics_of(robot) is None
-            else abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
-        )
+        mass = robot.m
+        if physics_of(robot) is not None:  # what is grouped may be 0 or negative
+            mass = abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
         return mass * max(robot.distal) * np.abs(off).max(axis=-1)
 
     def point(self, program: Program, c: list, control: ca.SX) -> tuple:
@@ -118,7 +116,7 @@ def _accelerations(robot, a, a_dot, a_ddot):
 
 def tangent(robot, bars: np.ndarray) -> np.ndarray:
     """Orthonormal directions (2, 4) in which the bars of a pose that closes can turn."""
-    columns = closure_columns(bars_rates(robot, tuple(bars.tolist()), (0.0,) * 4).pose)
+    columns = closure_columns(bars_pose(robot, tuple(bars.tolist())))
     return np.linalg.svd(np.array(columns).T)[2][2:]
 
 

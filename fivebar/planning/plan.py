@@ -229,7 +229,7 @@ class _Search:
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         self.meshes.append(Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed))
-        plan = Plan(self.problem, found.pieces, found.objective, found.status, tuple(self.meshes), self.elapsed)
+        plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
         if found.solved and not elastic:
             self.best = plan
         if self.elapsed > self.max_time:

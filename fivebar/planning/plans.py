@@ -152,12 +152,9 @@ class Plan(Pictured):
     @property
     def friction_error(self) -> float:
         """By what torque at most, N m, the friction that was planned with, smoothed, differs from the robot's own."""
-        seen = [friction_torques(self.problem.accelerations(self._fine[0], each).rates) for each in self._models]
-        return float(np.abs(seen[0] - seen[1]).max())
-
-    @property
-    def _models(self):
-        return self.robot, self.problem.model
+        models = self.robot, self.problem.model
+        own, smooth = (friction_torques(self.problem.accelerations(self._fine[0], each).rates) for each in models)
+        return float(np.abs(own - smooth).max())
 
     @cached_property
     def _relative_defects(self):

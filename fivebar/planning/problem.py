@@ -16,7 +16,7 @@ from ..checks import shown
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
-from ..models.physics import physics_of, smoothed
+from ..models.physics import loads_of, smoothed
 from ..singularities.keep import Keep
 from .coordinates import BarCoordinates, TaskCoordinates
 
@@ -91,8 +91,7 @@ class Problem:
     @property
     def fall(self) -> float:
         """Of gravity, m/s^2."""
-        physics = physics_of(self.robot)
-        return 0.0 if physics is None else math.hypot(*physics.gravity)
+        return math.hypot(*loads_of(self.robot).gravity)
 
     @cached_property
     def side(self) -> float:
@@ -175,8 +174,7 @@ def point_of(point: object, modes: tuple[int, int], name: str) -> object:
 
 def refuse_stops(problem: Problem) -> None:
     """Raise where a stop is out of reach or breaks a limit by itself."""
-    names = ["start", *(f"via[{i}]" for i in range(len(problem.stops) - 2)), "goal"]
-    for name, (conditions, _) in zip(names, problem.stops):
+    for name, (conditions, _) in zip(stop_names(len(problem.stops)), problem.stops):
         try:
             pose = igm(problem.robot, conditions[0], problem.working)
         except (UnreachableError, SingularityError) as error:
@@ -213,6 +211,11 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
     return plan
 
 
+def stop_names(count: int) -> list[str]:
+    """What so many stops are called."""
+    return ["start", *(f"via[{k}]" for k in range(count - 2)), "goal"]
+
+
 def pairs_of(via: Iterable) -> list[tuple]:
     """[(time or None, point), ...], checked to be that."""
     try:
@@ -227,8 +230,7 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
     times = [0.0, *(t for t, _ in via), duration]
     given = [start, *(point for _, point in via), goal]
     last, stops = -1.0, []
-    for i, (t, point) in enumerate(zip(times, given)):
-        name = "start" if i == 0 else "goal" if i == len(given) - 1 else f"via[{i - 1}]"
+    for name, t, point in zip(stop_names(len(given)), times, given):
         if t is not None:
             words = "duration" if name == "goal" else f"the time of {name}"
             t = 0.0 if name == "start" else number(t, words, max(last, 0.0), math.inf)

@@ -40,14 +40,9 @@ class Solution:
 
 
 def solve(
-    problem: Problem,
-    mesh: list[np.ndarray],
-    durations: np.ndarray,
-    guess: Guess,
-    max_time: float,
-    elastic: bool = False,
-    iterations: int | None = None,
-) -> Solution:
+    problem: Problem, mesh: list[np.ndarray], durations: np.ndarray, guess: Guess, max_time: float,
+    elastic: bool = False, iterations: int | None = None,
+) -> Solution:  # fmt: skip
     """Solve on a mesh. Gives a Solution, solved or not.
 
     problem: what is asked.
@@ -86,12 +81,8 @@ def solve(
     unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
     solution = [matrix.full().T for matrix in unpack(found["x"])]
     stats = solver.stats()
-    return Solution(
-        *program.in_si(solution),
-        float(found["f"]) * program.cost_unit,
-        stats["return_status"],
-        int(stats["iter_count"]),
-    )
+    objective = float(found["f"]) * program.cost_unit
+    return Solution(*program.in_si(solution), objective, stats["return_status"], int(stats["iter_count"]))
 
 
 class Program:
@@ -143,14 +134,9 @@ class Program:
         on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat])
         # A point that two intervals share belongs to the later one.
         own = (self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]).tolist()
-        for difference in (
-            xi[:, 1:] - end,
-            xi_dot[:, 1:] - end_dot,
-            xi_c - on_xi[:, own],
-            xi_dot_c - on_xi_dot[:, own],
-        ):
+        ends = xi[:, 1:] - end, xi_dot[:, 1:] - end_dot
+        for difference in (*ends, xi_c - on_xi[:, own], xi_dot_c - on_xi_dot[:, own], self.dynamics):
             self.keep(difference)
-        self.keep(self.dynamics)
 
     def keep_limits(self):
         """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from .._backend import atan2
-from ..models.four_joints import bars_rates, closed, loop_gap
+from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
 from ..singularities.locus import MODES
 from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
-from .problem import PlanError, number, pairs_of
+from .problem import PlanError, number, pairs_of, stop_names
 
 IMAGES, DIRECT, ROUTES = 30, 8, 6  # turns of the goal's bars that are tried, straight ways, and routes, at most
 MOST = 6  # ways between two poses
@@ -78,8 +78,7 @@ def ways_between(robot: Robot, start: object, goal: object, duration: float | No
     """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
     via = pairs_of(via)
     times, given = [0.0, *(t for t, _ in via), duration], [start, *(pose for _, pose in via), goal]
-    names = ["start", *(f"via[{k}]" for k in range(len(given) - 2)), "goal"]
-    last = 0.0
+    names, last = stop_names(len(given)), 0.0
     for t, name in zip(times[1:], names[1:]):
         if t is not None:
             last = number(t, "duration" if name == "goal" else f"the time of {name}", last, np.inf)
@@ -118,7 +117,7 @@ def _poses(robot, given, name):
         raise ValueError(f"plan: {name} is a Pose of another robot: {given.robot}, not {robot}")
     if np.shape(given.xi) != (2,) or not np.isfinite(bars(given)).all():
         raise ValueError(f"plan: {name} must be one Pose that closes, not a batch or one out of reach")
-    gap = float(np.hypot(*loop_gap(bars_rates(robot, tuple(bars(given).tolist()), (0.0,) * 4).pose)))
+    gap = float(np.hypot(*loop_gap(bars_pose(robot, tuple(bars(given).tolist())))))
     if gap > CLOSES * max(robot.distal):
         raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
     return [given]
@@ -203,7 +202,7 @@ def _embedded(robot, a):
     light = LIGHT * (m * size**2 + sum(own) * (size / lever) ** 2)
     roots = np.sqrt([*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2])
     c = tuple(np.moveaxis(a, -1, 0))
-    x, y = bars_rates(robot, c, (0.0,) * 4).pose.point
+    x, y = bars_pose(robot, c).point
     return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
 
 

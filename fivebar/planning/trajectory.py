@@ -62,7 +62,10 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
     except (TypeError, ValueError) as error:
         what = f"polynomial: conditions must be [(t, {{order: (x, y), ...}}), ...], not {shown(conditions)}: {error}"
         raise ValueError(what) from None
-    times = _increasing([t for t, _ in conditions], "polynomial")
+    times = np.array([t for t, _ in conditions])
+    if len(times) < 2 or (np.diff(times) <= 0).any():
+        found = f"not {times.tolist()}, in conditions"
+        raise ValueError(f"polynomial: times must be two or more, finite and increasing, {found}")
     seconds(times[-1] - times[0], "polynomial: the time from the first to the last of conditions")
     for t, given in conditions:
         for order, value in given.items():
@@ -120,12 +123,3 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
         return np.concatenate([center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1)
 
     return Trajectory(0.0, period, motion)
-
-
-def _increasing(times, name):
-    times = np.array(times)
-    if len(times) < 2 or (np.diff(times) <= 0).any():
-        raise ValueError(
-            f"{name}: times must be two or more, finite and increasing, not {times.tolist()}, in conditions"
-        )
-    return times

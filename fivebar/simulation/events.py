@@ -52,10 +52,8 @@ def crossings(robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | N
                 found.append((t[k] + step * place, column, k))
     events, now = [], modes[0].copy()
     for when, column, k in sorted(found):
-        before = now.copy()
+        before = np.where(now == 0, modes[k], now)  # what began on a singularity has a mode from its first step on
         now[column] = -now[column] if now[column] else modes[k + 1, column]
-        for other in range(3):  # what began on a singularity has a mode from its first step on
-            before[other] = before[other] or modes[k, other]
         events.append(Event(float(when), KINDS[column], robot.words.sines[column], _plain(before), _plain(now)))
     return tuple(events)
 

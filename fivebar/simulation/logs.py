@@ -26,7 +26,10 @@ from ..tables import TextFile, named
 
 LATE = 1.5  # sampling periods from row to row: from there on rows are missing
 UNEVEN = 0.01  # of a period, by which times may be off an even grid
-PAIRS = "q", "tau", "q_dot", "q_ddot"
+PAIRS = {  # of columns
+    "q": ("q1", "q2"), "tau": ("tau1", "tau2"), "q_dot": ("q1_dot", "q2_dot"), "q_ddot": ("q1_ddot", "q2_ddot"),
+    "xi": ("x", "y"), "xi_ref": ("x_ref", "y_ref"),
+}  # fmt: skip
 
 
 class Cut(NamedTuple):
@@ -116,17 +119,8 @@ def read_log(
     else:
         raise TypeError(f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}")
     with named(name):
-        pairs = {each: _pair(values, *_names(each)) for each in (*PAIRS, "xi", "xi_ref")}
+        pairs = {name: _pair(values, *columns) for name, columns in PAIRS.items()}
         return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, said, name, lines)
-
-
-def _names(pair):
-    if pair == "xi":
-        return "x", "y"
-    if pair == "xi_ref":
-        return "x_ref", "y_ref"
-    head, _, tail = pair.partition("_")
-    return tuple(f"{head}{k}{'_' if tail else ''}{tail}" for k in "12")
 
 
 def _pair(values, left, right):
@@ -149,11 +143,10 @@ def _arrays(source, robot, units):
             array = np.array(given, dtype=float)
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{name} must be numbers, not {shown(given)}") from None
-        if name in (*PAIRS, "xi", "xi_ref"):
+        if name in PAIRS:
             if array.ndim != 2 or array.shape[1] != 2:
                 raise ValueError(f"{name} must have shape (n, 2), not {array.shape}")
-            for key, column in zip(_names(name), array.T):
-                values[key] = column
+            values |= zip(PAIRS[name], array.T)
         elif name in aliases:
             if array.ndim != 1:
                 raise ValueError(f"{name} must have shape (n,), not {array.shape}")
@@ -191,13 +184,11 @@ def _gauged(pairs, gauges, robot):
     if counts is not None:
         counts = np.array([positive(abs(each), "counts_per_turn") for each in _both(counts, "counts_per_turn")])
         scale = scale * (2 * np.pi if robot.turns else 1.0) / counts
-    found = {
-        name: pair if pair is None or name in ("tau", "xi", "xi_ref") else pair * scale for name, pair in pairs.items()
-    }
-    found["q"] = found["q"] + np.array(_both(offset, "offset"))
+    found = {name: pairs[name] * scale for name in ("q", "q_dot", "q_ddot") if pairs[name] is not None}
+    found["q"] += np.array(_both(offset, "offset"))
     if pairs["tau"] is not None and constant is not None:
         found["tau"] = pairs["tau"] * np.array(_both(constant, "torque_constant")) * ratio
-    return found
+    return pairs | found
 
 
 def _cleaned(t, pairs, robot, said, name, lines):
@@ -272,11 +263,11 @@ def _unwrap(q, rows, at, said):
         q[:] = np.unwrap(q, axis=0)
 
 
-def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -> tuple[np.ndarray, dict, float]:
+def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float) -> tuple[np.ndarray, dict, float]:
     """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on an even grid.
 
-    Where its times are off it, positions and the like by cubic splines through them, torques linearly; nan where they
-    were not logged.
+    Where its times are off it, positions and the like by cubic splines through them, torques (tau, ...) linearly; nan
+    where they were not logged.
     """
     n = int(round((t[-1] - t[0]) / step)) + 1
     even = np.linspace(t[0], t[-1], n)
@@ -289,14 +280,12 @@ def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray | None], step: float) -
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
-        if pair is None:
-            moved[name] = None
-        elif name == "tau" or not np.isfinite(pair).all():
+        if name.startswith("tau") or not np.isfinite(pair).all():
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
             from scipy.interpolate import CubicSpline  # only where a log asks for it
 
             moved[name] = CubicSpline(t, pair)(even)
-    if moved.get("tau") is not None:
-        moved["tau"] = np.where(lost[:, None], np.nan, moved["tau"])
+        if name.startswith("tau"):
+            moved[name][lost] = np.nan
     return even, moved, away

@@ -69,12 +69,12 @@ def simulate_many(
     times = np.arange(periods) * (grid.block * grid.step)
     target = law.target(times, reference)
     targets = np.hstack([target.rates.pose.q, target.rates.q_dot, target.q_ddot])
+    more = [np.zeros((len(states), 2 * delay))]
     if encoder_resolution is not None:  # the reading before the first, so that their difference gives the start's rate
-        rates, count = _starts_rates(named, parameters, chart, states, modes), len(states)
+        rates = _starts_rates(named, parameters, chart, states, modes)
         before = np.round(rates[:, :2] / encoder_resolution) * encoder_resolution
-        states = np.hstack([states, np.zeros((count, 2 * delay)), before - grid.block * grid.step * rates[:, 2:]])
-    else:
-        states = np.hstack([states, np.zeros((len(states), 2 * delay))])
+        more.append(before - grid.block * grid.step * rates[:, 2:])
+    states = np.hstack([states, *more])
     options = named, law, chart, method, grid.step, grid.block, periods, torque_limit, delay, encoder_resolution
     t = np.arange(grid.steps + 1) * grid.step
     shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
@@ -144,13 +144,10 @@ def _at(starts, chart):
     """States (n, columns) and modes (n, 2) of given starts."""
     if isinstance(starts, Rates):
         c, c_dot, modes = chart.coordinates(starts)
-        return np.stack(np.broadcast_arrays(*c, *c_dot), axis=-1), _modes(modes, len(starts.q_dot))
+        modes = np.stack([np.broadcast_to(mode, len(starts.q_dot)) for mode in modes], axis=-1)
+        return np.stack(np.broadcast_arrays(*c, *c_dot), axis=-1), modes.astype(float)
     found = [chart.coordinates(start) for start in starts]
     return np.array([[*c, *c_dot] for c, c_dot, _ in found]), np.array([modes for *_, modes in found], dtype=float)
-
-
-def _modes(modes, count):
-    return np.stack([np.broadcast_to(mode, count) for mode in modes], axis=-1).astype(float)
 
 
 def _at_reference(named, parameters, law, reference, chart):
@@ -213,7 +210,7 @@ def _loop(named, law, chart, method, step, block, periods, torque_limit, delay, 
         lengths = {"state": whole, "target": 6, "modes": 2, "parameters": n, "gains": GAINS}
         return [one.sym(name, length) for name, length in lengths.items()]
 
-    state, target, modes, p, gains = symbols(casadi.SX)
+    state, target, modes, p, gains = names = symbols(casadi.SX)
     robot = with_parameters(named[0], p, named[1])
 
     seen = observation(chart.rates(robot, *halves(state, chart), (modes[0], modes[1])))
@@ -232,7 +229,6 @@ def _loop(named, law, chart, method, step, block, periods, torque_limit, delay, 
     if torque_limit is not None:
         applied = casadi.fmin(casadi.fmax(applied, -torque_limit), torque_limit)
     log = casadi.vertcat(q, q_dot, commanded, applied)
-    names = [state, target, modes, p, gains]
     sample = casadi.Function("sample", names, casadi.cse([applied, casadi.vertcat(queue[2:], *after), log]))
 
     one, tau = casadi.SX.sym("state", size), casadi.SX.sym("tau", 2)

@@ -64,8 +64,7 @@ def _placed(log, robot, assembly, said):
     modes = (-1, 1) if assembly is None else (assembly,)
     found = {mode: dgm(robot, log.q, mode, unreachable="nan").xi for mode in modes}
     if log.xi is None:
-        mode = modes[0]
-        return mode, found[mode]
+        return modes[0], found[modes[0]]
     away = {mode: np.hypot(*(xi - log.xi).T) for mode, xi in found.items()}
     mode = min(modes, key=lambda each: np.nanmedian(away[each]) if np.isfinite(away[each]).any() else np.inf)
     typical = float(np.nanmedian(away[mode])) if np.isfinite(away[mode]).any() else 0.0
@@ -95,15 +94,6 @@ def _crossings(log, robot, pose, closes) -> list[tuple]:
 
 def _with_gaps(rows, log):
     """The rows with one of nan in the middle of each cut."""
-    at = [cut.row for cut in log.cuts]
-    middle = [(cut.start + cut.end) / 2 for cut in log.cuts]
-    out = {}
-    for name, values in rows.items():
-        out[name] = (
-            None
-            if values is None
-            else np.insert(values, at, np.nan, axis=0)
-            if name != "t"
-            else np.insert(values, at, middle)
-        )
-    return out
+    at, given = [cut.row for cut in log.cuts], {name: values for name, values in rows.items() if values is not None}
+    between = {"t": [(cut.start + cut.end) / 2 for cut in log.cuts]}
+    return rows | {name: np.insert(v, at, between.get(name, np.nan), axis=0) for name, v in given.items()}

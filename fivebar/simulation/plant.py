@@ -13,7 +13,7 @@ from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_rates, closed
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
-from ..models.physics import physics_of
+from ..models.physics import loads_of, physics_of
 from ..models.robots import beside
 from .steps import (
     COLUMNS,
@@ -212,8 +212,7 @@ def check_start(robot, start):
 
 def refuse_sticking(robot):
     """Raise where fixed steps would jump what the robot does."""
-    physics = physics_of(robot)
-    if physics is not None and physics.sticks:
+    if loads_of(robot).sticks:
         names = " and ".join(name for name in ("fs1", "fs2") if name in robot.parameters)
         raise ValueError(
             f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) with neither method= nor "

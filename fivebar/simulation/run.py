@@ -17,7 +17,7 @@ from ..models.four_joints import seen_rates
 from ..models.geometry import igm
 from ..models.loads import potential
 from ..models.parameters import robot_of
-from ..models.physics import physics_of
+from ..models.physics import loads_of
 from ..models.robots import FiveBar, Robot
 from ..pictures.pages import page
 from ..pictures.skeleton import elbows, joints
@@ -67,8 +67,7 @@ class Measured(NamedTuple):
 
 
 def has_friction(robot: Robot) -> bool:
-    physics = physics_of(robot)
-    return physics is not None and physics.rubs
+    return loads_of(robot).rubs
 
 
 def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:

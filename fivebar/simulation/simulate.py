@@ -104,10 +104,9 @@ def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encode
     control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
     after = partial(margins_after, plant, states, tau) if isinstance(plant, Plant) else None
     xi_ref = None if reference is None else reference(t)[0]
-    run = assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, getattr(controller, "log", None), after)
-    if run.friction_loss is not None and after is not None:
-        return replace(run, friction_loss=friction_loss(plant, t))
-    return run
+    lost = partial(friction_loss, plant, t) if isinstance(plant, Plant) else None
+    log = getattr(controller, "log", None)
+    return assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, log, after, lost=lost)
 
 
 class Grid(NamedTuple):
@@ -203,14 +202,15 @@ class _Loop:
         return applied
 
 
-def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, after=None, crosses=True):
+def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, after=None, crosses=True, lost=None):
     """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as `crossings` has it.
 
-    crosses: whether crossings are looked for.
+    crosses: whether crossings are looked for. lost: () -> what friction has taken (n + 1,), None: by the rows.
     """
+    lost = lost or partial(loss_by_rows, robot, t, rows)
     return Run(
         robot=robot, t=t, q=robot.continuous(rows[:, Q]), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
         tau=np.vstack([torques, torques[-1]]), xi_ref=xi_ref, torque_limit=torque_limit, control=control,
         events=crossings(robot, t, rows, after) if crosses else (), log=log,
-        friction_loss=loss_by_rows(robot, t, rows) if has_friction(robot) else None,
+        friction_loss=lost() if has_friction(robot) else None,
     )  # fmt: skip

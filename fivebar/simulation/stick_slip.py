@@ -15,7 +15,7 @@ from ..models.compiled import Buffered, compiled
 from ..models.dynamics import held_by
 from ..models.four_joints import bars_rates, closed
 from ..models.parameters import names_of
-from ..models.physics import physics_of
+from ..models.physics import loads_of
 from ..models.sticking import slip_of
 from .plant import Plant
 from .steps import between, holding
@@ -28,8 +28,7 @@ AT_REST = 1e-13  # of the rates, 1 + |rate|: a drive this slow where it stops st
 
 def plant_of(robot, start, tolerance, jit=False):
     """The robot's plant: with dry friction the one that sticks."""
-    physics = physics_of(robot)
-    return (Plant if physics is None or not physics.sticks else StickSlip)(robot, start, tolerance, jit)
+    return (StickSlip if loads_of(robot).sticks else Plant)(robot, start, tolerance, jit)
 
 
 def _powers():
@@ -165,11 +164,9 @@ class StickSlip(Plant):
             low = place
         else:
             return None
-        while high - low > 1e-13:
+        while high - low >= 1e-12:
             middle = (low + high) / 2
             low, high = (low, middle) if over(middle) > 0 else (middle, high)
-            if middle in (low, high) and high - low < 1e-12:
-                break
         return high
 
     def _free(self, states, polynomials):

@@ -14,6 +14,8 @@ from fivebar.paths.pieces import Arc, Line
 pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
 MM = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 100 50">'
 
+XLINK = 'xmlns:xlink="http://www.w3.org/1999/xlink" xlink:href'  # which counts where there is no href
+
 
 def read(body, head=MM, **options):
     return fb.path(io.StringIO(f"{head}\n{body}\n</svg>"), kind="svg", **options)
@@ -82,7 +84,7 @@ def test_transforms_are_honoured():
     np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
     assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(0.002 * math.pi)
     twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
-    symbol = read('<symbol id="s"><path d="M0 0H5"/></symbol><use href="#s" x="20"/>')
+    symbol = read(f'<symbol id="s"><path d="M0 0H5"/></symbol><g id="g"><use href="#s" {XLINK}="#g" x="20"/></g>')
     assert len(symbol.pieces) == 1 and symbol.pieces[0].start == pytest.approx((0.02, 0.05))
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
@@ -185,6 +187,7 @@ def test_what_is_passed_over_is_listed():
         ("<style>.a{fill:none;transform:scale(2)}</style>", "line 2: <style>: a transform in a style is not read"),
         ("<path>", "line 3: not XML: mismatched tag"),
         ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
+        (f'{ONE}<g id="a"><use href="#a" {XLINK}="#b"/></g>', "line 2: <use> repeats itself without end"),
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(body, message):

@@ -206,7 +206,7 @@ def test_rows_off_an_even_grid_are_moved_onto_it():
 
     def pairs(t):
         cubic = np.stack([1 + t - 2 * t**2 + 3e3 * t**3, t**3], axis=1)
-        return {"q": cubic, "tau": np.stack([1 - t, 2 * t], axis=1), "q_dot": None, "xi": np.stack([t, 3 * t], axis=1)}
+        return {"q": cubic, "tau": np.stack([1 - t, 2 * t], axis=1), "xi": np.stack([t, 3 * t], axis=1)}
 
     t = step * (k + np.array([0, 0.2, -0.2, 0.1, 0.3, 0.0, -0.2, 0.1, 0.2, 0]))
     given, grid = pairs(t), step * np.arange(12)
@@ -216,11 +216,11 @@ def test_rows_off_an_even_grid_are_moved_onto_it():
     np.testing.assert_allclose(moved["q"], pairs(grid)["q"], atol=1e-13)
     np.testing.assert_allclose(moved["xi"][2:], pairs(grid)["xi"][2:], atol=1e-15)  # not by splines, all of them nan
     lost = (grid > t[5]) & (grid < t[6]) | (grid == t[5])
-    assert lost.sum() == 3 and (np.isnan(moved["tau"]) == lost[:, None]).all() and moved["q_dot"] is None
+    assert lost.sum() == 3 and (np.isnan(moved["tau"]) == lost[:, None]).all()
     np.testing.assert_allclose(moved["tau"][~lost], pairs(grid)["tau"][~lost], atol=1e-15)
     assert away == pytest.approx(0.3)
     del given["tau"]
-    assert set(evenly(t, given, step)[1]) == {"q", "q_dot", "xi"}
+    assert set(evenly(t, given, step)[1]) == {"q", "xi"}
     nearly = grid + step * np.array([0, *[0.009, -0.009] * 5, 0])
     even, same, away = evenly(nearly, given, step)
     assert same == given and away == pytest.approx(0.009) and even == pytest.approx(grid, abs=1e-16)

@@ -1,0 +1,184 @@
+"""A complete pose of a robot, its legs, and what follows from them when it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._backend import atan2, is_symbolic, pack, pack_matrix, sign
+from ..described import one_line, single, table, vector
+from .dyads import SINGULAR, cross
+
+if TYPE_CHECKING:
+    from .robots import Drive, Robot
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenLeg:
+    """A leg whose drive is known: coordinate, the drive's direction, and how to get the distal bar's."""
+
+    drive: object
+    q: object
+    direction: object
+    distal_of: object
+
+    @cached_property
+    def distal(self):
+        return self.distal_of()
+
+    @cached_property
+    def sine(self):
+        return self.drive.sine(self.direction, self.distal)
+
+    @cached_property
+    def cosine(self):
+        return self.drive.cosine(self.direction, self.distal)
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedLeg:
+    """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in its dyad."""
+
+    drive: Drive
+    dyad: Any
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        return self.drive.coordinate(self.direction)
+
+    @cached_property
+    def direction(self):
+        return self.drive.held(self.dyad)
+
+    @cached_property
+    def distal(self):
+        return self.drive.bar(self.dyad)
+
+    @property
+    def sine(self):
+        return -self.dyad.sine
+
+    @cached_property
+    def cosine(self):
+        return self.drive.cosine(self.direction, self.distal)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first read.
+
+    robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a biglide its feet;
+    q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute angles;
+    assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B (*batch, 2, 2);
+    reach_margin (*batch,) m: how far the span of the bars is inside its limits, negative outside.
+    """
+
+    robot: Robot
+    point: tuple
+    _build: Callable  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
+    _from_dgm: bool = False
+
+    def __repr__(self) -> str:
+        return one_line("Pose", *self._words())
+
+    def _words(self):
+        words, place = self.robot.words, [vector("xi", self.point, "m")]
+        if single(self.point):
+            modes = "working ({:+d}, {:+d}), assembly {:+d}".format(*map(int, self.working), int(self.assembly))
+            place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
+        return (*place, words.title)
+
+    def _repr_html_(self) -> str | None:
+        if not single(self.point):
+            return None
+        words, passive = self.robot.words, zip(self.robot.words.passive, self.q_passive)
+        angles = {name: f"{q:.6g} {words.unit}" for name, q in zip(words.joints, self.q)}
+        angles |= {name: f"{angle:.6g} rad" for name, angle in passive}
+        margins = {name: f"{value:.6g}" for name, value in zip(words.sines, (*self.sines, self.det_A))}
+        return table(repr(self), angles | margins)
+
+    @cached_property
+    def _built(self):
+        return self._build()
+
+    @property
+    def legs(self) -> tuple:
+        return self._built[0]
+
+    @property
+    def _dyads(self):
+        return self._built[1]
+
+    @property
+    def u2(self) -> tuple:
+        """Per leg the unit vector u_i2 along the distal bar, from its elbow, on components."""
+        return tuple(leg.distal for leg in self.legs)
+
+    @property
+    def sines(self) -> tuple:
+        """Per leg u_i2 . P_i' / |P_i'|; for a crank sin q_i2, for a slider sin phi_i."""
+        return tuple(leg.sine for leg in self.legs)
+
+    @cached_property
+    def det_A(self) -> Any:
+        """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative accuracy."""
+        return self._dyads[0].sine if self._from_dgm else cross(*self.u2)
+
+    @cached_property
+    def b(self) -> tuple:
+        """Diagonal of B, per leg."""
+        return tuple(along for along, _ in self._slopes)
+
+    @cached_property
+    def _slopes(self):
+        """Per leg P_i' along and across the distal bar."""
+        return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self.legs))
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        return pack(*(leg.q for leg in self.legs))
+
+    @cached_property
+    def xi(self) -> np.ndarray:
+        return pack(*self.point)
+
+    @cached_property
+    def elbows(self) -> np.ndarray:
+        (x1, y1), (x2, y2) = (drive.pivot(leg.direction) for drive, leg in zip(self.robot.drives, self.legs))
+        return pack_matrix(x1, y1, x2, y2)
+
+    @cached_property
+    def q_passive(self) -> np.ndarray:
+        return pack(*(atan2(leg.sine, leg.cosine) for leg in self.legs))  # AMORO eq. 5, 6
+
+    @cached_property
+    def assembly(self) -> np.ndarray:
+        return -sign(self.det_A, SINGULAR)
+
+    @cached_property
+    def working(self) -> np.ndarray:
+        modes = tuple(-sign(s, SINGULAR) for s in self.sines)
+        return pack(*modes) if is_symbolic(modes[0]) else np.stack(modes, axis=-1)
+
+    @cached_property
+    def A(self) -> np.ndarray:
+        (x1, y1), (x2, y2) = self.u2
+        return pack_matrix(x1, y1, x2, y2)  # AMORO eq. 13
+
+    @cached_property
+    def B(self) -> np.ndarray:
+        zero = 0.0 * self.b[0]
+        return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
+
+    @cached_property
+    def reach_margin(self) -> np.ndarray:
+        margins = [clearance for dyad in self._dyads for clearance in dyad.clearances]
+        if is_symbolic(margins[0]):
+            import casadi
+
+            return casadi.mmin(casadi.vertcat(*margins))
+        return np.minimum.reduce(np.broadcast_arrays(*margins))
