@@ -76,7 +76,7 @@ def _look(path, name, depth, programs, left):
         elif path.suffix.lower() == ARCHIVE:
             _look_into_zip(path, name, programs, left)
         else:
-            left.append(Left(name, "no program"))
+            left.append(Left(name, _no_program(path.suffix)))
     except OSError as error:
         left.append(Left(name, f"cannot be opened: {error.strerror}"))
 
@@ -96,13 +96,18 @@ def _look_into_zip(path, name, programs, left):
         elif suffix == ARCHIVE:
             left.append(Left(inner, "a zip in a zip"))
         elif suffix not in PROGRAMS:
-            left.append(Left(inner, "no program"))
+            left.append(Left(inner, _no_program(suffix)))
         elif info.flag_bits & 1:
             left.append(Left(inner, "locked by a password"))
         else:
             programs.append(ProgramFile(path, member, inner))
     if len(members) > MOST_FILES:
         left.append(Left(name, f"only {MOST_FILES} files are looked at"))
+
+
+def _no_program(suffix):
+    packed = suffix.lower() in (".rar", ".7z", ".tar", ".gz", ".tgz", ".bz2", ".xz")
+    return "not opened: of archives only .zip is" if packed else "no program"
 
 
 def functions_of(lab: Lab) -> frozenset[str]:
