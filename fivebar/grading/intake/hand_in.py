@@ -17,6 +17,10 @@ from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError, opened_archi
 MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
 NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
 MOST_READ = 100  # programs that are read to find the one to grade
+# "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is what comes first, and
+# the number after it is the person's, the same in all that one has handed in.
+MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_.*", re.DOTALL)
+CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_.*", re.DOTALL)
 _DEFINED = re.compile(r"^[ \t]*def\s+(\w+)\s*\(", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*(?:from|import)[ \t]+(.*)", re.MULTILINE)
 
@@ -145,12 +149,22 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
     best = {source: program for program, source in reversed(sources.items()) if defined[program] == most}
     if len(best) > 1 and untouched.is_file():
         best.pop(_source(ProgramFile(untouched)), None)
+    if len({found["number"] for found in map(_person, programs) if found}) > 1:
+        raise SubmissionError(
+            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it, and grade that folder"
+        )
     if len(best) > 1:
         raise SubmissionError(
             f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}): leave one, or name it "
             "with --file"
         )
     return next(iter(best.values()))
+
+
+def _person(program):
+    """Whose it is by the learning platform's name for it, where a zip holds those of a course; or None."""
+    own = str(program).partition("/")[2].partition("/")[0]
+    return MOODLE.fullmatch(own) or CANVAS.fullmatch(own)
 
 
 def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[ProgramFile, ...]:
