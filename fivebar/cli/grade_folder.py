@@ -92,8 +92,12 @@ def _fill(arguments, lab, entries, reports):
     filled = fill_gradebook(arguments.gradebook, lab, entries, reports, arguments.column)
     write_whole(arguments.out / "gradebook.csv", filled.text)
     print(f"gradebook.csv: {filled.count} marks; {filled.no_hand_in} rows without a hand-in", file=sys.stderr)
-    if filled.no_row:
-        print(f"gradebook.csv: no row, or several, for {printable(', '.join(filled.no_row))}", file=sys.stderr)
+    for words, students in (
+        ("no row, or several, for", filled.no_row),
+        ("no mark, as no program could be graded, for", filled.no_program),
+    ):
+        if students:
+            print(f"gradebook.csv: {words} {printable(', '.join(students))}", file=sys.stderr)
 
 
 def _say_what_is_left(entries, left):

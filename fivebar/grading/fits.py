@@ -14,6 +14,7 @@ from .variants import parameters
 FEWEST = 4  # rows: fewer fit anything
 EXACT = 1e-9
 MOST_GRID = 20_000
+MOST_DECIMALS = 8
 
 
 def _fact(name, hint):
@@ -76,6 +77,7 @@ class Fit:
         if len(self.came) < FEWEST or not self.wrong_names():
             return
         yield from self._rearranged()
+        yield from self._rounded()
         yield from self._by_name(self._factor, "times the right one")
         yield from self._by_name(self._offset, "")
         yield from self._on_a_grid()
@@ -120,6 +122,16 @@ class Fit:
                 "right but for signs, which differ from row to row",
                 "Where does a sign get lost: abs, a root, a square?",
             )
+
+    def _rounded(self):
+        """Cut off or rounded after some decimals, and right but for that."""
+        apart = self.off(self.came, self.right)
+        for k in range(1, MOST_DECIMALS + 1):
+            cut = np.abs(self.came - np.round(self.came, k)) <= 1e-15 * np.maximum(1.0, np.abs(self.came))
+            if np.all((cut & (apart < 10.0**-k)) | (apart <= self.limits)):
+                yield _fact(f"rounded after {k} decimals", "Who calculates on with it needs all digits: round what "
+                            "you print, not what you return.")  # fmt: skip
+                return
 
     def _parts(self):
         for name in self.exercise.returns:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import stat
 import sys
 import time
@@ -121,13 +122,25 @@ def _report(lab, checks, before, home, **rest):
         lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed, robot=(program.robot or robot).parameters, lab_hash=lab.hash(), trouble=trouble or "",
         notes=(
-            *filter(None, [program.remark]), *_about_robot(lab, robot, checks),
+            *filter(None, [program.remark]), *_twice(lab, program), *_about_robot(lab, robot, checks),
             *_old_numpy(program),
         ),
         faults=tuple(checks.trouble), output=student.output,
         seconds=round(time.perf_counter() - before, 3), home=home,
         warnings=tuple(student.notes), **rest,
     )  # fmt: skip
+
+
+def _twice(lab, program):
+    """Functions of the lab that the file defines again further down, as cells may that ran in another order."""
+    lines, counts = {}, lab.exercises()
+    for k, line in enumerate(program.source.split("\n"), 1):
+        if (found := re.match(r"def\s+(\w+)\s*\(", line)) and found[1] in counts:
+            lines.setdefault(found[1], []).append(k)
+    for name, found in lines.items():
+        if len(found) > 1:
+            *first, last = (program.where(k) for k in found)
+            yield f"{name} is defined {len(found)} times: the last one counts, {last} (not {', '.join(first)})."
 
 
 def _old_numpy(program):

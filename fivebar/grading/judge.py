@@ -100,7 +100,7 @@ def judge(
         exercise, robot, columns, came, expected, limits, good, refused, own, set(reasons) == {"exception"}, deep
     )
     with np.errstate(all="ignore"):
-        if not forfeited and (follows := followed(answers)):
+        if follows := followed(answers):
             return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
     first = _first_wrong(good, reasons, refuse)
     reply, text = replies[first], texts[first]

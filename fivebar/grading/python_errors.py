@@ -16,6 +16,8 @@ _NUMBERS = {function.__name__ for function in CONVERTING}
 
 def explained(text: str, line: str = "", words: Iterable[str] = ()) -> str:
     """A sentence on an exception's "Type: message", raised at this line of a file with these words, or ""."""
+    if line.strip().startswith("raise ") and not text.startswith("NotImplementedError"):
+        return "Your own line refuses, though there is an answer here: compare its condition with the statement's."
     for pattern, sentence in _SENTENCES:
         if found := re.match(pattern, text, re.DOTALL):
             said = sentence(found, line, words) if callable(sentence) else sentence.format(*found.groups())
@@ -98,6 +100,8 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     (r"UnboundLocalError: cannot access local variable '(\w+)'", _hidden),
     (r"UnboundLocalError: local variable '(\w+)' referenced", _hidden),
     (r"TypeError: '([\w.]+)' object is not callable", _called),
+    (r"TypeError: unsupported operand type\(s\) for \^|TypeError: ufunc 'bitwise_xor'",
+     "A power is written ** in Python: ^ is something else."),
     (r"TypeError: unsupported operand type\(s\) for [^:]+: (.*)", _operands),
     (r"TypeError: bad operand type for", "A function or a list stands where a number is meant."),
     (r"TypeError: can't multiply sequence by non-int",
@@ -145,6 +149,8 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
      "A {0} has no .{1}: make it an array, np.array(...)."),
     (r"AttributeError: 'numpy.ndarray' object has no attribute 'I'",
      "Only np.matrix has .I: write np.linalg.inv(...)."),
+    (r"EOFError", "Nobody answers an input() here: what a function needs comes as its arguments."),
+    (r"TabError", "This line begins with other blanks than its neighbours: tabs here and spaces there."),
     (r"RecursionError", "The function calls itself without end: is another one meant?"),
     (r"AssertionError", "An assert of your own file fails."),
 )  # fmt: skip

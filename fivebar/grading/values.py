@@ -52,7 +52,8 @@ def _numbers(name, part, shape, remarks):
     if array.shape != shape:
         kept = tuple(n for n in array.shape if n != 1)
         if kept != tuple(n for n in shape if n != 1):
-            raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}")
+            product = "" if shape or len(kept) != 1 else ": does a * stand where the matrix product @ is meant?"
+            raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}")
         remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
     return array.ravel()
 

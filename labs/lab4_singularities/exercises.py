@@ -61,10 +61,27 @@ TYPE = Exercise(
             "det B is a product. When is it 0?",
             lambda robot, q11, q12, q21, q22: kind(in_line(q12) & in_line(q22), in_line(q21 + q22 - q11 - q12)),
         ),
+        *(
+            Misconception(
+                name,
+                "What if both conditions hold at once?",
+                lambda robot, *q, said=said: np.array([0, 1, 2, said])[singularity_type(robot, *q)],
+            )
+            for name, said in (("Type 3 never named", 1), ("Type 3 taken as Type 2", 2))
+        ),
         Misconception(
-            "Type 3 never named",
-            "What if both conditions hold at once?",
-            lambda robot, *q: np.array([0, 1, 2, 1])[singularity_type(robot, *q)],
+            "negative sines of the legs taken as small",
+            "Is -0.5 at most 1e-6? Is it 0?",
+            lambda robot, q11, q12, q21, q22: kind(
+                (np.sin(q12) <= IN_LINE) | (np.sin(q22) <= IN_LINE), in_line(q21 + q22 - q11 - q12)
+            ),
+        ),
+        Misconception(
+            "negative sines taken as small",
+            "Is -0.5 at most 1e-6? Is it 0?",
+            lambda robot, q11, q12, q21, q22: kind(
+                (np.sin(q12) <= IN_LINE) | (np.sin(q22) <= IN_LINE), np.sin(q21 + q22 - q11 - q12) <= IN_LINE
+            ),
         ),
     ),
     guessable=True,

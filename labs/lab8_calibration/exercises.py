@@ -61,11 +61,11 @@ MISSES = Exercise(
 )
 
 
-def derivatives(robot, *row, base=(-0.5, 0.5), lever=True, distal=-1.0, cross=True):
+def derivatives(robot, *row, base=(-0.5, 0.5), lever=True, distal=-1.0, cross=True, turn=1):
     """(n, 2, 7): e_i' = u_i2 . (-dP_i) - dl_i2."""
     found = np.zeros((len(row[0]), 2, 7))
-    for i, (bar, (_, l1, _, o, q)) in enumerate(zip(from_elbow(row), legs(row))):
-        u, crank = bar / np.abs(bar), np.exp(1j * (q + o))
+    for i, (bar, (_, l1, _, o, q)) in enumerate(zip(from_elbow(row, turn=turn), legs(row))):
+        u, crank = bar / np.abs(bar), np.exp(1j * (q + turn * o))
         found[:, i, 2 * i] = -(u * crank.conj()).real
         found[:, i, 2 * i + 1] = distal
         found[:, i, 4] = -base[i] * u.real
@@ -79,6 +79,14 @@ DERIVATIVES = Exercise(
     f"derivatives({ROW}) -> J",
     derivatives,
     (
+        *(
+            Misconception(
+                name,
+                "By the first line of the statement, what is the true angle of the bar?",
+                lambda robot, *row, turn=turn: derivatives(robot, *row, turn=turn),
+            )
+            for name, turn in (("offset with the wrong sign", -1), ("offset forgotten", 0))
+        ),
         Misconception(
             "both base joints on the same side",
             "If d grows by 1 mm, which way does the left base joint go, and which way the right one?",
@@ -109,11 +117,11 @@ DERIVATIVES = Exercise(
 )
 
 
-def unseen(robot, l11, l12, l21, l22, d, offset1, offset2, scale, factor=-1.0, turning=0.0):
+def unseen(robot, l11, l12, l21, l22, d, offset1, offset2, scale, factor=-1.0, turning=0.0, unit=True):
     """(n, 8): all lengths and the scale, so that their products stay; of length 1."""
     zero = turning + 0 * offset1
     v = np.stack([l11, l12, l21, l22, d, zero, zero, factor * scale], axis=-1)
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.linalg.norm(v, axis=-1, keepdims=True) if unit else v
 
 
 def equal_steps(robot, *row):
@@ -134,6 +142,11 @@ UNSEEN = Exercise(
             "every length by the same amount",
             "A robot twice as large: by how much does a bar of 60 mm grow, and by how much one of 120 mm?",
             equal_steps,
+        ),
+        Misconception(
+            "not of length 1",
+            "The direction is right. How long is your v?",
+            lambda robot, *row: unseen(robot, *row, unit=False),
         ),
         Misconception(
             "angles change as well",

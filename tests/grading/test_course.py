@@ -92,6 +92,8 @@ MOODLE = (
     'Participant 4711,Ada Lovelace,ada@x.fr,Remis,,"20,00",-\r\n'
     'Participant 4712,"Turing, Alan",alan@x.fr,Remis,3,"20,00",-\r\n'
     'Participant 99,Nobody,n@x.fr,Non remis,,"20,00",-\r\n'
+    'Participant 7,Two Versions,t@x.fr,Remis,3,"20,00",-\r\n'
+    'Participant 8,Grace,g@x.fr,Remis,,"18,30",-\r\n'
 )
 CANVAS = (
     "Student,ID,SIS Login ID,Section,Lab 1 (77),elbow (78)\n    Points Possible,,,,20,10\n"
@@ -104,13 +106,16 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     sheet.write_bytes(MOODLE.encode())
     files = {
         "Ada Lovelace_4711_assignsubmission_file_/lab.py": RIGHT, "Turing_4712_assignsubmission_file_/a.py": SHIFTED,
-        "eve.py": RIGHT,
+        "eve.py": RIGHT, "Grace_8_assignsubmission_file_/a.py": HALF, "Two_7_assignsubmission_file_/a.py": HALF,
+        "Two_7_assignsubmission_file_/a_old.py": RIGHT,
     }  # fmt: skip
     code, out = cohort(files, "--gradebook", sheet)
     err = capsys.readouterr().err
-    assert code == 0 and "2 marks; 1 rows without a hand-in" in err and "no row, or several, for eve" in err
+    assert code == 0 and "3 marks; 1 rows without a hand-in" in err and "no row, or several, for eve" in err
+    assert "no mark, as no program could be graded, for Two" in err
     before, after = (list(csv.reader(io.StringIO(t))) for t in (MOODLE[1:], (out / "gradebook.csv").read_text()))
-    assert [row[4] for row in after] == ["Note", "20", "5", ""]
+    half = json.loads(next((out / "students").glob("Grace*.json")).read_text())["points"] * 18.3 / 4
+    assert [row[4] for row in after] == ["Note", "20", "5", "", "3", f"{half:.2f}".replace(".", ",")]
     assert [row[:4] + row[5:] for row in after] == [row[:4] + row[5:] for row in before]
 
 

@@ -62,6 +62,8 @@ RELATIONS = {
     "constant": (PAIR, (0 * X + 1, 0 * Y), "always the same answer, whatever the arguments"),
     "of nought no factor": (NOUGHT, (X - X + 0.0123,), "off by 0.0123 in every row"),
     "one factor": (ONE, (4 * X,), "4 times the right answer in every row"),
+    "rounded": (PAIR, (np.round(X, 4), Y), "rounded after 4 decimals"),
+    "cut off": (ANGLE, (np.trunc(Q * 1000) / 1000 + 0.0,), "rounded after 3 decimals"),
     "grid": (ONE, (np.round(X * 40) / 40,), "a grid's value, a multiple of 1/40, not refined"),
     "fine grid": (ONE, (np.round(X * 19997) / 19997,), "a grid's value, a multiple of 1/19997, not refined"),
     "half a turn": (ANGLE, (Q + np.pi,), "off by -3.142 = -pi in every row"),
@@ -109,6 +111,7 @@ def test_and_in_all_but_one_it_is_not(exercise, came, name, row):
         (PAIR, (3 * X, Y + A * A)),  # one is explained, the other is not
         (ONE, (np.round(X * 40 + 2) / 40 + 0.01 * A,)),
         (ONE, (np.round(X * 20011) / 20011,)),
+        (PAIR, (np.round(X, 3) + 2e-3, Y)),  # round, but farther off
         (ONE, (np.round(40 * A * A) / 40,)),  # on a grid, but far off
     ],
 )

@@ -112,6 +112,7 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     zipped(folder / "ben" / "lab.ZIP", {"lab.PY": RIGHT})
     zipped(folder / "bomb.zip", {"lab.py": "#" * 30_000_000})
     written(folder / "carl.zip", "PK\x03\x04 no zip")
+    zipped(folder / "all.zip", {f"{name}_assignsubmission_file_/a.py": RIGHT for name in ("Ada_1", "Ben_2")})
     before = sorted(tmp_path.rglob("*"))
     entries, _ = find_submissions(folder, lab)
     found = {entry.student: entry for entry in entries}
@@ -119,6 +120,7 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     assert read_submission(found["anna"].path, found["anna"].member).source == RIGHT
     assert {item.word for item in found["anna"].left} == {"not graded", "hidden", "a zip in a zip"}
     assert found["carl"].trouble.startswith("carl.zip is no zip that can be read")
+    assert "the hand-ins of several people" in found["all"].trouble
     with pytest.raises(SubmissionError, match="larger than 1 MB"):
         read_submission(found["bomb"].path, found["bomb"].member)
     assert sorted(tmp_path.rglob("*")) == before

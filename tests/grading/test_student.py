@@ -92,6 +92,7 @@ def evaluated(x):
         assert worker.ask("evaluated", [(0,)])[0].line == 16
         assert worker.ask("through", [(1, 2)])[0].text.startswith("TypeError: through() takes 1")
         assert worker.ask("igm", [(1,), (2,)]) == [Reply("missing", text="no function igm")] * 2
+        assert worker.ask("To_do", [(1,)])[0].text == "no function To_do: is your todo meant?"
         assert worker.ask("np", [(1,)])[0].kind == "missing"
 
 

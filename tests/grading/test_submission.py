@@ -41,14 +41,14 @@ def test_a_notebooks_code_is_read_without_its_magics(tmp_path):
             ("code", ["%matplotlib inline\n", "!pip install x\n", "import math\n", "?help"]),
             ("code", "%%bash\nrm -r *"),
             ("code", ""),
-            ("code", "def f(x):\n    return math.cos(x)"),
+            ("code", "%%time\ndef f(x):\n    return math.cos(x)"),
             ("raw", "1/0"),
         )
     )
     found = read_submission(str(file))
     assert found.kind == "notebook" and found.cells == (1, 5, 7, 7)
-    assert found.source == "\n\nimport math\n\n\n\ndef f(x):\n    return math.cos(x)\n"
-    assert found.where(8) == "code cell 4, line 2" and found.where(3) == "code cell 1, line 3"
+    assert found.source == "\n\nimport math\n\n\n\n\ndef f(x):\n    return math.cos(x)\n"
+    assert found.where(9) == "code cell 4, line 3" and found.where(3) == "code cell 1, line 3"
     with Student(found) as student:
         assert student.trouble is None and student.ask("f", [(0.0,)])[0].value == 1.0
 

@@ -23,15 +23,17 @@ GRADE = {"grade", "note", "bewertung", "calificación", "valutazione", "nota", "
 MOST = {"maximum grade", "note maximale", "bestwertung", "calificación máxima", "valutazione massima"}
 POSSIBLE = "points possible"  # Canvas' row
 _NUMBER = re.compile(r"\D*(\d+)")
+_COMMA = re.compile(r"\d+,\d+")
 
 
 @dataclass(frozen=True)
 class Filled:
-    """The sheet's text with its marks; how many; students without a row of theirs; rows without a hand-in."""
+    """The sheet's text with its marks; how many; who has no row, or no program; rows without a hand-in."""
 
     text: str
     count: int
     no_row: list[str]
+    no_program: list[str]
     no_hand_in: int
 
 
@@ -40,7 +42,8 @@ def fill_gradebook(
 ) -> Filled:
     """The sheet with each graded student's mark in the column, scaled to the most that the sheet allows.
 
-    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded keeps his cell.
+    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded, or handed in what
+    holds no program that can be meant, keeps his cell: a person has to look. Decimal commas are kept.
     """
     text = _read(path)
     sign = max(",;\t", key=text.split("\n", 1)[0].count)
@@ -55,21 +58,28 @@ def fill_gradebook(
     mark = _column(path, titles, lab, column)
     most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
     possible = next((row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), "")
-    count, no_row, touched = 0, [], set()
+    cells = [row[k] for row in rows[1:] if row for k in (mark, most) if k is not None]
+    comma = (
+        any(_COMMA.fullmatch(cell.strip()) for cell in cells) or sign == ";"
+    )  # Excel's choice where a comma is decimal
+    count, no_row, no_program, touched = 0, [], [], set()
     for entry, report in zip(entries, reports):
         found = _rows_of(entry, rows)
         if len(found) != 1:
             no_row.append(entry.student)
+        elif entry.trouble:
+            no_program.append(entry.student)
         elif not report.ungraded:
             row = rows[found[0]]
             limit = _float(row[most]) if most is not None else _float(possible)
-            row[mark] = number(report.points if limit is None else report.points * limit / report.max_points)
+            points = number(report.points if limit is None else report.points * limit / report.max_points)
+            row[mark] = points.replace(".", ",") if comma else points
             count += 1
         touched |= set(found)
     students = [k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE]
     file = io.StringIO(newline="")
     csv.writer(file, delimiter=sign, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(rows)
-    return Filled(file.getvalue(), count, no_row, len(set(students) - touched))
+    return Filled(file.getvalue(), count, no_row, no_program, len(set(students) - touched))
 
 
 def _read(path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,7 @@ from ...errors import UsageError
 from ..labs import Lab
 from ..variants import id_key
 from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError
-from .hand_in import NO_FILE, Left, ProgramFile, beside, choose, is_hidden, look_into
-
-# "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is what comes first, and
-# the number after it is the person's, the same in all that one has handed in.
-_MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_.*", re.DOTALL)
-_CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_.*", re.DOTALL)
+from .hand_in import CANVAS, MOODLE, NO_FILE, Left, ProgramFile, beside, choose, is_hidden, look_into
 
 
 @dataclass(frozen=True)
@@ -73,7 +67,7 @@ def find_submissions(
 def _student(path):
     """(id, the number that Moodle or Canvas gives or "") in the name of a file or folder."""
     name = path.stem if path.suffix.lower() in (*PROGRAMS, ARCHIVE) and not path.is_dir() else path.name
-    found = _MOODLE.fullmatch(name) or _CANVAS.fullmatch(name)
+    found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
     return (found["name"], found["number"]) if found else (name, "")
 
 

@@ -17,6 +17,10 @@ from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError, opened_archi
 MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
 NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
 MOST_READ = 100  # programs that are read to find the one to grade
+# "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is what comes first, and
+# the number after it is the person's, the same in all that one has handed in.
+MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_.*", re.DOTALL)
+CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_.*", re.DOTALL)
 _DEFINED = re.compile(r"^[ \t]*def\s+(\w+)\s*\(", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*(?:from|import)[ \t]+(.*)", re.MULTILINE)
 
@@ -76,7 +80,7 @@ def _look(path, name, depth, programs, left):
         elif path.suffix.lower() == ARCHIVE:
             _look_into_zip(path, name, programs, left)
         else:
-            left.append(Left(name, "no program"))
+            left.append(Left(name, _no_program(path.suffix)))
     except OSError as error:
         left.append(Left(name, f"cannot be opened: {error.strerror}"))
 
@@ -96,13 +100,18 @@ def _look_into_zip(path, name, programs, left):
         elif suffix == ARCHIVE:
             left.append(Left(inner, "a zip in a zip"))
         elif suffix not in PROGRAMS:
-            left.append(Left(inner, "no program"))
+            left.append(Left(inner, _no_program(suffix)))
         elif info.flag_bits & 1:
             left.append(Left(inner, "locked by a password"))
         else:
             programs.append(ProgramFile(path, member, inner))
     if len(members) > MOST_FILES:
         left.append(Left(name, f"only {MOST_FILES} files are looked at"))
+
+
+def _no_program(suffix):
+    packed = suffix.lower() in (".rar", ".7z", ".tar", ".gz", ".tgz", ".bz2", ".xz")
+    return "not opened: of archives only .zip is" if packed else "no program"
 
 
 def functions_of(lab: Lab) -> frozenset[str]:
@@ -140,12 +149,22 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
     best = {source: program for program, source in reversed(sources.items()) if defined[program] == most}
     if len(best) > 1 and untouched.is_file():
         best.pop(_source(ProgramFile(untouched)), None)
+    if len({found["number"] for found in map(_person, programs) if found}) > 1:
+        raise SubmissionError(
+            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it, and grade that folder"
+        )
     if len(best) > 1:
         raise SubmissionError(
             f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}): leave one, or name it "
             "with --file"
         )
     return next(iter(best.values()))
+
+
+def _person(program):
+    """Whose it is by the learning platform's name for it, where a zip holds those of a course; or None."""
+    own = str(program).partition("/")[2].partition("/")[0]
+    return MOODLE.fullmatch(own) or CANVAS.fullmatch(own)
 
 
 def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[ProgramFile, ...]:

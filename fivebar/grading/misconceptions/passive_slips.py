@@ -50,6 +50,8 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             *per_leg("length of the proximal bar forgotten", length, "drag", lambda j, v: dot(v, j.v1), drag),
             *per_leg("u instead of v for the proximal bar", "Which way does the elbow move?", "drag",
                      lambda j, v: j.proximal * dot(v, j.u1), drag),
+            *per_leg("divided by the length of the proximal bar", "Which bar turns at the rate that you look for?",
+                     "per", lambda value, j: value / j.proximal, per),
             *per_leg(f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q, own),
             *per_leg(f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q, own),
             *per_leg(f"active {word} subtracted as a length times a rate", solve, "own", lambda q, j: j.proximal * q,

@@ -165,7 +165,8 @@ class Student:
             return Reply("missing", text=clean(f"the file has no constant {names}"))
         if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
             return replace(self.trouble, kind="import")
-        return Reply("missing", text=f"no function {function}")
+        alike = next((name for name in self.names if _bare(name) == _bare(function)), "")
+        return Reply("missing", text=f"no function {function}" + (f": is your {alike} meant?" if alike else ""))
 
     def _count_killed(self):
         """Close what is left of a worker that something else killed. Raises KilledError at the last of many."""
@@ -232,6 +233,11 @@ class Student:
         if self._isolate == "process" and not report["landlock"]:
             notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")
         self.notes = tuple(notes)
+
+
+def _bare(name):
+    """A name without what is easily mistyped: dgmPassive and dgm_passive are alike."""
+    return name.replace("_", "").lower()
 
 
 def _number(part):

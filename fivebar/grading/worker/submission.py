@@ -23,6 +23,7 @@ MOST_ARCHIVE = 50_000_000  # bytes of a zip
 UNREADABLE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, RuntimeError, ValueError, EOFError, OSError)  # of a zip
 MOST_NAME = 200  # characters of a file's name
 ENCODINGS = ("utf-8", "ascii", "iso8859-1", "iso8859-15", "cp1252")  # none of them costs more than its length
+OF_PYTHON = ("%%time\n", "%%time ", "%%capture", "%%prun")  # magics of a cell whose code the notebook's session runs
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 
 
@@ -180,6 +181,6 @@ def _code(text, name):
         starts.append(len(lines) + 1)
         whole = part.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n")
         own = whole.split("\n") if whole else []  # Python's lines: splitlines has more ends
-        magic = part.lstrip().startswith("%%")
+        magic = part.lstrip().startswith("%%") and not part.lstrip().startswith(OF_PYTHON)
         lines += ["" if magic or line.lstrip().startswith(("%", "!", "?")) else line for line in own]
     return "\n".join(lines) + "\n", tuple(starts)
