@@ -1,6 +1,8 @@
 """Usual calls of every public function, of which `odd_calls` makes strange ones."""
 
+import atexit
 import inspect
+import shutil
 import tempfile
 from pathlib import Path as File
 from types import ModuleType
@@ -16,8 +18,8 @@ from fivebar.paths.pieces import Line
 from tests.helpers.odd_calls import ACCELERATIONS, FOUR_BAR, LINE, POSE, RATES, ROBOT, Case
 
 HOME = (0.09, 0.068)
-ROOM = tempfile.TemporaryDirectory(prefix="fivebar-odd-")  # until the interpreter ends
-FOLDER = File(ROOM.name)
+FOLDER = File(tempfile.mkdtemp(prefix="fivebar-odd-"))
+atexit.register(shutil.rmtree, FOLDER)
 CSV = FOLDER / "path.csv"
 CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
 GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}
