@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from decimal import Decimal
 from difflib import get_close_matches
 from importlib import import_module
@@ -36,23 +38,25 @@ COMMANDS = {
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
 OF_A_FILE = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
+STREAMS = {"stdin": "r", "stdout": "w", "stderr": "w"}
 SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes for an option
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
+    for name, mode in STREAMS.items():
+        if getattr(sys, name) is None:  # it was closed, and the next file that is opened would get its number
+            setattr(sys, name, open(os.devnull, mode))
     if isinstance(sys.stdout, io.TextIOWrapper):  # where a locale has no ² or µ, they are no reason to fail
         sys.stdout.reconfigure(errors="backslashreplace")
     if words and words[0] != "run":  # whose arguments are the script's
         words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
     try:
-        parser = _parser(words[0] if words else "")
-        if not words:
-            parser.print_help()
-            return 2
-        arguments = parser.parse_args(words)
-        arguments.run(arguments)
+        try:
+            return _run(words)
+        finally:
+            _flush()
     except UsageError as error:
         return _complain(error, 2)
     except BrokenPipeError:  # whoever read the output has read enough
@@ -61,14 +65,40 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(error, 1)
     except KeyboardInterrupt:
         return _complain("interrupted", 1)
+
+
+def _run(words):
+    parser = _parser(words[0] if words else "")
+    if not words:
+        parser.print_help()
+        return 2
+    arguments = parser.parse_args(words)
+    arguments.run(arguments)
     return 0
+
+
+def _flush():
+    """Write what was printed while its failure can still be said: at the interpreter's end it is a strange message."""
+    for name in ("stderr", "stdout"):
+        stream = getattr(sys, name)
+        try:
+            stream.flush()
+        except OSError as error:
+            with open(os.devnull, "w") as nowhere:
+                os.dup2(nowhere.fileno(), stream.fileno())  # else the interpreter tries again
+            if name == "stdout":
+                raise OSError(error.errno, error.strerror, name) from None
 
 
 def _complain(error, code):
     from ..grading.report.text import printable  # the error may quote a file's hostile name
 
     text = OF_A_FILE.sub(r"\3: \1", " ".join(str(error).split()))
-    print("fivebar: " + printable(text), file=sys.stderr)
+    with suppress(OSError):  # nobody hears it
+        try:
+            print("fivebar: " + printable(text), file=sys.stderr)
+        finally:
+            _flush()
     return code
 
 

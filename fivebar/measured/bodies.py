@@ -17,6 +17,7 @@ from __future__ import annotations
 import casadi
 import numpy as np
 
+from ..models.compiled import minimized
 from ..models.robots import Robot
 
 SLACK = 1e-9  # of an inertia, by which it stays above what it must
@@ -53,10 +54,9 @@ def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarra
     bounds += [p[k] for k, name in enumerate(names) if name[0] == "f"]
     x = casadi.vertcat(p, *extra)
     g = casadi.vertcat(*bounds)
-    options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-10}
-    solver = casadi.nlpsol("bodies", "ipopt", {"x": x, "f": objective, "g": g}, options)
     start = np.concatenate([np.maximum(theta / scale, 0.1), np.tile([0.2, 0.1], len(extra))])
-    found = solver(x0=start, lbg=SLACK, ubg=np.inf)
-    if not solver.stats()["success"]:
-        raise ArithmeticError(f"no bodies with these parameters were found: {solver.stats()['return_status']}")
+    problem = {"x": x, "f": objective, "g": g}
+    found, stats = minimized("bodies", problem, {"ipopt.tol": 1e-10}, x0=start, lbg=SLACK, ubg=np.inf)
+    if not stats["success"]:
+        raise ArithmeticError(f"no bodies with these parameters were found: {stats['return_status']}")
     return np.array(found["x"]).ravel()[: len(names)] * scale

@@ -10,7 +10,19 @@ from types import MappingProxyType
 import numpy as np
 
 from .._backend import real_numbers, wrap
-from ..checks import instance, number, one_of, optional, positive, shown, strings, takes, two_numbers
+from ..checks import (
+    LONGEST,
+    SHORTEST,
+    instance,
+    number,
+    one_of,
+    optional,
+    positive,
+    shown,
+    strings,
+    takes,
+    two_numbers,
+)  # fmt: skip
 from ..models.robots import FiveBar
 from ..tables import FilePath
 from .calibration import Calibration
@@ -117,7 +129,7 @@ def start_values(robot: FiveBar, start: Mapping[str, float]) -> np.ndarray:
         raise ValueError(f"start: no {', '.join(map(shown, wrong))}; the known ones are {', '.join(UNKNOWNS)}")
     values = values_of(robot, {name: number(value, f"start[{name!r}]", -1e6, 1e6) for name, value in start.items()})
     if not length_ok(values):
-        raise ValueError("start: lengths and scale must be > 0, and d >= 0")
+        raise ValueError(f"start: bars and scale must be from {SHORTEST:g} to {LONGEST:g}, and d from 0 on")
     return values
 
 

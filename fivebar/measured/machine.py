@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checks import LONGEST, SHORTEST
 from ..models.dyads import RRR, cross, dot
 from ..models.robots import FiveBar
 
@@ -41,7 +42,8 @@ def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.
 
 def length_ok(p: np.ndarray) -> bool:
     """Whether a robot can have these lengths."""
-    return bool((p[:4] > 0).all() and p[4] >= 0 and p[PLACE["scale"]] > 0)
+    bars = p[[*range(4), PLACE["scale"]]]  # a scale is no length, but as far from 0
+    return bool((bars >= SHORTEST).all() and (bars <= LONGEST).all() and 0 <= p[4] <= LONGEST)
 
 
 class Placed(NamedTuple):

@@ -12,7 +12,7 @@ from ..checks import shown
 from ..models.parameters import robot_of
 from ..tables import STRANGE, TextFile, whole_text, written
 from .fit import LOSSES, misses
-from .machine import FRAME, READING, UNKNOWNS
+from .machine import FRAME, READING, UNKNOWNS, length_ok
 from .rows import Rows
 
 if TYPE_CHECKING:
@@ -77,6 +77,8 @@ def _fitting(found):
         raise ValueError("to must be numbers of rows, and assembly modes -1 or 1")
     for name, shape in (("assembly", n), ("p", len(UNKNOWNS)), ("start", len(UNKNOWNS)), ("weight", len(rows.numbers))):
         finite_numbers(_has_shape(found[name], name, (shape,)), name)
+        if name in ("p", "start") and not length_ok(found[name]):
+            raise ValueError(f"with its {name} no robot can be built: {shown(found[name].tolist())}")
     if len(found["held"]):
         _has_shape(found["held"], "held", (len(unknown),))
     off = misses(found["p"], rows, found["assembly"])

@@ -30,6 +30,8 @@ LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_t
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 MODES = {"assembly": 1, "working": 2}  # how many; with q and xi
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
+QUIET = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+STOPPED = "NonIpopt_Exception_Thrown", "User_Requested_Stop"  # how IPOPT ends by Ctrl-C, where nobody else ends it
 
 
 @takes(robot=must_be_robot, inputs=strings, outputs=strings, assembly=modes(1), working=modes(2), jit=must_be_jit)
@@ -126,6 +128,20 @@ def compiled(function, jit):
     from .machine_code import machine_code  # here, as it brings in what compiling needs
 
     return machine_code(function, jit)
+
+
+def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[dict, dict]:
+    """(what IPOPT found, CasADi's word on it) of a nonlinear program; given: x0 and bounds.
+
+    KeyboardInterrupt where it was interrupted: CasADi would keep that for itself.
+    """
+    import casadi
+
+    solver = casadi.nlpsol(name, "ipopt", problem, QUIET | options)
+    found, stats = solver(**given), solver.stats()
+    if stats["return_status"] in STOPPED:
+        raise KeyboardInterrupt
+    return found, stats
 
 
 class Buffered:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checks import positive
 from .blend import blended
 from .curve import GAP, Path
 from .fit import Bezier, Ellipse, fitted
@@ -64,6 +65,7 @@ class Draft:
         if len(none) == len(moves) or not any(move.pen for k, move in enumerate(moves) if k not in set(none)):
             words = "; ".join(said)
             raise ValueError(f"{self.name}: nothing is drawn{f': {words}' if words else ''}")
+        positive(size, f"{self.name}: the drawing's size, m,")
         fine = max(FINE, SHARE * deviation)
         far = max((k for k, m in enumerate(moves) if isinstance(m.shape, Bezier | Ellipse)),
                   key=lambda k: _extent(moves[k].shape), default=None)  # fmt: skip

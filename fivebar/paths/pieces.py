@@ -23,7 +23,7 @@ MOST_TERMS = 24  # of a polynomial
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line from `start` to `end`, (2,) m, at unit speed. ValueError where they are one point."""
+    """A straight line from `start` to `end`, (2,) m, at unit speed. ValueError where these are one point, or nearly."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -33,6 +33,7 @@ class Line:
             object.__setattr__(self, name, two_numbers(getattr(self, name), f"Line: {name}"))
         if self.start == self.end:
             raise ValueError(f"Line: start and end are one point, {self.start}")
+        positive(self.length, "Line: its length, m,")
 
     def __repr__(self) -> str:
         return one_line("Line", vector("from", self.start, "m"), vector("to", self.end, "m"))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
 
 if TYPE_CHECKING:
@@ -59,28 +60,24 @@ def solve(
     program.keep_stops()
     cost = program.cost()
     variables = ca.vertcat(*map(ca.vec, program.variables))
-    solver = ca.nlpsol(
-        "plan", "ipopt",
+    low, high = program.bounds()
+    found, stats = minimized(
+        "plan",
         {
             "x": variables,
             "f": ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
             "g": ca.vertcat(*program.constraints),
         },
         {
-            "print_time": False, "show_eval_warnings": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-            "ipopt.max_iter": iterations or MOST_ITERATIONS,
+            "show_eval_warnings": False, "ipopt.max_iter": iterations or MOST_ITERATIONS,
             "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
-    )  # fmt: skip
-    low, high = program.bounds()
-    found = solver(
         x0=program.values(durations, guess), lbx=low, ubx=high,
         lbg=np.concatenate(program.lower), ubg=np.concatenate(program.upper),
     )  # fmt: skip
     unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
     solution = [matrix.full().T for matrix in unpack(found["x"])]
-    stats = solver.stats()
     objective = float(found["f"]) * program.cost_unit
     return Solution(*program.in_si(solution), objective, stats["return_status"], int(stats["iter_count"]))
 

@@ -1,6 +1,8 @@
 """Usual calls of every public function, of which `odd_calls` makes strange ones."""
 
+import atexit
 import inspect
+import shutil
 import tempfile
 from pathlib import Path as File
 from types import ModuleType
@@ -17,6 +19,7 @@ from tests.helpers.odd_calls import ACCELERATIONS, FOUR_BAR, LINE, POSE, RATES, 
 
 HOME = (0.09, 0.068)
 FOLDER = File(tempfile.mkdtemp(prefix="fivebar-odd-"))
+atexit.register(shutil.rmtree, FOLDER)
 CSV = FOLDER / "path.csv"
 CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
 GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}

@@ -25,7 +25,9 @@ SWEEP = b'{"what": "fivebar sweep", "variables": %s, "figures": %s, "robot": %s,
 ONCE = {
     "from_csv": (TIMES.replace(b"t,", b"t (s),").replace(b"\n1.5", b"\n5e-324"),),
     "path.csv": (b"x (mm);y (mm);pen\n90;60;1\n80;7e200;1\n",),
-    "path.svg": tuple((SVG % each).encode() for each in (("2e999mm", "2", ""), ("20mm", "2e999", ""))),
+    "path.svg": tuple(
+        (SVG % each).encode() for each in (("2e999mm", "2", ""), ("20mm", "2e999", ""), ("2e-310mm", "2", ""))
+    ),
     "path.gcode": (b"G21 G90\nM3\nG0 X10 Y10\nG1 X2" + b"9" * 400 + b" Y10 F600\n",),
     "Map": HEADERS, "designs.npz": HEADERS, "chunk": HEADERS,
     "gradebook": (b"\nParticipant 1,A,20,\nParticipant 2,B,20\n3\n", b"a,Grade\nA," + b"9" * 200_000 + b"\n"),

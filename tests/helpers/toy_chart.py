@@ -1,6 +1,7 @@
 """A chart whose methods fail in every way, for the tests of the runner; a module, as the runner's process loads it."""
 
 import os
+import tempfile
 import time
 
 from fivebar.errors import SingularityError
@@ -15,6 +16,7 @@ def method(name, call, judge=lambda error: {"error": error}, knobs=(1, 2, 4, 8),
 
 
 def refuse(knob):
+    tempfile.mkdtemp()  # as a compiler's, which a process that is killed leaves
     raise SingularityError("det A = 0", 0.0)
 
 

@@ -1,7 +1,9 @@
 """Calibration on synthetic twins: exact data give exact lengths, noise honest intervals, in every form of data."""
 
+import json
 import os
 import time
+from itertools import product
 
 import numpy as np
 import pytest
@@ -255,9 +257,14 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
     found.to_json(tmp_path / "c.json")
     again = fb.Calibration.from_json(tmp_path / "c.json")
     assert str(again) == str(found) and again.sd == found.sd and np.array_equal(again.covariance, found.covariance)
-    (tmp_path / "bad.json").write_text('{"fivebar": "x"}')
-    with pytest.raises(ValueError, match="bad.json: not a calibration"):
-        fb.Calibration.from_json(tmp_path / "bad.json")
+    text = (tmp_path / "c.json").read_text()
+    bad = [json.loads(text) for _ in range(4)]
+    for (name, place), each in zip(product(("p", "start"), (3, 12)), bad):  # fuzzing found it
+        each[name][place] = 1e-320
+    for content in ({"fivebar": "x"}, *bad):
+        (tmp_path / "bad.json").write_text(json.dumps(content))
+        with pytest.raises(ValueError, match="bad.json: not a calibration"):
+            fb.Calibration.from_json(tmp_path / "bad.json")
     found.to_toml(tmp_path / "robot.toml")
     from fivebar.cli.robot_options import robot_from
 

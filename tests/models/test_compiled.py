@@ -2,6 +2,7 @@
 
 import multiprocessing
 import shutil
+import signal
 
 import casadi
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import fivebar as fb
 from fivebar.models import machine_code
 from fivebar.models.charts import CHARTS
-from fivebar.models.compiled import Buffered, batch
+from fivebar.models.compiled import Buffered, batch, minimized
 from fivebar.simulation.steps import propagate
 from tests.helpers import oracle
 
@@ -244,6 +245,18 @@ def test_bad_loops():
             fb.simulate_many(ROBOT, **given)
     with pytest.raises(fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"):
         fb.simulate_many(ROBOT, controller, fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0), starts, chart="joint")
+
+
+def test_an_interrupt_ends_a_search_that_casadi_makes():
+    """As Ctrl-C does, while IPOPT goes downhill for ever: CasADi ends it, and says nothing to Python."""
+    x, before = casadi.MX.sym("x", 5000), signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            minimized("x", {"x": x, "f": casadi.sum1(casadi.exp(-x))}, {"ipopt.tol": 1e-300}, x0=0)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_tolerance_bounds_the_error():

@@ -5,6 +5,7 @@ import json
 import platform
 import re
 import sys
+import tempfile
 from types import SimpleNamespace
 
 import mpmath
@@ -439,9 +440,13 @@ def test_the_page_has_the_pictures_words_as_text(toy_result, tmp_path, monkeypat
     assert whole.height - lines[0] - bare.height > 0.1 * making.DPI
 
 
-def test_an_error_of_ours_ends_the_run():
+def test_an_error_of_ours_ends_the_run_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with Worker("tests.helpers.toy_chart", 20.0, 0.0) as worker, pytest.raises(StopIteration):
+        assert worker.measure("p", "singular", 1)["word"] == "refused: singular"
+        assert [len(list(room.iterdir())) for room in tmp_path.iterdir()] == [1]
         worker.measure("p", "no such method", 1)
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_interrupted_run_goes_on(toy, tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import signal
 import time
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -156,8 +157,10 @@ class Worker:
         spawn = multiprocessing.get_context("spawn")
         self.pipe, theirs = spawn.Pipe()
         self.process = spawn.Process(target=_serve, args=(theirs, *self.arguments), daemon=True)
-        before = {name: os.environ.get(name) for name in THREADS}
-        os.environ.update(dict.fromkeys(THREADS, "1"))  # read when NumPy is loaded, there
+        self.room = TemporaryDirectory(prefix="fivebar-chart-")  # what a process that is killed leaves behind
+        own = dict.fromkeys(THREADS, "1") | {"TMPDIR": self.room.name}
+        before = {name: os.environ.get(name) for name in own}
+        os.environ.update(own)  # read when NumPy is loaded, there
         self.process.start()
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.update({name: value})
@@ -170,6 +173,7 @@ class Worker:
             self.process.kill()
             self.process.join()
             self.pipe.close()
+            self.room.cleanup()
             self.process = None
 
 
