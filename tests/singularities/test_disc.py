@@ -20,8 +20,9 @@ def figure(*loops, punctures=(), **own):
 
 def test_the_room_of_a_point_is_its_distance_from_all():
     """From an ellipse, a hole, walls and a puncture: of each the nearest point by a dense sampling."""
-    part = figure(ellipse(0.3, 0.2, cuts=(0, 3, 2 * np.pi)), backwards(ellipse(0.02, 0.02, 0.1)), punctures=[-0.1 - 0.05j],
-                  walls=polygon(-0.1 + 0.1j, 0.1j, 0.05j)[:1])  # fmt: skip
+    loops = ellipse(0.3, 0.2, cuts=(0, 3, 2 * np.pi)), backwards(ellipse(0.02, 0.02, 0.1))
+    wall = polygon(-0.1 + 0.1j, 0.1j)
+    part = figure(*loops, punctures=[-0.1 - 0.05j], walls=wall[:1])
     t = np.linspace(0, 2 * np.pi, 40001)
     around = np.concatenate([0.3 * np.cos(t) + 0.2j * np.sin(t), 0.1 + 0.02 * np.exp(1j * t), [-0.1 - 0.05j],
                              0.1j - 0.1 * np.linspace(0, 1, 20001)])  # fmt: skip

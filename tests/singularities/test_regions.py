@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from fivebar.singularities import regions
-from fivebar.singularities.regions import (
-    Arc, beside, crossings, inside, off_border, roomiest, roughly_inside,
-)  # fmt: skip
+from fivebar.singularities.regions import Arc, beside, crossings, inside, off_border, roomiest, roughly_inside
 from tests.helpers.curves import TURN, backwards, ellipse, petals, polygon, uneven_circle
 
 SIZES = 1.0, 1e-3
@@ -101,16 +99,16 @@ def disc(z, center, radius):
 
 
 HALF = np.pi / 3  # where unit circles around -0.5 and 0.5 meet
-REGIONS = {
-    "petals with a hole": (
+REGIONS = {  # size, loops, what is inside
+    "petals with a hole": lambda: (
         0.2, (petals(0.2, (0, 1, 2.5, TURN)), backwards(ellipse(0.03, 0.03, 0.15, circle=(1, 1)))),
         lambda z: (np.abs(z) < 0.2 * (1 + 0.6 * np.cos(3 * np.angle(z)))) & ~disc(z, 0.15, 0.03),
     ),
-    "a lens": (
+    "a lens": lambda: (
         1, ((*ellipse(1, 1, -0.5, (-HALF, HALF)), *ellipse(1, 1, 0.5, (np.pi - HALF, np.pi + HALF))),),
         lambda z: disc(z, -0.5, 1) & disc(z, 0.5, 1),
     ),
-    "two discs in one": (
+    "two discs in one": lambda: (
         1, ((*ellipse(1, 1, -0.5, (HALF, TURN - HALF)), *ellipse(1, 1, 0.5, (HALF - np.pi, np.pi - HALF))),),
         lambda z: disc(z, -0.5, 1) | disc(z, 0.5, 1),
     ),
@@ -119,7 +117,7 @@ REGIONS = {
 
 @pytest.mark.parametrize("name", REGIONS)
 def test_inside_is_what_a_formula_says(name):
-    size, loops, formula = REGIONS[name]
+    size, loops, formula = REGIONS[name]()
     arcs, rng = [arc for loop in loops for arc in loop], np.random.default_rng(3)
     z = rng.uniform(-1.7, 1.7, (2500, 2)) @ (size, 1j * size)
     found, near = roughly_inside(loops, z)
