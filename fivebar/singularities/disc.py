@@ -45,7 +45,7 @@ def walled(aspect: Aspect, keep: Keep | None) -> Aspect:
     return Walled(*own, tuple(arcs), kept_at(aspect.robot, aspect.working, keep))
 
 
-@takes(aspect=instance(Aspect), keep=optional(instance(Keep)))
+@takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))
 def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Disc:
     """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
 
@@ -53,7 +53,6 @@ def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) 
     there the disc touches three arcs, or two on opposite sides; exactly, but for where bars touch, 1e-6 of the robot.
     ValueError where no disc keeps the margin.
     """
-    margin = checked_margin(margin)
     aspect = walled(aspect, keep)
     best, room = None, 0.0
     own = dict(walls=aspect.walls, allowed=aspect.allowed) if isinstance(aspect, Walled) else {}
@@ -73,19 +72,15 @@ def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) 
 def _kept_room(aspect, z, room):
     """The radius up to which all is kept on rings around a point: traced walls end short of the limit of reach."""
     ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
-    radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0.01, 99))
-    broken = [k for k, radius in enumerate(radii) if not aspect.allowed(z + radius * ring).all()]
+    radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
+    broken = [k for k, radius in enumerate(radii[:-1]) if not aspect.allowed(z + radius * ring).all()]
     if not broken:
         return room
-    high, low = radii[broken[-1]], radii[broken[-1] + 1] if broken[-1] + 1 < len(radii) else 0.0
+    high, low = radii[broken[-1]], radii[broken[-1] + 1]
     for _ in range(40):
         middle = (low + high) / 2
         low, high = (middle, high) if aspect.allowed(z + middle * ring).all() else (low, middle)
     return float(low)
-
-
-def checked_margin(margin: float) -> float:
-    return not_negative(margin, "margin")
 
 
 def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:
@@ -134,8 +129,6 @@ def _feet(aspect, z, within, most=6):
     feet = [(abs(point - z), None, complex(point)) for point in punctures(aspect) if abs(point - z) <= within]
     for arc in arcs_of(aspect):
         for s, distance in zip(*arc.feet(z, within)):
-            if distance > within:
-                continue
             feet.append((distance, arc, float(s)))
             if s in (arc.start, arc.end):  # where arcs join, their curvatures differ and the foot can rest
                 feet.append((distance, None, complex(arc.at(s))))

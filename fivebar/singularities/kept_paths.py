@@ -46,11 +46,10 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
 
         known = np.where(np.isfinite(values), values, np.inf)
         times, lowest = t, known
-        steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
-        inner = np.append(np.inf, known[:-1]), np.append(known[1:], np.inf)
-        least = (known >= 0) & (known <= inner[0]) & (known <= inner[1])
-        with np.errstate(invalid="ignore"):
-            least &= known <= NEAR * np.fmax(steps[:-1], steps[1:])
+        with np.errstate(invalid="ignore"):  # of samples without a pose
+            steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
+            near = known <= NEAR * np.fmax(steps[:-1], steps[1:])
+        least = near & (known >= 0) & (known <= np.append(np.inf, known[:-1])) & (known <= np.append(known[1:], np.inf))
         for k in {*np.flatnonzero(least).tolist(), int(np.argmin(known))}:
             ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
             best = minimize_scalar(room, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0])))
@@ -61,9 +60,10 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
         order = np.argsort(times)
         times, lowest = times[order], lowest[order]
         first = int(np.argmax(lowest < -4 * EPS))
-        start = float(times[first])
-        if first and np.isfinite(lowest[first - 1]) and lowest[first - 1] > 0:
-            start = float(brentq(room, times[first - 1], times[first], xtol=1e-15, rtol=4 * EPS))
+        start = times[first]
+        if first and np.isfinite(lowest[first - 1]):  # a sample at the limit itself is where it begins
+            ends = times[first - 1], start
+            start = brentq(room, *ends, xtol=1e-15, rtol=4 * EPS) if lowest[first - 1] > 0 else ends[0]
         worst = int(np.argmin(lowest))
-        found.append(Broken(name, start, float(-lowest[worst]), float(times[worst])))
+        found.append(Broken(name, float(start), float(-lowest[worst]), float(times[worst])))
     return tuple(sorted(found, key=lambda each: each.time))

@@ -6,6 +6,7 @@ A margin is kept if no point of the outline is nearer to the rectangle, whose bo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -34,21 +35,23 @@ class Outline:
     aspect: Aspect
     margin: float
 
+    @property
+    def allowed(self) -> Callable | None:
+        """Complex points (n,) -> whether all is kept there; None where nothing more than the aspect is."""
+        return getattr(self.aspect, "allowed", None)
+
     @cached_property
     def arcs(self) -> list[Arc]:
         """The boundary, and the parts of walls across which something is no longer kept: what is kept on the left."""
         loops = [arc for loop in self.aspect.boundary for arc in loop]
-        walls = getattr(self.aspect, "walls", ())
-        return [
-            *loops,
-            *(facing(walls, self.within, np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag)) if walls else ()),
-        ]
+        walls = self.aspect.walls if self.allowed else ()
+        return [*loops, *facing(walls, self.within, np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag))]
 
     def within(self, z: np.ndarray) -> np.ndarray:
         """Whether points (n,) are in the aspect, and all is kept there."""
-        found, allowed = inside(self.aspect.boundary, z), getattr(self.aspect, "allowed", None)
-        if allowed is not None and found.any():
-            found[found] = allowed(z[found])
+        found = inside(self.aspect.boundary, z)
+        if self.allowed:
+            found[found] = self.allowed(z[found])
         return found
 
     @cached_property
@@ -103,25 +106,24 @@ class Outline:
     def seeds(self) -> np.ndarray:
         """Points (n,) all over what keeps the margin, so close that the largest rectangle has some of them inside."""
         low, high = (f(np.concatenate(self.aspect.polygons), axis=0) for f in (np.min, np.max))
-        walled = hasattr(self.aspect, "allowed")
-        least = 0.6 * (self.aspect.clearance - self.margin) if not walled else 0.0
+        least = 0.0 if self.allowed else 0.6 * (self.aspect.clearance - self.margin)
         step = max(least, np.sqrt(self.aspect.area / SEEDS))
         lattice = np.stack(np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high))), axis=-1)
         points = np.concatenate([lattice[self.aspect.contains(lattice)], [self.aspect.point]])
         z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
-        return z[self.within(z)] if walled else z
+        return z[self.within(z)] if self.allowed else z
 
     def keeps(self, v: np.ndarray) -> bool:
         """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the arcs from corners."""
         least = self.margin + (4 * EPS * np.abs(self.points).max() if self.margin else 0.0)  # however it is measured
-        if not (v[1] > v[0] and v[3] > v[2]) or apart(self.points, v).min() < least:
+        if apart(self.points, v).min() < least:
             return False
         corners = v[CORNERS] @ (1, 1j)
         if not self.within(corners).all():
             return False
-        if hasattr(self.aspect, "allowed"):  # where bars touch, walls end short of the limit of reach
+        if self.allowed:  # where bars touch, walls end short of the limit of reach
             rim = np.concatenate([np.linspace(a, b, RIM) for a, b in zip(corners[[0, 1, 3, 2]], corners[[1, 3, 2, 0]])])
-            if not self.aspect.allowed(rim).all():
+            if not self.allowed(rim).all():
                 return False
         return least == 0 or min(room_at(self.aspect, corner) for corner in corners) >= least
 

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from ..checks import instance, not_negative, optional, takes
 from .aspects import Aspect
-from .disc import CANDIDATES, Walled, checked_margin, room_at, too_narrow, walled
+from .disc import CANDIDATES, room_at, too_narrow, walled
 from .keep import Keep
 from .outline import INWARDS, Outline
 
@@ -42,7 +42,6 @@ def largest_rectangle(aspect: Aspect, margin: float = 0.0, keep: Keep | None = N
     all over the aspect, each the largest of those that pass between 4000 samples of its boundary. ValueError where none
     keeps the margin.
     """
-    margin = checked_margin(margin)
     aspect = walled(aspect, keep)
     outline = Outline(aspect, margin)
     found = [each for start in _starts(outline) if (each := _fitted(outline, start)) is not None]
@@ -78,7 +77,7 @@ def _starts(outline):
 def _roomiest(outline):
     """About the point that is farthest from all that is kept off, and its exact distance; 0 where nothing is kept."""
     z = complex(*outline.aspect.point)
-    if isinstance(outline.aspect, Walled):
+    if outline.allowed:
         if not len(outline.seeds):
             return z, 0.0
         z = outline.seeds[outline.tree.query(np.stack([outline.seeds.real, outline.seeds.imag], axis=-1))[0].argmax()]

@@ -96,7 +96,10 @@ class Arc:
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
+        """Parameters and distances of points of the arc not farther than `within`: all that are locally nearest to z.
+
+        Near a centre of curvature there are others among them.
+        """
         distance = np.abs(self.z - z)
         left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
         part, _ = self._on_chords(np.array([z]))
@@ -111,8 +114,7 @@ class Arc:
 
     def nearest(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z (n,)."""
-        found = [self._nearest(z[first : first + 1024]) for first in range(0, len(z), 1024)]
-        return tuple(np.concatenate([np.empty(0), *each]) for each in zip(*found)) if found else (np.empty(0),) * 2
+        return tuple(map(np.concatenate, zip(*map(self._nearest, _batches(z)))))
 
     def _nearest(self, z):
         part, distance = self._on_chords(z)
@@ -160,7 +162,7 @@ class Arc:
             step = 2 * np.arcsin(radius / self.extent)
             return complex(self.at(self.start + (step if self.start < self.end else -step)))
         outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
-        low, high = self.s[max(outside - 1, 0)], self.s[outside]
+        low, high = self.s[outside - 1], self.s[outside]
         for _ in range(5):
             s = np.linspace(low, high, 33)
             k = max(int(np.argmax(np.abs(self.at(s) - self.z[0]) >= radius)), 1)
@@ -173,15 +175,20 @@ def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
     found = np.zeros(len(z), dtype=bool)
     for loop in loops:
         polygon = np.concatenate([arc.z[:-1] for arc in loop])
-        a, b = polygon, np.roll(polygon, -1)
-        for first in range(0, len(z), 4096):
-            p = z[first : first + 4096, None]
-            spans = (a.imag > p.imag) != (b.imag > p.imag)
-            rows, k = np.nonzero(spans)
-            x = a.real[k] + (p.imag[rows, 0] - a.imag[k]) / (b.imag[k] - a.imag[k]) * (b.real[k] - a.real[k])
-            hits = np.bincount(rows[x > p.real[rows, 0]], minlength=len(p))
-            found[first : first + 4096] ^= hits % 2 == 1
+        found ^= np.concatenate([_crosses(polygon, np.roll(polygon, -1), part) for part in _batches(z)])
     return found
+
+
+def _crosses(a, b, z):
+    """Whether rays from points z (n,) along x cross an odd number of the chords from a to b."""
+    rows, k = np.nonzero((a.imag > z.imag[:, None]) != (b.imag > z.imag[:, None]))
+    x = a.real[k] + (z.imag[rows] - a.imag[k]) / (b.imag[k] - a.imag[k]) * (b.real[k] - a.real[k])
+    return np.bincount(rows[x > z.real[rows]], minlength=len(z)) % 2 == 1
+
+
+def _batches(z, most=1024):
+    """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into memory."""
+    return np.array_split(z, len(z) // most + 1)
 
 
 def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
@@ -201,9 +208,8 @@ def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     doubtful = 0.02 * max(steps)
     near = np.zeros(len(z), dtype=bool)
     for arc, step in zip(arcs, steps):
-        for first in range(0, len(z), 4096):
-            part = z[first : first + 4096]
-            near[first : first + 4096] |= np.abs(arc.z - part[:, None]).min(axis=1) <= doubtful + 0.51 * step
+        distance = np.concatenate([np.abs(arc.z - part[:, None]).min(axis=1) for part in _batches(z)])
+        near |= distance <= doubtful + 0.51 * step
     return found, near
 
 
@@ -249,8 +255,7 @@ def roomiest(
     distance[vertices] = np.abs(z[vertices] - border[points])
     order = np.argsort(-distance)
     found = []
-    for first in range(0, len(order), 256):
-        chunk = order[first : first + 256]
+    for chunk in _batches(order, 256):  # mostly the first one has them all
         chunk = chunk[crossings(loops, z[chunk])]
         for k in chunk if allowed is None else chunk[allowed(z[chunk])]:
             if all(abs(z[k] - other) > 0.5 * room for other, room in found):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..models.geometry import task_pose
 from ..models.robots import FiveBar
+from .aspects import _size
 from .keep import Keep
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
@@ -66,7 +67,7 @@ def kept_at(robot: FiveBar, working: tuple[int, int], keep: Keep) -> Callable:
 
 
 def _of_lines(robot, keep) -> Iterator[Locus]:
-    reach = 2 * (robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d)
+    reach = 2 * _size(robot)
     for a, b, c in keep.half_planes:
         foot = c * complex(a, b)
         if abs(foot) < reach:
@@ -86,7 +87,6 @@ def _line(a, b):
 
 def _of_joints(robot, working, keep) -> Iterator[Locus]:
     """With a crank at a limit the distal bar turns about a fixed elbow, half a turn of it in one working mode."""
-    scale = robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
     for leg, limits in enumerate(keep.joints or ()):
         drive, bar = robot.drives[leg], robot.distal[leg]
         for q in limits or ():
@@ -97,8 +97,8 @@ def _of_joints(robot, working, keep) -> Iterator[Locus]:
                 return elbow + arm, 1j * arm
 
             span = np.array([q, q - working[leg] * np.pi])
-            label = Singularity.NONE, f"joint limit of q{leg + 1}1", (working,), ()
-            yield from pieces_of(curve, np.sort(span), [label], scale)
+            label = Singularity.NONE, "joint limit", (working,), ()
+            yield from pieces_of(curve, np.sort(span), [label], _size(robot))
 
 
 def _of_bars(robot, working, keep) -> list[Locus]:
@@ -123,15 +123,15 @@ def _of_bars(robot, working, keep) -> list[Locus]:
 
         for line in lines:
             z = line @ (1, 1j)
-            points, sound = _put(room, z, 1j * np.gradient(z)) if len(z) > 2 else (z, np.zeros(len(z), dtype=bool))
+            points, sound = _put(room, z, 1j * np.gradient(z))
             # At the limit of reach a contour ends somewhere in its cell.
-            found += [_polyline(part) for part in np.split(points, np.flatnonzero(~sound)) if len(part) > 3]
+            parts = np.split(np.arange(len(z)), np.flatnonzero(~sound))
+            found += [_polyline(points[own]) for part in parts if len(own := part[sound[part]]) > 2]
     return found
 
 
 def _polyline(points):
-    """A curve through points (n,), of which the first is left out: it separates it from others."""
-    points = points[1:]
+    """A curve of chords through points (n,)."""
 
     def curve(s):
         k = np.clip(np.floor(s).astype(int), 0, len(points) - 2)

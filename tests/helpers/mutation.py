@@ -161,10 +161,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="the copy's folder, which is used again where it is there")
     parser.add_argument("--only", nargs="+", help="these mutants in place of drawn ones")
+    parser.add_argument("--files", nargs="+", help="draw from these files of the room, as regions disc")
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fivebar-mutation-"))
     copied(options.room, folder)
-    every = names(folder)
+    every = [name for name in names(folder) if not options.files or name.split(".")[2] in options.files]
     drawn, wanted = options.only or [], 0 if options.only else options.count
     for name in random.Random(options.seed).sample(every, len(every)):
         if len(drawn) >= wanted:
