@@ -1,6 +1,7 @@
 """Maps against the models node by node, their files, their limits."""
 
 import csv
+import os
 import tracemalloc
 
 import numpy as np
@@ -12,6 +13,7 @@ from fivebar.singularities.maps import FIELDS, Map, singularity_map, turned_into
 from fivebar.singularities.margins import singularity_margins
 
 UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)
+TOP = np.sqrt(0.18**2 - 0.059**2)  # of the lens that AMORO's robot reaches
 
 
 @pytest.mark.parametrize("field", FIELDS)
@@ -87,6 +89,7 @@ def test_other_files_are_refused(tmp_path, content):
         (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
         (dict(window=(0, 10.01 * 2 * np.pi, 0, 20 * np.pi), space="joint"), "10.01 x 10 turns, .* loci 100 times"),
         (dict(shape=(1, 5)), "two whole numbers"),
+        (dict(shape=(5, 5, 5)), "two whole numbers"),
         (dict(shape=(10.5, 5)), "two whole numbers"),
         (dict(shape=100), "two whole numbers"),
         (dict(shape=(10**6, 10**6)), "1000000 x 1000000 nodes in 4 modes needs 2.98e.04 GiB"),
@@ -109,10 +112,36 @@ def test_points_are_turned_into_a_window():
     np.testing.assert_allclose(list(turned_into(wide, points)), every[meets], atol=1e-13)
 
 
+def test_a_map_takes_half_of_the_memory_at_most(monkeypatch):
+    """Two by two nodes in four modes are 128 bytes."""
+    memory, few = {"SC_PHYS_PAGES": 16, "SC_PAGE_SIZE": 16}, dict(window=(-0.03, 0.03, 0.08, 0.1))
+    monkeypatch.setattr(os, "sysconf", memory.__getitem__)
+    assert singularity_map(fb.FiveBar(), **few, shape=(2, 2)).values.shape == (4, 2, 2)
+    with pytest.raises(ValueError, match="2 x 3 nodes in 4 modes needs 1.79e-07 GiB; 50% of this .* are 1.19e-07 GiB"):
+        singularity_map(fb.FiveBar(), **few, shape=(2, 3))
+    monkeypatch.delattr(os, "sysconf")
+    with pytest.raises(ValueError, match="50% of this machine's memory are 4 GiB"):
+        singularity_map(fb.FiveBar(), shape=(10**6, 10**6))
+
+
+@pytest.mark.parametrize(
+    "robot, border, window",
+    [
+        (fb.FiveBar(), 0.1, (-0.121 - 0.1 * 2 * TOP, 0.121 + 0.1 * 2 * TOP, -1.2 * TOP, 1.2 * TOP)),
+        (fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4), 0, (0, 0, 0, 0)),
+        (fb.FiveBar(0.1, 0.15, 0.05, 0.1, 0.4), 0.04, (0.05 - 1e-8, 0.05 + 1e-8, -1e-8, 1e-8)),
+        (fb.Biglide(l1=0.4, l2=0.25, d=0.3), 0.1, (-0.19, 0.29, -0.24, 0.24)),  # reaches beyond the left guide
+        (fb.Biglide(l1=0.25, l2=0.4, d=0.3), 0.1, (-0.29, 0.19, -0.24, 0.24)),
+        (fb.Biglide(l1=0.3, l2=0.35, d=0.6), 0.0, (-0.3, 0.3, -0.3, 0.3)),
+    ],
+)
+def test_the_window_is_what_is_reached_and_a_border(robot, border, window):
+    assert workspace_window(robot, border) == pytest.approx(window, rel=0, abs=1e-9 if border == 0.04 else 1e-5)
+
+
 def test_workspace_of_one_point():
     robot = fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4)
     assert np.isfinite(singularity_map(robot).values[:, 200, 200]).all()
-    np.testing.assert_allclose(workspace_window(robot, border=0), 0, atol=1e-15)
 
 
 def test_a_million_nodes_in_four_modes():
