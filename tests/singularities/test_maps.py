@@ -3,6 +3,7 @@
 import csv
 import os
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,6 +60,7 @@ def test_npz_comes_back(tmp_path):
 def test_csv_has_all_nodes_that_close(tmp_path):
     data = singularity_map(fb.FiveBar(), shape=(21, 30))
     data.to_csv(tmp_path / "map.csv")
+    assert b"\r" not in (tmp_path / "map.csv").read_bytes()
     with open(tmp_path / "map.csv", newline="", encoding="utf-8") as file:
         assert file.readline().startswith("# fivebar map, SI units: {")
         header, *rows = csv.reader(file)
@@ -75,6 +77,20 @@ def test_other_files_are_refused(tmp_path, content):
     (tmp_path / "other.npz").write_bytes(content)
     with pytest.raises(ValueError, match="is not a map written by to_npz"):
         Map.from_npz(tmp_path / "other.npz")
+    with pytest.raises(TypeError, match="to read, a path"):
+        Map.from_npz(3)
+
+
+def test_a_map_of_another_shape_than_its_grid_is_refused(tmp_path):
+    data = singularity_map(UNEQUAL, shape=(4, 5))
+    replace(data, values=data.values[:, 1:]).to_npz(tmp_path / "map.npz")
+    with pytest.raises(ValueError, match=r"to_npz: parallel \(4, 4, 4\) on a grid of \(4,\) x \(5,\) nodes"):
+        Map.from_npz(tmp_path / "map.npz")
+
+
+def test_a_page_has_its_path_and_title(tmp_path):
+    singularity_map(UNEQUAL, shape=(4, 5)).page(tmp_path / "map.html", "Far and near")
+    assert "<title>Far and near</title>" in (tmp_path / "map.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -84,10 +100,13 @@ def test_other_files_are_refused(tmp_path, content):
         (dict(space="work"), 'must be "task" or "joint"'),
         (dict(window=(1, 2, 0, 1)), "is in the workspace, which extends over .-0.121, 0.121, -0.170"),
         (dict(window=(0, 1, 2)), "window must be four numbers"),
-        (dict(window=(1, 0, 0, 1)), "finite min < max"),
+        *((dict(window=w), "finite min < max") for w in ((1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 1, 1))),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
         (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
-        (dict(window=(0, 10.01 * 2 * np.pi, 0, 20 * np.pi), space="joint"), "10.01 x 10 turns, .* loci 100 times"),
+        (
+            dict(window=(-5, 10.01 * 2 * np.pi - 5, -5, 20 * np.pi - 5), space="joint"),
+            "10.01 x 10 turns, .* loci 100 times",
+        ),
         (dict(shape=(1, 5)), "two whole numbers"),
         (dict(shape=(5, 5, 5)), "two whole numbers"),
         (dict(shape=(10.5, 5)), "two whole numbers"),
