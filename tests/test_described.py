@@ -9,8 +9,10 @@ import pytest
 
 import fivebar as fb
 from fivebar import linkages, view
+from fivebar.singularities.margins import Singularity
+from fivebar.singularities.passages import Passage, Route
 
-ROBOT = fb.FiveBar()
+ROBOT, SERIAL = fb.FiveBar(), Singularity.SERIAL
 POSE = fb.igm(ROBOT, (0.05, 0.09))
 RATES = fb.ikm(POSE, (0.1, 0.0))
 LINE = fb.line((0.05, 0.09), (0.0, 0.1), 1.0)
@@ -31,18 +33,32 @@ def symbols():
         (lambda: fb.dgm(fb.Biglide(), (0.0, 0.1)), "q = (0, 0.1) m"),
         (lambda: RATES, "<Rates: xi' = (0.1, 0) m/s, q' = "),
         (lambda: fb.dkm2(RATES, (1.0, -2.0)), "q'' = (1, -2) rad/s²"),
-        (lambda: fb.singularity_margins(POSE), "<Margins: sin q12, sin q22, det A = (0.97"),
+        (lambda: fb.singularity_margins(POSE),
+         "<Margins: sin q12, sin q22, det A = (0.972382, 0.868893, 0.977223), <Pose: xi = "),
         (lambda: RUN, "<Run: five-bar robot, 1 s in 1001 rows, error at most "),
         (lambda: view.scene(ROBOT, RUN), ", 1 s)"),
         (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),
         (lambda: fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0), "five-bar robot, 1 s, working (-1, -1), effort "),
         (lambda: fb.plan(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1)), 1.0), "free of modes"),
         (lambda: fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0, 0.1)]), torque_limit=0.1), "s, proved: no less than"),
-        (lambda: fb.singularity_map(ROBOT, shape=(20, 30)), "task space, 20 x 30 nodes, 4 modes"),
+        (lambda: fb.singularity_map(fb.Biglide(), "serial_right", "joint", shape=(20, 30)),
+         "<Map: sin phi2, signed, 0 at Type 1 of the right leg, joint space, 20 x 30 nodes, 2 modes, biglide robot>"),
         (lambda: fb.check_path(ROBOT, fb.line((0.09, 0.068), (0.05, 0.0), 2.0)),
          "<PathCheck: meets Type 2 at 1.58636 s, where its torque diverges, least margin 0 at 1.58636 s>"),
-        (lambda: fb.check_path(ROBOT, fb.line((0.09, 0.068), (0.5, 0.0), 2.0)), "leaves the workspace at "),
-        (lambda: fb.check_path(ROBOT, LINE, keep=fb.Keep(det_A=0.99)), "free of singularities, breaks "),
+        (lambda: fb.check_path(ROBOT, fb.line((0.09, 0.068), (0.5, 0.0), 2.0)), 
+         "<PathCheck: leaves the workspace at 0.367249 s, least margin 0 at 0.367249 s>"),
+        (lambda: fb.check_path(ROBOT, LINE, keep=fb.Keep(det_A=0.99)),
+         "<PathCheck: free of singularities, breaks |det A| >= 0.99 from 0 s, least margin 0.869 at 0 s>"),
+        (lambda: fb.check_path(ROBOT, fb.line((0.121, 0.0), (-0.2, 0.01), 2.0)),
+         "<PathCheck: leaves the workspace at 1.28542 s, touches Type 1 at 0 s, least margin 0 at 0 s>"),
+        (lambda: fb.check_path(fb.Biglide(), fb.line((0.05, 0.1), (-0.05, 0.5), 2.0), (-1, 1)),
+         "<PathCheck: meets Type 2 at 1 s with finite torque, least margin 0 at 1 s>"),
+        (lambda: fb.Keep((None, (-1, 2.5)), [(0, 2, 0.02)], [(0, 0), (1, 0), (0, 1)], det_A=0.25),
+         "<Keep: q21 from -1 to 2.5, 0 x + 1 y >= 0.01 m, in a polygon of 3 corners, |det A| >= 0.25, bars may meet>"),
+        (lambda: fb.Keep(joints=((0, 1), None), sin=0.125, bars=fb.Bars(0.01)),
+         "<Keep: q11 from 0 to 1, |sin q_i2| >= 0.125, Bars(widths="),
+        (lambda: Route((1, 2, 3), (Passage((1, 2), SERIAL, 1, POSE.xi, True), Passage((2, 3), SERIAL, 0, POSE.xi))),
+         "<Route: aspect 1, right leg folded -> 2, left leg -> 3>"),
         (lambda: fb.routes(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1), (-1, 1)))[0],
          "<Route: aspect 9, right leg -> 8, Type 2 -> 6>"),
         (lambda: fb.aspects(ROBOT)[0], "Aspect(number=1, working=(1, 1), assembly=-1"),

@@ -79,7 +79,8 @@ class _Segments:
         product = pairs(points) @ pairs(self.start).T
         square = np.abs(self.start) ** 2 - 2 * product
         offset = np.abs(points) ** 2
-        reach = np.sqrt(np.maximum(square.min(axis=1) + offset, 0)) + 1.02 * self.chord.max() + 1e-7 * self.size
+        rounding = 1e-7 * (self.size + np.abs(points))  # of the root of a difference of squares
+        reach = np.sqrt(np.maximum(square.min(axis=1) + offset, 0)) + 1.02 * self.chord.max() + rounding
         row, k = np.nonzero(square <= (reach**2 - offset)[:, None])
         near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
         best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))

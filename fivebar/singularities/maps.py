@@ -198,11 +198,11 @@ def _strip(robot):
 
 def _checked_shape(shape, layers):
     try:
-        nx, ny = (int(n) if int(n) == n else 0 for n in shape)
+        nx, ny = map(int, shape)
+        if (nx, ny) != tuple(shape) or min(nx, ny) < 2:
+            raise ValueError
     except (TypeError, ValueError, OverflowError):
-        nx = ny = 0
-    if min(nx, ny) < 2:
-        raise ValueError(f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}")
+        raise ValueError(f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}") from None
     needed = 8 * layers * nx * ny
     if needed > SHARE * _memory():
         raise ValueError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -110,7 +109,7 @@ class Margins:
 
     def _sigma_min_j(self):
         b1, b2 = self._b
-        return np.where(self._stretch == 0, 0.0, b1 * b2 / np.where(self._stretch == 0, 1.0, self._stretch))
+        return b1 * b2 / np.where(self._stretch == 0, 1.0, self._stretch)
 
     def _condition_j(self):
         return _ratio(self._stretch, self._sigma_min_j() * np.abs(self.parallel))
@@ -149,8 +148,6 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector at the limit of its
     reach has its sine to the root of rounding, 1e-8. NONE where the pose is nan. Gosselin and Angeles 1990.
     """
-    if not (isinstance(tol, (int, float)) and 0 <= tol < math.inf):
-        raise ValueError(f"tol must be finite and >= 0, not {tol!r}")
     _numeric(pose, "singularity")
     s1, s2 = pose.sines
     serial = (np.abs(s1) <= tol) | (np.abs(s2) <= tol)

@@ -19,6 +19,7 @@ from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
 from ..models.robots import Biglide, FiveBar
 from .aspects import Aspect, aspects
+from .locus import pairs
 from .margins import Singularity
 
 SAMPLES = 33  # places on an arc, of which the one farthest from other singularities is kept
@@ -105,12 +106,11 @@ def _shared_place(robot, one, other, leg):
             if high - low <= SHORTEST * abs(a.end - a.start):
                 continue
             z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-            xi = np.stack([z.real, z.imag], axis=-1)
-            pose = igm(robot, xi, one.working, unreachable="nan")
+            pose = igm(robot, pairs(z), one.working, unreachable="nan")
             others = [*pose.sines] if leg is None else [pose.sines[1 - leg], pose.det_A]
             clear = np.nan_to_num(np.abs(others).min(axis=0))
             if clear.max() > farthest:
-                best, farthest = xi[clear.argmax()], float(clear.max())
+                best, farthest = pairs(z)[clear.argmax()], float(clear.max())
     return best
 
 
@@ -124,8 +124,7 @@ def _arcs(aspect, wanted, leg):
 
 def _folds(robot, everything):
     """Passages through a leg of equal bars folded on its base joint, where the aspects share no arc."""
-    angles = np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) + 0.1
-    around = BESIDE * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    around = BESIDE * pairs(np.exp(1j * np.linspace(0.1, 6.0, DIRECTIONS)))
     for leg, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         if drive.length != bar:
             continue
@@ -142,7 +141,7 @@ def aspect_of(pose: Pose) -> Aspect:
     """The aspect in which a pose is; ValueError where it is singular."""
     working, found = tuple(int(mode) for mode in pose.working), known_aspects(pose.robot)
     for aspect in found:
-        if aspect.working == working and aspect.assembly == pose.assembly and aspect.contains(pose.xi):
+        if aspect.working == working and aspect.contains(pose.xi):
             return aspect
     x, y = pose.xi
     raise ValueError(f"this pose is in no aspect, as it is singular: xi = ({x:.9g}, {y:.9g}) m, modes {working}")
@@ -183,8 +182,7 @@ def groups(robot: FiveBar, types: Singularity, folds: bool = True) -> tuple[froz
     for passage in passages(robot):
         if passage.type in types and (folds or not passage.fold):
             one, other = (left[number] for number in passage.between)
-            if one is not other:
-                one |= other
-                for number in other:
-                    left[number] = one
+            one |= other
+            for number in other:
+                left[number] = one
     return tuple({id(group): frozenset(group) for group in left.values()}.values())

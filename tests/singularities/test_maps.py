@@ -1,7 +1,9 @@
 """Maps against the models node by node, their files, their limits."""
 
 import csv
+import os
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from fivebar.singularities.maps import FIELDS, Map, singularity_map, turned_into
 from fivebar.singularities.margins import singularity_margins
 
 UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)
+TOP = np.sqrt(0.18**2 - 0.059**2)  # of the lens that AMORO's robot reaches
 
 
 @pytest.mark.parametrize("field", FIELDS)
@@ -57,6 +60,7 @@ def test_npz_comes_back(tmp_path):
 def test_csv_has_all_nodes_that_close(tmp_path):
     data = singularity_map(fb.FiveBar(), shape=(21, 30))
     data.to_csv(tmp_path / "map.csv")
+    assert b"\r" not in (tmp_path / "map.csv").read_bytes()
     with open(tmp_path / "map.csv", newline="", encoding="utf-8") as file:
         assert file.readline().startswith("# fivebar map, SI units: {")
         header, *rows = csv.reader(file)
@@ -73,6 +77,20 @@ def test_other_files_are_refused(tmp_path, content):
     (tmp_path / "other.npz").write_bytes(content)
     with pytest.raises(ValueError, match="is not a map written by to_npz"):
         Map.from_npz(tmp_path / "other.npz")
+    with pytest.raises(TypeError, match="to read, a path"):
+        Map.from_npz(3)
+
+
+def test_a_map_of_another_shape_than_its_grid_is_refused(tmp_path):
+    data = singularity_map(UNEQUAL, shape=(4, 5))
+    replace(data, values=data.values[:, 1:]).to_npz(tmp_path / "map.npz")
+    with pytest.raises(ValueError, match=r"to_npz: parallel \(4, 4, 4\) on a grid of \(4,\) x \(5,\) nodes"):
+        Map.from_npz(tmp_path / "map.npz")
+
+
+def test_a_page_has_its_path_and_title(tmp_path):
+    singularity_map(UNEQUAL, shape=(4, 5)).page(tmp_path / "map.html", "Far and near")
+    assert "<title>Far and near</title>" in (tmp_path / "map.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -82,11 +100,15 @@ def test_other_files_are_refused(tmp_path, content):
         (dict(space="work"), 'must be "task" or "joint"'),
         (dict(window=(1, 2, 0, 1)), "is in the workspace, which extends over .-0.121, 0.121, -0.170"),
         (dict(window=(0, 1, 2)), "window must be four numbers"),
-        (dict(window=(1, 0, 0, 1)), "finite min < max"),
+        *((dict(window=w), "finite min < max") for w in ((1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 1, 1))),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
         (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
-        (dict(window=(0, 10.01 * 2 * np.pi, 0, 20 * np.pi), space="joint"), "10.01 x 10 turns, .* loci 100 times"),
+        (
+            dict(window=(-5, 10.01 * 2 * np.pi - 5, -5, 20 * np.pi - 5), space="joint"),
+            "10.01 x 10 turns, .* loci 100 times",
+        ),
         (dict(shape=(1, 5)), "two whole numbers"),
+        (dict(shape=(5, 5, 5)), "two whole numbers"),
         (dict(shape=(10.5, 5)), "two whole numbers"),
         (dict(shape=100), "two whole numbers"),
         (dict(shape=(10**6, 10**6)), "1000000 x 1000000 nodes in 4 modes needs 2.98e.04 GiB"),
@@ -109,10 +131,36 @@ def test_points_are_turned_into_a_window():
     np.testing.assert_allclose(list(turned_into(wide, points)), every[meets], atol=1e-13)
 
 
+def test_a_map_takes_half_of_the_memory_at_most(monkeypatch):
+    """Two by two nodes in four modes are 128 bytes."""
+    memory, few = {"SC_PHYS_PAGES": 16, "SC_PAGE_SIZE": 16}, dict(window=(-0.03, 0.03, 0.08, 0.1))
+    monkeypatch.setattr(os, "sysconf", memory.__getitem__)
+    assert singularity_map(fb.FiveBar(), **few, shape=(2, 2)).values.shape == (4, 2, 2)
+    with pytest.raises(ValueError, match="2 x 3 nodes in 4 modes needs 1.79e-07 GiB; 50% of this .* are 1.19e-07 GiB"):
+        singularity_map(fb.FiveBar(), **few, shape=(2, 3))
+    monkeypatch.delattr(os, "sysconf")
+    with pytest.raises(ValueError, match="50% of this machine's memory are 4 GiB"):
+        singularity_map(fb.FiveBar(), shape=(10**6, 10**6))
+
+
+@pytest.mark.parametrize(
+    "robot, border, window",
+    [
+        (fb.FiveBar(), 0.1, (-0.121 - 0.1 * 2 * TOP, 0.121 + 0.1 * 2 * TOP, -1.2 * TOP, 1.2 * TOP)),
+        (fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4), 0, (0, 0, 0, 0)),
+        (fb.FiveBar(0.1, 0.15, 0.05, 0.1, 0.4), 0.04, (0.05 - 1e-8, 0.05 + 1e-8, -1e-8, 1e-8)),
+        (fb.Biglide(l1=0.4, l2=0.25, d=0.3), 0.1, (-0.19, 0.29, -0.24, 0.24)),  # reaches beyond the left guide
+        (fb.Biglide(l1=0.25, l2=0.4, d=0.3), 0.1, (-0.29, 0.19, -0.24, 0.24)),
+        (fb.Biglide(l1=0.3, l2=0.35, d=0.6), 0.0, (-0.3, 0.3, -0.3, 0.3)),
+    ],
+)
+def test_the_window_is_what_is_reached_and_a_border(robot, border, window):
+    assert workspace_window(robot, border) == pytest.approx(window, rel=0, abs=1e-9 if border == 0.04 else 1e-5)
+
+
 def test_workspace_of_one_point():
     robot = fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4)
     assert np.isfinite(singularity_map(robot).values[:, 200, 200]).all()
-    np.testing.assert_allclose(workspace_window(robot, border=0), 0, atol=1e-15)
 
 
 def test_a_million_nodes_in_four_modes():

@@ -143,6 +143,17 @@ def test_locus_distance_of_one_point():
     assert locus_distance(fb.FiveBar(), np.empty((0, 2)))[0].shape == (0,)
 
 
+@pytest.mark.parametrize("lengths", [(0.09, 0.09, 0.09, 0.09, 0.118), (0.1, 0.05, 0.1, 0.05, 0.3), (1, 1, 2, 1, 5)])
+def test_locus_distance_from_far_and_to_a_point(lengths):
+    """Workspaces of one point, in the origin and beside it: its distance. From far away that of the outline."""
+    robot = fb.FiveBar(*lengths)
+    outline = np.concatenate([piece.points for piece in singularity_loci(robot).task])
+    xi = np.random.default_rng(5).normal(size=(300, 2)) * 10.0 ** np.linspace(-17, 17, 300)[:, None]
+    xi = xi if np.ptp(outline) < 1e-12 else xi[np.abs(xi).max(axis=1) > 100]
+    nearest = np.hypot(*(xi[:, None] - outline).T).min(axis=0)
+    np.testing.assert_allclose(locus_distance(robot, xi)[0], nearest, rtol=1e-7, atol=1e-16)
+
+
 def test_locus_distance_where_a_mode_is_singular_everywhere():
     robot = fb.ROBOTS["liu-2006-e"].robot
     xi = [[1.0, 0.5], [3.0, 4.0]]
@@ -156,9 +167,9 @@ def test_bad_input():
     for tol in (-1.0, np.nan, "x"):
         with pytest.raises(ValueError, match="tol must be"):
             singularity(pose, tol)
-    with pytest.raises(TypeError, match="needs a Pose"):
+    with pytest.raises(TypeError, match="singularity needs a Pose, from dgm or igm, not tuple"):
         singularity((0.0, 0.0))
-    with pytest.raises(TypeError, match="needs a Pose"):
+    with pytest.raises(TypeError, match="singularity_margins needs a Pose, from dgm or igm, not FiveBar"):
         singularity_margins(fb.FiveBar())
     with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
         locus_distance(fb.FiveBar(), (0.0, 0.0), working=(1, 2))
@@ -169,7 +180,7 @@ def test_bad_input():
     import casadi
 
     symbolic = fb.dgm(fb.FiveBar(), casadi.SX.sym("q", 2))
-    with pytest.raises(TypeError, match="not CasADi symbols"):
+    with pytest.raises(TypeError, match="singularity_margins needs a pose of numbers, not CasADi symbols"):
         singularity_margins(symbolic)
     with pytest.raises(TypeError, match="not CasADi symbols"):
         locus_distance(fb.FiveBar(), casadi.SX.sym("xi", 2))

@@ -1,11 +1,16 @@
 """How the aspects hang together, against the poses of the robot flooded on a grid."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.singularities import passages as module
+from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
-from fivebar.singularities.passages import aspect_of, groups, known_aspects, passages
+from fivebar.singularities.passages import _shared_place, aspect_of, groups, known_aspects, passages
+from fivebar.singularities.regions import Arc
 from tests.conftest import UNEQUAL
 from tests.helpers.pose_manifold import FOLDED, LEFT, PARALLEL, RIGHT, Flood
 
@@ -104,6 +109,27 @@ def test_a_passage_is_singular_as_it_says_and_in_nothing_else(name):
             assert margins.pop(own) < 1e-3 < min(margins)
 
 
+@pytest.mark.parametrize("leg, wanted", [(None, Singularity.PARALLEL), (0, SERIAL), (1, SERIAL)])
+def test_the_place_on_a_shared_arc_is_the_farthest_of_its_samples(leg, wanted, monkeypatch):
+    """Two samples, at a quarter and three quarters of what is shared; none where arcs meet in an end only."""
+    monkeypatch.setattr(module, "SAMPLES", 2)
+    for locus in singularity_loci(UNEQUAL).task:
+        if locus.type != wanted or (leg is not None and not locus.kind.startswith(("left", "right")[leg])):
+            continue
+        s = np.quantile(locus.interval, (0, 0.2, 0.3, 0.7, 0.9))
+        working = locus.working[0]
+        one, twin, next_to_it = (
+            SimpleNamespace(working=working, boundary=[[Arc(locus, s[i], s[k])]]) for i, k in ((0, 3), (4, 2), (4, 3))
+        )
+        samples = locus.at(s[2] + np.array([0.25, 0.75]) * (s[3] - s[2]))
+        pose = fb.igm(UNEQUAL, samples, working, unreachable="nan")
+        margins = np.abs([*pose.sines, pose.det_A])
+        clear = np.nan_to_num(np.delete(margins, 2 if leg is None else leg, axis=0).min(axis=0))
+        for both in ((one, twin), (twin, one)):
+            np.testing.assert_allclose(_shared_place(UNEQUAL, *both, leg), samples[clear.argmax()], rtol=0, atol=1e-15)
+        assert _shared_place(UNEQUAL, one, next_to_it, leg) is None
+
+
 def test_two_circuits_have_no_route():
     robot = ROBOTS["two circuits"]
     one, other = groups(robot, BOTH)
@@ -113,6 +139,8 @@ def test_two_circuits_have_no_route():
 
 
 def test_what_is_no_pose_of_an_aspect_is_said():
+    for aspect in known_aspects(AMORO):
+        assert aspect_of(pose_in(aspect)) is aspect
     home = fb.dgm(AMORO, (0.1, 0.2))
     with pytest.raises(ValueError, match="goal is a pose of another robot"):
         fb.routes(AMORO, home, fb.dgm(UNEQUAL, (0.1, 0.2)))
@@ -120,5 +148,5 @@ def test_what_is_no_pose_of_an_aspect_is_said():
     assert aspect_of(singular).contains((0.0, 0.0))
     x = AMORO.d / 2
     stretched = fb.igm(AMORO, (-x + 0.18, 0.0), (-1, -1))
-    with pytest.raises(ValueError, match="in no aspect, as it is singular"):
+    with pytest.raises(ValueError, match=r"in no aspect.*singular: xi = \(0.121, 0\) m, modes \(0, -1\)"):
         aspect_of(stretched)
