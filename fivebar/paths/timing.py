@@ -75,7 +75,7 @@ def time_path(
         )
     if asked.jerk is not None:
         refuse_kinks(path)
-    until = time.perf_counter() + max_time
+    until = time.thread_time() + max_time
     if keep is not None:
         samples = np.linspace(0.0, path.length, SAMPLES)
         for each in broken(robot, path.at_unit_speed, working, keep, samples)[:1]:
