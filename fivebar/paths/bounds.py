@@ -20,7 +20,7 @@ from ..models.dynamics import bar_force_dynamics
 from ..models.geometry import DrivenLeg, Pose
 from ..models.kinematics import Accelerations, Rates
 from ..models.loads import carries
-from ..models.physics import Physics, any_named, named, physics_of
+from ..models.physics import any_named, loads_of, named
 from .enclosures import TERMS, Series, place_series
 
 if TYPE_CHECKING:
@@ -106,9 +106,9 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     xi_s, q_s = (tuple(each.cut(terms) for each in pair) for pair in (xi_s, q_s))
     pose = Pose(robot, tuple(each.cut(terms) for each in xi), lambda: (tuple(legs), ()))
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
-    physics = physics_of(robot) or Physics()
+    physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
-    pushes = carries(robot, physics)
+    pushes = carries(robot)
 
     def torques(robot_, rates, accelerations):
         at = Pose(robot_, pose.point, lambda: (tuple(legs), ()))

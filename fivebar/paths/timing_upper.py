@@ -55,7 +55,8 @@ def polygons(
     """The Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
-    gives it. near (n + 1,): x at the nodes of `Mesh.tied`, about which their criterion is made linear; fixed: x is that.
+    gives it. near (n + 1,): x at the nodes of `Mesh.tied`, about which their criterion is made linear; fixed: x is
+    that.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
