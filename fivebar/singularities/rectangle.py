@@ -89,14 +89,14 @@ def _around(outline, seed, rounds=1):
     z = outline.obstacles - seed
     k = np.searchsorted(z.imag, 0)
     beside = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
-    ends = beside[beside < 0].max(initial=-np.inf), beside[beside >= 0].min(initial=np.inf)
+    ends = beside[beside < 0].max(initial=z.real.min()), beside[beside >= 0].min(initial=z.real.max())
     halves, windows = [], []
     for x, y in ((z.real[k:], z.imag[k:]), (z.real[:k][::-1], -z.imag[:k][::-1])):
         left = np.maximum.accumulate(np.append(ends[0], np.where(x < 0, x, -np.inf)))
         right = np.minimum.accumulate(np.append(ends[1], np.where(x >= 0, x, np.inf)))
-        passes = int(np.argmax(np.append(right - left, 0) <= outline.spacing))
+        passes = np.count_nonzero(right - left > outline.spacing)
         halves.append((y, left, right))
-        windows.append((0.0, y[min(passes, len(y)) - 1] if len(y) else 0.0))
+        windows.append((0.0, np.append(0.0, y)[min(passes, len(y))]))
     for _ in range(rounds):
         levels = [np.linspace(*window, LEVELS) for window in windows]
         (left, right), (left2, right2) = (
@@ -192,8 +192,8 @@ def _off_end(outline, z, start):
     def rule(v):
         away = INWARDS[sides] * (v[sides] - np.array([z.real, z.real, z.imag, z.imag])[sides])
         away = np.maximum(away, 0) if away.max() > 0 else np.where(away == away.max(), away, 0)
-        distance, gradient = np.hypot.reduce(away), np.zeros(4)
+        distance, gradient = np.copysign(np.hypot.reduce(away), away.sum()), np.zeros(4)
         gradient[sides] = INWARDS[sides] * (away / distance if distance else 1 / len(sides))
-        return np.copysign(distance, away.sum()), gradient
+        return distance, gradient
 
     return rule

@@ -96,18 +96,10 @@ class Arc:
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and distances of points of the arc not farther than `within`: all that are locally nearest to z.
-
-        Near a centre of curvature there are others among them.
-        """
+        """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
         distance = np.abs(self.z - z)
         left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
-        part, _ = self._on_chords(np.array([z]))
-        # The curve is straight enough to be nearest where its chords are; ends of long chords can hide that.
-        inner = np.flatnonzero((part[0] > 0) & (part[0] < 1))
-        lowest = np.flatnonzero((distance <= left) & (distance <= right))
-        index = np.union1d(lowest, inner + (part[0][inner] > 0.5))
-        s, distance = self._feet(z, index)
+        s, distance = self._feet(z, np.flatnonzero((distance <= left) & (distance <= right)))
         s, first = np.unique(s, return_index=True)
         distance = distance[first]
         return s[distance <= within], distance[distance <= within]

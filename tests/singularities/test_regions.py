@@ -26,7 +26,7 @@ def test_curves_have_the_shape_of_the_parameters_and_run_forwards():
 def test_dense_points_are_evenly_apart():
     (arc,) = ellipse(2, 2, cuts=(0.3, 2.3))
     for own, first in ((arc, 0.3), (arc.reversed, 2.3)):
-        z = own.dense(0.6)
+        z = own.dense(np.abs(np.diff(own.z)).sum() / 6.001)
         assert len(z) == 7 and z[0] == pytest.approx(2 * np.exp(1j * first), rel=1e-15)
         np.testing.assert_allclose(np.angle(z[1:] / z[:-1]), np.sign(1 - first) * 2 / 7, rtol=1e-4)
 
@@ -53,7 +53,7 @@ def test_feet_are_the_roots_of_a_polynomial():
             expected = np.sort([*own[(own > 0.3) & (own < 5.1)], *ends])
             for run in (arc, arc.reversed):
                 s, distance = run.feet(z)
-                assert np.abs(s[:, None] - expected).min(axis=0).max() < 1e-11 and len(s) < 12
+                np.testing.assert_allclose(s, expected, rtol=0, atol=1e-11)
                 np.testing.assert_allclose(distance, np.abs(arc.at(s) - z), rtol=1e-12)
             least, nearest = distance.min(), s[distance.argmin()]
             assert arc.feet(z, least)[0].tolist() == [nearest] == s[distance <= least].tolist()
@@ -62,12 +62,12 @@ def test_feet_are_the_roots_of_a_polynomial():
 
 
 def test_feet_near_a_centre_of_curvature():
-    """One on either side of a vertex, in a hollow so flat that the chords hide it."""
+    """One on either side of a vertex, hardly nearer than what is between them."""
     (arc,) = ellipse(2, 1, cuts=(-1, 1))
     step = np.diff(arc.s)[len(arc.s) // 2]
     for t in np.linspace(1.05, 3, 14) * step:
         s, _ = arc.feet(complex(1.5 * np.cos(t)), 2.0)
-        assert all(np.abs(s - side * t).min() < 1e-6 * t for side in (1, -1)), t / step
+        np.testing.assert_allclose(s, [-t, t], rtol=1e-6)
 
 
 def test_nearest_on_a_circle_of_uneven_samples():
