@@ -185,15 +185,15 @@ def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -
     if len(t) == 0:
         return
     at = np.abs(value) <= touch
-    if limit and value[np.argmin(at)] < -touch and at[: np.argmin(at)].all():
+    if limit and (value[~at][:1] < 0).any():
         yield _Zero(float(t[0]), False)
         return
     low, high = value[:-1], value[1:]
     apart = ~(at[:-1] | at[1:])
-    crossing = apart & (low * high < 0)
-    turning = apart & (low * high > 0) & (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
+    turning = (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
+    passing = apart & ((low * high < 0) | turning)
     arriving = at & ~np.append(False, at[:-1])
-    for i in np.flatnonzero(np.append(crossing | turning, False) | arriving):
+    for i in np.flatnonzero(np.append(passing, False) | arriving):
         first, last = i, i + 1
         if at[i]:
             last = i + int(np.argmin(np.append(at[i:], False)))
@@ -219,13 +219,13 @@ def _near(t, value, rate):
 
 def _zero_between(margin, a, b, at_a, at_b, touch):
     """The first zero between two samples, of which the margin has another sign or a minimum of its size."""
-    if at_a * at_b > 0:
+    if np.sign(at_a) == np.sign(at_b):
         rate_a, rate_b = margin(np.array([a, b]))[1]
         lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b) if rate_a * rate_b < 0 else (a + b) / 2
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
-        if value * at_a > 0:
+        if np.sign(value) == np.sign(at_a):
             return None
         b, at_b = lowest, value
     time = _root(lambda t: margin(t)[0], a, b, at_a, at_b)
@@ -255,15 +255,15 @@ def _smallest(robot, path, modes, start, end):
 
     t = np.linspace(start, end, SAMPLES)
     values = margins(t)
-    best = (math.inf, start)
+    found = []
     for k, each in enumerate(values):
         i = int(np.nanargmin(each))
-        best = min(best, (float(each[i]), float(t[i])))
-        low, high = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
-        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=(low, high), method="bounded")
+        found.append((float(each[i]), float(t[i])))
+        around = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
+        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=around)
         if np.isfinite(refined.fun):
-            best = min(best, (float(refined.fun), float(refined.x)))
-    return best
+            found.append((float(refined.fun), float(refined.x)))
+    return min(found)
 
 
 def _finite(path):

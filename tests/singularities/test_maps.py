@@ -86,6 +86,9 @@ def test_a_map_of_another_shape_than_its_grid_is_refused(tmp_path):
     replace(data, values=data.values[:, 1:]).to_npz(tmp_path / "map.npz")
     with pytest.raises(ValueError, match=r"to_npz: parallel \(4, 4, 4\) on a grid of \(4,\) x \(5,\) nodes"):
         Map.from_npz(tmp_path / "map.npz")
+    replace(data, field="none").to_npz(tmp_path / "map.npz")
+    with pytest.raises(ValueError, match="to_npz: none "):
+        Map.from_npz(tmp_path / "map.npz")
 
 
 def test_a_page_has_its_path_and_title(tmp_path):
@@ -119,10 +122,11 @@ def test_bad_input(arguments, message):
         singularity_map(fb.FiveBar(), **arguments)
 
 
-def test_points_are_turned_into_a_window():
+@pytest.mark.parametrize("window", [(-7, 20 * np.pi - 7, 1, 1 + 20 * np.pi), (-30, 5, -10, 50)])
+def test_points_are_turned_into_a_window(window):
     """By just those turns that bring one of them into it, of a window of up to a hundred turns."""
-    wide = singularity_map(fb.FiveBar(), space="joint", window=(-7, 20 * np.pi - 7, 1, 1 + 20 * np.pi), shape=(9, 5))
-    points = np.random.default_rng(3).uniform(-9, 9, (3, 2))
+    wide = singularity_map(fb.FiveBar(), space="joint", window=window, shape=(9, 5))
+    points = np.random.default_rng(3).uniform((-9, -2), (9, 16), (3, 2))
     shifts = 2 * np.pi * np.stack(np.meshgrid(*[np.arange(-15, 16)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
     low, high = (wide.x[0], wide.y[0]), (wide.x[-1], wide.y[-1])
     # As a box of all points, so that what joins them is drawn too.
