@@ -104,7 +104,7 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
 def test_the_first_value_is_no_rounding_error(firefox, pages):
     firefox.open(pages["run"], **SIZE)
     outputs = firefox.evaluate("[...document.querySelectorAll('figure output')].map(output => output.textContent)")
-    assert outputs[:3] == ["0", "0", "0"]
+    assert all(float(output) == 0 and len(output) < 8 for output in outputs[:3])
 
 
 def test_the_live_page_computes_here_too(firefox, tmp_path):

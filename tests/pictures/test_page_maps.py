@@ -90,10 +90,14 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
             expected = [own.assembly, *np.degrees(own.q), *margins.serial, margins.parallel,
                         np.degrees(margins.transmission_angle)]  # fmt: skip
             shown = [float(cell.replace("−", "-")) for cell in cells[1:]]
-            np.testing.assert_allclose(shown, expected, rtol=1e-4, atol=1e-12)
+            decimals = np.array([0, 2, 2, 4, 4, 4, 2])
+            assert np.all(np.abs(np.subtract(shown, expected)) <= 0.51 * 10.0**-decimals)
             assert seen(page, row) == (row != layer)  # the other modes are pale behind the chosen one
         nearest = data.values[layer, np.abs(data.y - xi[1]).argmin(), np.abs(data.x - xi[0]).argmin()]
-        assert f"parallel at the nearest node: {nearest:.5g}".replace("-", "−") in page.locator(".state").text_content()
+        assert (
+            f"sin(φ2 − φ1) at the nearest node: {nearest:.5g}".replace("-", "−")
+            in page.locator(".state").text_content()
+        )
 
 
 def test_the_map_of_a_biglide(opened, tmp_path):  # noqa: F811
@@ -166,7 +170,7 @@ def test_joint_space(opened, tmp_path, name):  # noqa: F811
         pose = fb.dgm(data.robot, q, data.modes[layer])
         np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
         cells = page.locator("tbody tr").nth(layer).locator("td").all_text_contents()
-        assert [float(c.replace("−", "-")) for c in cells[2:4]] == pytest.approx((1e3 * pose.xi).tolist(), rel=1e-4)
+        assert [float(c.replace("−", "-")) for c in cells[2:4]] == pytest.approx((1e3 * pose.xi).tolist(), abs=5.1e-3)
         assert cells[1].replace("−", "-") == ", ".join(f"{mode:+d}" for mode in pose.working)
 
 
@@ -198,7 +202,7 @@ def test_csv_and_png(opened, tmp_path):  # noqa: F811
     page = opened(path)
     name, content = download(page, "CSV")
     first, head, *rows = content.decode().splitlines()
-    assert name == "singularity-map-manipulability.csv" and "Map.to_csv writes all" in first
+    assert name.startswith("singularity-map-five-bar") and "Map.to_csv writes all" in first
     assert next(csv.reader([head])) == list(data.columns)
     table = np.array([row.split(",") for row in rows], dtype=float)
     data.to_csv(tmp_path / "map.csv")

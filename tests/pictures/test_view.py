@@ -177,6 +177,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
     for role, name in [("button", "play"), ("slider", "time"), ("combobox", "speed"), ("button", "fit the view")]:
         box = page.get_by_role(role, name=name, exact=True).bounding_box()
         assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+    assert page.locator("#key").is_visible() == (width > 560), "its many lines are folded on a phone"
     shown = picture(page)
     assert (shown[-1, :5].max() < 0.2) if scheme == "dark" else (shown[-1, :5].min() > 0.9)
     assert shown.shape[0] > height / 2 and (np.ptp(shown, axis=2) > 0.3).mean() > 0.003

@@ -27,11 +27,12 @@ const colour = k => theme("--c" + k);
 const theme = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-function readable(value) {
+// Of values up to a largest one all have its decimals: what changes does not jump, and rounding reads as 0.
+function readable(value, largest = NaN) {
   if (Number.isNaN(value)) return "none";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  const size = Math.abs(value);
-  const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(3) : String(+value.toPrecision(5));
+  const size = Math.abs(value), decimals = 4 - Math.floor(Math.log10(largest));
+  const text = decimals >= 0 && decimals <= 7 ? value.toFixed(decimals).replace(/^-([0.]+)$/, "$1") : size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(3) : String(+value.toPrecision(5));
   return text.replaceAll("-", "−");
 }
 

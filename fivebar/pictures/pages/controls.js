@@ -12,7 +12,7 @@ document.getElementById("controls").append(play, slider, output, speed,
   button("All", "show all", () => zoom(0)),
   button("PNG", "save this page as a picture (PNG)", () => savePng(pictures.map(({svg}) => svg), state.textContent, plots)),
   button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
-  element("details", {}, element("summary", {}, "Keys and pointer"),
+  element("details", {}, element("summary", {}, "More"),
     "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
     "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
     "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
@@ -87,8 +87,7 @@ const draw = oncePerFrame(() => {
   plots.forEach((plot, number) => {
     plot.cursor.style.transform = `translateX(${plot.pixels(x)[0] - 1}px)`;
     panels[number].curves.forEach((curve, k) => {
-      const value = plot.values[k][shownAt(subjects[curve.subject])];
-      plot.outputs[k].textContent = readable(Math.abs(value) < plot.floor ? 0 : value);
+      plot.outputs[k].textContent = readable(plot.values[k][shownAt(subjects[curve.subject])], plot.largest);
     });
   });
   slider.value = at;

@@ -22,7 +22,7 @@ const plots = panels.map((panel, number) => {
   // a limit far from the curves would flatten them
   const [, largest] = extent(plot.values.map(values => values.map(Math.abs)));
   if (largest < Math.max(...plot.limits) / 5) plot.limits = [];
-  plot.floor = 1e-9 * largest;  // what is less is rounding, and read as 0
+  plot.largest = largest;
   plot.rules = plot.limits.map(limit =>
     new Bokeh.Span({location: limit, dimension: "width", line_dash: dash(2), line_width: 1.3}));
   plot.marks = subjects.flatMap(subject => subject.marks.map(([t]) =>
@@ -50,7 +50,7 @@ const plots = panels.map((panel, number) => {
   plot.pointed = () => Object.assign([plot.pixels(abscissa(at))[0]], {ink: theme("--ink")});
   plot.legend = () => panel.curves.map((curve, k) => ({text: curve.label, colour: colour(look(k)), dash: dash(k)}));
   plot.element.setAttribute("aria-label", `${plot.title} over ${axis.name}: ` + panel.curves.map((curve, k) =>
-    `${curve.label} from ${extent([plot.values[k]]).map(readable).join(" to ")}`).join("; "));
+    `${curve.label} from ${extent([plot.values[k]]).map(value => readable(value, largest)).join(" to ")}`).join("; "));
   return plot;
 });
 

@@ -28,7 +28,7 @@ const bounds = robot.turns
   ? around([[...most(([x, , r]) => x - r, ([x, , r]) => x + r), ...elbowsReach(0)]],
     [[...most(([, y, r]) => y - r, ([, y, r]) => y + r), ...elbowsReach(1)]])
   : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
-const scene = new Picture(frame, bounds);
+const scene = new Picture(document.getElementById("scenes"), bounds);
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
 const machine = opacity => scene.mechanism({...content.body, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
 // Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.

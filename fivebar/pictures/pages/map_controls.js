@@ -26,7 +26,7 @@ document.getElementById("controls").append(
   button("All", "show all", () => zoom(0)),
   button("PNG", "save this page as a picture (PNG)", () => savePng([scene.svg], state.textContent, [plot])),
   button("CSV", `save the nodes of this page as CSV; ${content.source} writes all`, table),
-  element("details", {}, element("summary", {}, "Keys and pointer"),
+  element("details", {}, element("summary", {}, "More"),
     "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click " +
     "holds the pose, another one lets it go. Arrow keys move the point (with Shift finely), 1 2 3 4 choose the mode, " +
     "H holds, + − 0 zoom. Ctrl and wheel zooms at the pointer."));
@@ -86,8 +86,9 @@ const draw = oncePerFrame(() => {
   poses.forEach((each, k) => {
     const {cells, row, radio} = rows[k], modes = task ? [each.assembly] : each.working;
     const lead = task ? each.q.map(q => scaleQ * q) : each.xi.map(x => 1e3 * x);
-    const values = [...lead, ...each.serial, each.parallel, 180 / Math.PI * each.transmission];
-    [signs(modes), ...values.map(readable)].forEach((text, c) => { cells[c].textContent = each.closes ? text : "–"; });
+    const measures = [...lead, 180 / Math.PI * each.transmission].map(value => readable(value, 100));
+    const sines = [...each.serial, each.parallel].map(value => readable(value, 1));
+    [signs(modes), ...measures.slice(0, -1), ...sines, measures.at(-1)].forEach((text, c) => { cells[c].textContent = each.closes ? text : "–"; });
     row.className = k === chosen ? "chosen" : "";
     radio.checked = k === chosen;
   });
@@ -95,11 +96,11 @@ const draw = oncePerFrame(() => {
   plot.cursor.style.transform = `translateX(${x}px)`;
   crossbar.style.transform = `translateY(${y}px)`;
   fields.forEach((input, k) => {
-    if (document.activeElement !== input) input.value = +(axes[k][2] * at[k]).toPrecision(7);
+    if (document.activeElement !== input) input.value = +(axes[k][2] * at[k]).toPrecision(5);
   });
   const mode = `${kindOfMode} ${signs(layers[chosen].mode)}`;
   state.textContent = own.closes
-    ? `${mode}; ${field.name} at the nearest node: ${readable(field.factor * nodeAt(chosen))}`
+    ? `${mode}; ${field.words.split(",")[0]} at the nearest node: ${readable(field.factor * nodeAt(chosen))}`
     : `out of reach in ${mode}: the bars do not meet by ${readable(1e3 * own.gap)} mm`;
   const point = axes.map(([name, unit, scale], k) => `${name} ${readable(scale * at[k])} ${unit}`).join(", ");
   announce(() => `${point}. ${state.textContent}. ` +

@@ -11,7 +11,7 @@ from ...singularities.loci import singularity_loci
 from ...singularities.maps import turned_into
 from ..functions import pose_functions, script
 from ..skeleton import robot_body
-from ..style import ALONG, DEXTEROUS, TYPE_3, field_scale, locus_words
+from ..style import ALONG, DEXTEROUS, TYPE_3, field_scale, locus_words, robot_title
 from .document import packed
 from .samples import parts
 
@@ -30,7 +30,7 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
     degrees = not task and robot.turns
     names = ("x", "y") if task else robot.words.joints
     return {
-        "title": f"singularity map: {data.field.replace('_', ' ')}",
+        "title": f"singularity map: {robot_title(robot)}",
         "notes": notes,
         "space": data.space,
         "axes": [[name, *(("deg", 180 / np.pi) if degrees else ("mm", 1e3))] for name in names],

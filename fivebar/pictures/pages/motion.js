@@ -35,9 +35,11 @@ const look = k => several || subjects[0].names.length ? [0, 1, 3, 4, 5, 2][k % 6
 
 // All subjects in one picture, or each in its own, apart, in the colours of its links.
 const frame = document.getElementById("picture"), {apart} = content, together = several && !apart;
-const pictures = (apart ? subjects.map(subject => [subject]) : [subjects]).map(own => {
-  if (apart) frame.append(element("h2", {}, own[0].name));
-  return new Picture(frame, around(columnsOf(own, 0), columnsOf(own, 1)));
+const bounds = around(columnsOf(subjects, 0), columnsOf(subjects, 1));  // of all: pictures apart have one scale
+const pictures = (apart ? subjects : [{}]).map(({name}) => {
+  const own = element("div", {}, ...(apart ? [element("h2", {title: name}, name)] : []));
+  document.getElementById("scenes").append(own);
+  return new Picture(own, bounds);
 });
 const scene = pictures[0], sceneOf = k => pictures[apart ? k : 0];
 document.body.classList.toggle("apart", !!apart);

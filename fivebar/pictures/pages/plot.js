@@ -54,8 +54,20 @@ class Plot {
     this.view.el.inert = true;  // its own focus has no name and no use: keys are the page's
     this.element.append(this.glass);
     addEventListener("beforeprint", () => {  // what has been painted just now would be drawn too late
-      const still = this.view.export("png", true).canvas;
+      for (const own of this.figure.renderers) this.view.views.find_one(own).set_visuals();
+      const still = this.view.export("png", true).canvas, pen = still.getContext("2d"), {ink} = this.pointed();
+      const {left, top, width, height} = this.view.frame.bbox, [across, down] = this.pointed();
+      const zoom = still.width / this.view.el.clientWidth;
+      pen.setTransform(zoom, 0, 0, zoom, 0, 0);
+      pen.fillStyle = ink;
+      const wide = down === undefined ? 2 : 1;
+      if (across >= 0 && across <= width) pen.fillRect(left + across - wide / 2, top, wide, height);
+      if (down >= 0 && down <= height) pen.fillRect(left, top + down - wide / 2, width, wide);
+      pen.globalCompositeOperation = "destination-over";  // or a PDF of Firefox has lines in grey
+      pen.fillStyle = theme("--paper");
+      pen.fillRect(0, 0, still.width, still.height);
       still.className = "still";
+      still.style.width = `${this.view.el.clientWidth}px`;
       this.glass.before(still);
     });
     addEventListener("afterprint", () => this.element.querySelector(".still")?.remove());

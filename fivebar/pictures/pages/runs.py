@@ -188,8 +188,7 @@ def _differences(runs):
     if any(run.robot != several[0].robot for run in several):
         notes.append("The robots differ.")
     if len({(run.t[0], run.t[-1]) for run in several}) > 1:
-        spans = ", ".join(f"{name}: {run.t[0]:g} to {run.t[-1]:g} s" for name, run in runs.items())
-        notes.append(f"The runs differ in time ({spans}); outside its time each one stays at its first or last sample.")
+        notes.append("The runs differ in time; outside its own each one stays at its first or last sample.")
     return notes
 
 

@@ -110,6 +110,10 @@ function furnish() {
       label.element.textContent = label.text;
       $("labels").append(label.element);
     }
+  const narrow = matchMedia("(max-width: 560px)");  // where many would leave the scene little room, they are folded
+  narrow.onchange = () => { $("fold").open = !narrow.matches || data.entries.length <= 6; };
+  narrow.onchange();
+  $("fold").ontoggle = () => dispatchEvent(new Event("resize"));
   $("play").onclick = () => player.toggle();
   $("time").oninput = () => player.seek(+$("time").value);
   $("speed").onchange = () => { player.speed = +$("speed").value; };
