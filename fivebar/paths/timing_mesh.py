@@ -96,6 +96,14 @@ class Mesh:
         return found
 
     @cached_property
+    def tied(self) -> np.ndarray:
+        """Of these nodes (n + 1,) those where the elbows' viscous friction makes the criterion one of sqrt(x) too."""
+        found = self.criterion.copy()
+        for k in np.flatnonzero(found):
+            found[k] = self.share("v", k) > VOID
+        return found
+
+    @cached_property
     def factors(self) -> dict[str, Bernstein]:
         """`found`; beside nodes where the criterion is void, the torques' factors and det A over the distance to it."""
         nodes = self.crossing & ~self.criterion

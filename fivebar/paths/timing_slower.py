@@ -53,7 +53,7 @@ def _solved(mesh, limits):
         found = solve(mesh, limits)
     except TimingError:
         return None
-    return found if isinstance(found, Solved) else None
+    return found if math.isfinite(found.gap) else None
 
 
 def _slower(mesh, fast, wanted):

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from .timing_mesh import Mesh
 
 MOST = 20000  # stretches
-ROUNDS, FAILURES = 150, 100
+LOOKS, FAILURES = 200_000, 100  # stretches looked at, over all meshes: about 30 s; meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
 LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
 LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
-PINNED_SHARES = (*np.geomspace(1.0, 0.1, 16).tolist(), 0.03, 0.003)  # where x is given on Type 2
-PINS = 0.98, 0.9995  # of the ceiling's x, where it is given: at first, and tried on a mesh that a motion was found on
+NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
+OFF = 1e-3, 1e-2  # of x, by which the motion is then below it
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
@@ -40,7 +40,8 @@ class TimingError(RuntimeError):
 class Solved(NamedTuple):
     """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch.
 
-    stuck: the node where a motion near the ceiling was not found, so that this is a slower one.
+    time is inf from rest to rest where no motion was found; stuck: the nodes where one near the ceiling was not found,
+    so that there is none or a slower one there. looks: how many stretches were looked at for it.
     """
 
     above: Ceiling
@@ -48,7 +49,8 @@ class Solved(NamedTuple):
     x: np.ndarray
     bent: np.ndarray
     time: np.ndarray
-    stuck: int | None = None
+    stuck: tuple[int, ...] = ()
+    looks: int = 0
 
     @property
     def gap(self) -> float:
@@ -56,43 +58,50 @@ class Solved(NamedTuple):
 
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
-    """The mesh, split until both bounds are within `gap`, or until time is up, and what was found on it."""
-    best, hints, stuck = None, None, 0
+    """The mesh, split until both bounds are within `gap`, or too much was looked at, and what was found on it.
+
+    until: of the thread's processor time, s.
+    """
+    best, hints, failures, looks = None, None, 0, 0
     while (thin := _beside_type_2(mesh, True)).any():
         mesh = mesh.split(1 + thin)
-    for _ in range(ROUNDS):
+    while True:
         found = solve(mesh, limits, hints)
-        late = len(mesh) > MOST or time.perf_counter() > until
-        if isinstance(found, Solved):
-            lower = found.above.time.sum()
+        looks += found.looks
+        late = len(mesh) > MOST or looks > LOOKS or time.thread_time() > until
+        if np.isfinite(found.gap):
             if best is None or found.gap < best[1].gap:
                 best = mesh, found
-            if found.gap <= gap or late:
+            if found.gap <= gap:
                 break
-            # The gap of a stretch goes as the square of its length.
-            part = found.time - found.above.time
-            part = _made(found, part)
-            wanted = np.sqrt(part / min(0.7 * gap * lower / len(mesh), 0.5 * part.max()))
-            parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
-            if found.stuck is not None:  # all of it is slower for what is missing in one place
-                parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
-            parts = np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
+            parts = _parts(mesh, found, gap)
             mean = (found.x[1:] + found.x[:-1]) / 2
             hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
         else:
-            node, parts = found
-            stuck += 1
-            if best is None and (stuck > FAILURES or late):
-                _refuse(mesh, limits, node, False)
-            if late:
-                break
+            failures += 1
+            late |= best is None and failures > FAILURES
+            open_ = ~np.isfinite(found.above.size)
+            parts = 1 + (open_ if open_.any() else _about(mesh.stretches.length, found.stuck))
+        if late:
+            break
         after = mesh.split(parts)
         if hints is not None:
             hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
         mesh = after
     if best is None:
-        _refuse(mesh, limits, node, False)
+        _refuse(mesh, limits, found.stuck[0], False)
     return best
+
+
+def _parts(mesh, found, gap):
+    """Into how many parts each stretch is to be divided (n,), so that the bounds come closer."""
+    # The gap of a stretch goes as the square of its length.
+    part = _made(found, found.time - found.above.time)
+    wanted = np.sqrt(part / min(0.7 * gap * found.above.time.sum() / len(mesh), 0.5 * part.max()))
+    parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
+    if found.stuck:  # all of it is slower for what is missing in one place
+        parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
+    return np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
 
 
 def _beside_type_2(mesh, thin):
@@ -108,8 +117,8 @@ def _beside_type_2(mesh, thin):
     return long
 
 
-def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved | tuple[int, np.ndarray]:
-    """What is found on this mesh, or (node, how many parts of each stretch) where it is too coarse.
+def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
+    """What is found on this mesh.
 
     hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
     closely, x_ss / 2 and x, all from a coarser mesh.
@@ -123,45 +132,68 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         _refuse(mesh, limits, int(np.argmin(top)), True)
-    above = ceiling(rows, alone, length, np.where(mesh.rest, 0.0, top))
+    rest, none = mesh.rest, np.zeros(len(mesh))
+    above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
         _refuse(mesh, limits, above.stuck, True)
+    none = np.zeros(len(mesh))
+    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf)
     if not np.isfinite(above.size).all():
-        bad = ~np.isfinite(above.size)
-        return int(np.argmax(bad)), 1 + bad
+        return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),), looks=len(mesh))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
-
     lean = _lean(mesh, rows, above)
+    part, tied = np.cumsum(rest[:-1]) - 1, mesh.tied.any()  # part: from rest to rest
 
-    def tried(share, bent, x=None, pin=PINS[0]):
-        # Slower motions need less room: where none is found on a coarse mesh, one of these is.
-        below = above._replace(x=above.x * share, size=above.size * share)
-        form = (bent, 0 * bent) if x is None else (bent - lean * x, lean)
-        table = polygons(rows, alone, length, below, *form, pin, mesh)
-        x = profile(table, below, mesh.rest)
-        if isinstance(x, int):
-            return x
-        own = table.curvature(x)
-        each = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
-        return Solved(above, top, x, own, each) if np.isfinite(each).all() else int(np.argmax(each))  # at rest there
+    def tried(share, bent, mean=None):
+        # Slower motions need less room: where none is found on a coarse mesh, one below a share of the ceiling is.
+        below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
+        form, near = (bent, none), below.x
+        if mean is not None:
+            form, near = (bent - lean * mean, lean), (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
+        found, closed = best._replace(time=none + np.inf, looks=0), []
+        for _ in range(NEWTON if tied else 0):
+            x, closed = profile(polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest)
+            near = np.where(x > 0, x, near)
+            found = found._replace(looks=found.looks + len(mesh))
+        for off in OFF if tied else (0.0,):
+            table = polygons(rows, alone, length, below, *form, near * (1 - off), off, mesh)
+            x, stuck = profile(table, below, rest)
+            own = table.curvature(x)
+            time = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
+            never = np.isinf(np.bincount(part, time))[part]
+            stuck += [int(np.argmax(np.isinf(time) & (part == k))) for k in np.unique(part[never])]  # it rests there
+            found = _faster(found, Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)), part)
+            left = np.isinf(found.time) & ~np.isin(part, part[closed])
+            if not left.any():
+                break
+        return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
-    pinned = any(mesh.share("v", k) for k in np.flatnonzero(mesh.criterion))
     means = () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]  # either may keep to a slow motion
-    for pin in PINS[::-1] if pinned else PINS[:1]:
-        good = [each for mean in means if isinstance(each := tried(1.0, hints[1], mean, pin), Solved)]
-        if good:
-            return min(good, key=lambda each: each.gap)
-    stuck = None
-    for share in PINNED_SHARES if pinned else SHARES:
-        found = tried(share, np.zeros(len(mesh)))
-        if isinstance(found, Solved):
-            again = tried(share, _bent(found.x, length), (found.x[1:] + found.x[:-1]) / 2)
-            if isinstance(again, Solved) and again.gap < found.gap:
-                found = again
-            return found._replace(stuck=stuck)
-        stuck = found if stuck is None else stuck
-    return found, 1 + (_about(length, stuck) | _about(length, found))
+    for mean in means:
+        best = _faster(best, tried(none + 1, hints[1], mean), part)
+    left, share, stuck = np.isinf(best.time), none + 1, ()
+    if not left.any():
+        return best
+    for each in SHARES:
+        share = np.where(left, each, share)
+        found = tried(share, none)
+        best = _faster(best, found, part)
+        left = np.isinf(best.time)
+        if each == 1 or each == SHARES[-1]:
+            stuck += tuple(i for i in found.stuck if left[i])
+        if not left.any():
+            best = _faster(best, tried(share, _bent(best.x, length), (best.x[1:] + best.x[:-1]) / 2), part)
+            break
+    return best._replace(stuck=stuck)
+
+
+def _faster(one, other, part):
+    """Of two motions the faster, each part (n,) from rest to rest for itself."""
+    better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
+    x = np.where(np.append(better, False), other.x, one.x)
+    bent, time = (np.where(better, new, old) for new, old in zip(other[3:5], one[3:5]))
+    return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
 
 
 def _lean(mesh, rows, above):
@@ -194,10 +226,13 @@ def _made(found, part):
     return (part + grows * (part.sum() / whole)) / 2 if whole > 0 else part
 
 
-def _about(length, node):
-    """The longest of the stretches near a node."""
-    near = np.abs(np.arange(len(length)) - node) <= 12
-    return near & (length >= 0.5 * length[near].max())
+def _about(length, nodes):
+    """The longest of the stretches near each of these nodes."""
+    found = np.zeros(len(length), dtype=bool)
+    for node in nodes:
+        near = slice(max(node - 12, 0), node + 13)
+        found[near] |= length[near] >= 0.5 * length[near].max()
+    return found
 
 
 def _bent(x, length):

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
 ROUNDING, NEAREST = 8 * EPS, 1e-2
+TIGHT, WIDE = 0.1, 5  # of the torques, above which friction is bounded closely; for x so many times `off` away
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -48,13 +49,14 @@ class Polygons(NamedTuple):
 
 
 def polygons(
-    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, pin: float,
-    mesh: Mesh,
+    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, near: np.ndarray,
+    off: float, mesh: Mesh,
 ) -> Polygons:  # fmt: skip
     """The Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
-    gives it. pin: of the ceiling's x on Type 2, where it has to be given.
+    gives it. near (n + 1,): x about which that is made linear at the nodes of `Mesh.tied`. off: 0, and x is free there,
+    what is found not proved; or x is `near` there, and beside them not much more than so much of it away.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
@@ -66,28 +68,30 @@ def polygons(
     u0, u1 = (last - first - curve) / (2 * h), (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
-    pinned = pin * np.where(back, above.x[1:], above.x[:-1])
+    at = np.where(back, near[1:], near[:-1])
     for i in special:
-        u0[i] = _criterion(mesh, i, bool(back[i]), pinned[i])
+        u0[i] = _criterion(mesh, i, bool(back[i]), at[i])
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
     high = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(high, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
+    root, low, high = _root(rows, mesh, near, off, high)
     motion = np.stack([u0, u1]), np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, which is a difference of both x over the length
-    found = [_left_sides(each, *motion, size, high, rounding) for each in (rows, alone)]
+    found = [_left_sides(each, *motion, size, high, root, rounding) for each in (rows, alone)]
     for i in special:
         if rows.torque.any():
             each = motion[0][:, i], motion[1][:, i]
             found[0][:, rows.torque, i] = _quotients(
-                rows, i, *each, size[i], high[i], length[i], pinned[i], rounding[i]
+                rows, i, *each, size[i], high[i], root[..., i : i + 1], length[i], at[i], rounding[i]
             )
     box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
            -u1 - _const(size)]  # fmt: skip
-    if any(mesh.share("v", i + back[i]) for i in special):
-        only = np.isin(np.arange(n), special)[:, None] * (first - _const(pinned))
+    if off:
+        only = np.where(back, mesh.tied[1:], mesh.tied[:-1])[:, None] * (first - _const(at))
         box += [only, -only]
+        box += [each for x in motion[1] for each in (_const(low) - x, x - _const(high))]
     found = np.concatenate([*(each.reshape(-1, n, 3) for each in found), np.stack(box)])
     curvature = (u1 - u0) / h
     found[:, back], curvature[back] = found[:, back][..., [1, 0, 2]], curvature[back][:, [1, 0, 2]]
@@ -126,11 +130,11 @@ def _product(f, form, degree=4):
     return found
 
 
-def _left_sides(rows, u, x, size, high, rounding):
+def _left_sides(rows, u, x, size, high, root, rounding):
     """(5, rows, n, 3): Bernstein coefficients of the rows, as forms, with room for what is open."""
     one = _const(np.ones((1, u.shape[1])))
     found = _product(rows.parts["a"], u) + _product(rows.parts["b"], x) + _product(rows.parts["c"], one)
-    _add_friction(found, rows.parts["v"], x, one, high)
+    _add_friction(found, rows.parts["v"], x, one, root, high)
     bend, slack = (_room(table, size, high) for table in (rows.bend, rows.slack))
     found[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + rounding * np.abs(rows.parts["a"]).max(axis=0)
     return found
@@ -140,24 +144,45 @@ def _room(table, size, high):
     return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
 
 
-def _add_friction(found, v, x, one, high):
-    """Add v sqrt(x), from above: by a tangent where v > 0, by x / sqrt(high) where v < 0."""
+def _root(rows, mesh, near, off, high):
+    """((2, 2, n) sqrt(x) <= p x + q and sqrt(x) >= p x + q, [p, q] each; low, high (n,): for x between these).
+
+    Beside a node where friction is part of the criterion it is looked for on both sides, so closely as the torques are
+    small there: by the tangent at x = near, which is no bound, and then (off) by bounds for x close to that.
+    """
+    low, wide = np.zeros(len(high)), np.sqrt(high)
+    found = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
+    if not mesh.tied.any() or not rows.torque.any():
+        return found, low, high
+    least, most = np.minimum(near[:-1], near[1:]), np.maximum(near[:-1], near[1:])
+    v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
+    close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
+    if not off:
+        mean = np.sqrt((least + most) / 2)
+        return np.where(close, np.array(2 * [[0.5 / mean, mean / 2]]), found), low, high
+    low, high = np.where(close, (1 - WIDE * off) * least, 0.0), np.where(close, (1 + WIDE * off) * most, high)
+    below, wide = np.sqrt(low), np.sqrt(high)
+    slope, touch = 1 / (below + wide), np.where(close, np.sqrt(below * wide), wide)
+    return np.array([[0.5 / touch, touch / 2], [slope, below - low * slope]]), low, high
+
+
+def _add_friction(found, v, x, one, root, high):
+    """Add v sqrt(x), from above."""
     if not v.any():
         return
-    least, largest, root = v.min(axis=0), v.max(axis=0), np.sqrt(high)
-    slope = np.where(least >= 0, 0.5 / root, np.where(largest <= 0, 1 / root, 0.0))
-    offset = np.where(least >= 0, root / 2, 0.0)
+    least, largest = v.min(axis=0), v.max(axis=0)
+    slope, offset = (np.where(least >= 0, above, np.where(largest <= 0, below, 0.0)) for above, below in zip(*root))
     mixed = (least < 0) & (largest > 0)
     flat = np.where(mixed, 0.0, v)
     degree = len(found) - 1
     found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
-    found[..., 2] += np.where(mixed, largest * root, 0.0)
+    found[..., 2] += np.where(mixed, largest * np.sqrt(high), 0.0)
 
 
-def _criterion(mesh, i, back, pinned):
+def _criterion(mesh, i, back, near):
     """u as a form of x at a node on Type 2, where a u + b x + v sqrt(x) + c = 0; back: run backwards.
 
-    pinned: x there, where there is a v: the elbows' friction, which makes the criterion one that is not linear in x.
+    With v, the elbows' friction, it is not linear in x: by the tangent at x = near.
     """
     end = 2 if back else 0
     at = {
@@ -165,11 +190,11 @@ def _criterion(mesh, i, back, pinned):
         for name in PARTS
     }
     k = int(np.argmax(np.abs(at["a"])))
-    sign = -1.0 if back else 1.0
-    return sign * np.array([-at["b"][k], 0.0, -(at["c"][k] + at["v"][k] * np.sqrt(pinned))]) / at["a"][k]
+    sign, half, v = -1.0 if back else 1.0, np.sqrt(near) / 2, at["v"][k] if mesh.tied[i + back] else 0.0
+    return -sign * np.array([at["b"][k] + (v / (4 * half) if v else 0.0), 0.0, at["c"][k] + v * half]) / at["a"][k]
 
 
-def _quotients(rows, i, u, x, size, high, length, pinned, rounding):
+def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
     """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2; rounding, as seen from t = NEAREST."""
     f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
     q = {name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None] for name, each in f.items()}
@@ -178,10 +203,10 @@ def _quotients(rows, i, u, x, size, high, length, pinned, rounding):
     one, x_q = _const(np.ones((1, 1))), np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
     found = _product(start["a"], (u[1] - u[0])[None]) + _product(q["a"], u) + _product(start["b"], x_q)
     found += _product(q["b"], x) + _product(q["c"], one)
-    _add_friction(found, q["v"], x, one, np.array([high]))
+    _add_friction(found, q["v"], x, one, root, np.array([high]))
     if start["v"].any():  # (sqrt(x) - sqrt(x0)) / t by its value at x0; by so much it may differ:
-        found += _product(start["v"] / (2 * np.sqrt(pinned)), x_q)
-        found[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * pinned**1.5)
+        found += _product(start["v"] / (2 * np.sqrt(near)), x_q)
+        found[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * near**1.5)
     bend, slack = (
         _room({name: each[rows.torque, i] for name, each in table.items()}, size, high)
         for table in (rows.bend, rows.slack)
@@ -191,8 +216,11 @@ def _quotients(rows, i, u, x, size, high, length, pinned, rounding):
     return found[:, :, 0]
 
 
-def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> np.ndarray | int:
-    """x at the nodes (n + 1,), as large as a pass forwards makes it, or the node from which no motion leads on."""
+def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """(x at the nodes (n + 1,), as large as a pass forwards makes it; the nodes from which no motion leads on).
+
+    From rest to rest (rest: (n + 1,) nodes) each part stands for itself: 0 where there is such a node on it.
+    """
     table, n = found.table, len(found.table)
     top = np.where(rest, 0.0, above.x)
     p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
@@ -205,9 +233,11 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> np.ndarray | i
         last = np.where(q > TINY, ends, np.inf).min(axis=1).tolist()
     always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
     corner = _corners(p, q, r, reach, top[1:], True).tolist()
-    low, high, lowest = [0.0] * (n + 1), top.tolist(), None
+    low, high, lowest, stuck = [0.0] * (n + 1), top.tolist(), None, []
     least = 1e-12 * above.x.max() + 1e-300
-    for i in range(n - 1, -1, -1):
+    begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
+    i = n - 1
+    while i >= 0:
         x1 = min(max(corner[i], low[i + 1]), high[i + 1])
         value = (r[i] + q[i] * x1) * reach[i]
         at_most = value[up[i]].min(initial=np.inf)
@@ -220,24 +250,33 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> np.ndarray | i
         high[i] = min(high[i], at_most)
         if not low[i] <= high[i]:
             if low[i] - high[i] > least or rest[i] and low[i] > 0:
-                return i
-            low[i] = high[i] = max(high[i], 0.0)
-    return _forwards(p, q, r, low, high)
+                stuck.append(i)
+                i = begins[i]
+                low[i] = high[i] = 0.0
+            else:
+                low[i] = high[i] = max(high[i], 0.0)
+        i -= 1
+    return _forwards(p, q, r, low, high, begins, stuck)
 
 
-def _forwards(p, q, r, low, high):
-    """The largest x that can follow from node to node, or the node from which none does."""
-    n, x = len(p), [high[0]]
+def _forwards(p, q, r, low, high, begins, stuck):
+    """The largest x that can follow from node to node, and the nodes from which none does, with those stuck already."""
+    n, x, closed = len(p), [high[0]], {begins[i] for i in stuck}
     up = q > TINY
     with np.errstate(all="ignore"):
         reach = np.where(up, -1 / q, 0.0)
     base, slope = r * reach, p * reach
     for i in range(n):
+        if begins[i] in closed:
+            x.append(0.0)
+            continue
         most = (base[i] + slope[i] * x[i])[up[i]].min(initial=np.inf)
         x.append(min(float(most), high[i + 1]))
         if x[-1] < low[i + 1] or (x[-1] <= 0 and i < n - 1 and high[i + 1] > 0):
-            return i
-    return np.array(x)
+            stuck.append(i)
+            closed.add(begins[i])
+            x[begins[i] + 1 :] = [0.0] * (i + 1 - begins[i])
+    return np.array(x), stuck
 
 
 def _corners(p, q, r, reach, top, largest):
