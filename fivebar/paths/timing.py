@@ -58,7 +58,9 @@ def time_path(
         too.
     working: the modes that are kept; the assembly mode changes where the path crosses Type 2.
     keep: what the path must keep, in whatever time: looked at first, as `check_path` does.
-    gap: to which both bounds are brought together, if max_time, s, is enough: upper / lower - 1.
+    gap: to which both bounds are brought together, upper / lower - 1, unless too much work is done before. That is
+        counted (`timing_solve.LOOKS`): the same is found on every machine, however busy.
+    max_time: s of the processor, after which it takes what it has; the count is mostly full before.
     UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
     it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked, and
     for a path that does not keep what it must, with the places.

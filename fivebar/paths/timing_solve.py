@@ -18,13 +18,14 @@ if TYPE_CHECKING:
     from .timing_mesh import Mesh
 
 MOST = 20000  # stretches
-LOOKS, FAILURES = 300_000, 100  # stretches looked at, over all meshes; meshes without a motion
+LOOKS, FAILURES = 200_000, 100  # stretches looked at, over all meshes: about 30 s; meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
 LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
 LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
-NEWTON, BEFORE = 3, 1e-4  # steps in which x on Type 2 is found where the criterion takes sqrt(x); shares off it
+NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
+OFF = 1e-3, 1e-2  # of x, by which the motion is then below it
 SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
 
 
@@ -79,7 +80,8 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         else:
             failures += 1
             late |= best is None and failures > FAILURES
-            parts = 1 + np.any([_about(mesh.stretches.length, node) for node in found.stuck], axis=0)
+            open_ = ~np.isfinite(found.above.size)
+            parts = 1 + (open_ if open_.any() else _about(mesh.stretches.length, found.stuck))
         if late:
             break
         after = mesh.split(parts)
@@ -98,9 +100,7 @@ def _parts(mesh, found, gap):
     wanted = np.sqrt(part / min(0.7 * gap * found.above.time.sum() / len(mesh), 0.5 * part.max()))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
     if found.stuck:  # all of it is slower for what is missing in one place
-        parts = 1 + (part > 0.2 * part.max())
-        for node in found.stuck:
-            parts = np.maximum(parts, 1 + _about(mesh.stretches.length, node))
+        parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
     return np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
 
 
@@ -143,7 +143,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     lean = _lean(mesh, rows, above)
-    part = np.cumsum(rest[:-1]) - 1  # from rest to rest
+    part, tied = np.cumsum(rest[:-1]) - 1, mesh.tied.any()  # part: from rest to rest
 
     def tried(share, bent, mean=None):
         # Slower motions need less room: where none is found on a coarse mesh, one below a share of the ceiling is.
@@ -151,19 +151,23 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         form, near = (bent, none), below.x
         if mean is not None:
             form, near = (bent - lean * mean, lean), (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
-        steps, stuck = NEWTON if mesh.tied.any() else 0, []
-        for k in range(steps + 1):
-            table = polygons(rows, alone, length, below, *form, near, 0 < k == steps, mesh)
-            x, failed = profile(table, below, rest)
-            stuck += [i for i in failed if part[i] not in part[stuck]]
-            near = np.where(x > 0, x * (1 - BEFORE), near)
-        own = table.curvature(x)
-        each = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
-        never = np.isinf(np.bincount(part, each))[part]
-        for i in np.flatnonzero(np.isinf(each)):
-            if part[i] not in part[stuck]:  # at rest there
-                stuck.append(int(i))
-        return Solved(above, top, x, own, np.where(never, np.inf, each), tuple(stuck), (steps + 1) * len(mesh))
+        found, closed = best._replace(time=none + np.inf, looks=0), []
+        for _ in range(NEWTON if tied else 0):
+            x, closed = profile(polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest)
+            near = np.where(x > 0, x, near)
+            found = found._replace(looks=found.looks + len(mesh))
+        for off in OFF if tied else (0.0,):
+            table = polygons(rows, alone, length, below, *form, near * (1 - off), off, mesh)
+            x, stuck = profile(table, below, rest)
+            own = table.curvature(x)
+            time = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
+            never = np.isinf(np.bincount(part, time))[part]
+            stuck += [int(np.argmax(np.isinf(time) & (part == k))) for k in np.unique(part[never])]  # it rests there
+            found = _faster(found, Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)), part)
+            left = np.isinf(found.time) & ~np.isin(part, part[closed])
+            if not left.any():
+                break
+        return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
     means = () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]  # either may keep to a slow motion
     for mean in means:
@@ -222,10 +226,13 @@ def _made(found, part):
     return (part + grows * (part.sum() / whole)) / 2 if whole > 0 else part
 
 
-def _about(length, node):
-    """The longest of the stretches near a node."""
-    near = np.abs(np.arange(len(length)) - node) <= 12
-    return near & (length >= 0.5 * length[near].max())
+def _about(length, nodes):
+    """The longest of the stretches near each of these nodes."""
+    found = np.zeros(len(length), dtype=bool)
+    for node in nodes:
+        near = slice(max(node - 12, 0), node + 13)
+        found[near] |= length[near] >= 0.5 * length[near].max()
+    return found
 
 
 def _bent(x, length):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
 ROUNDING, NEAREST = 8 * EPS, 1e-2
-TIGHT, OFF = 0.1, 2e-3  # of the torques, above which friction is bounded closely; for x so much off
+TIGHT, WIDE = 0.1, 5  # of the torques, above which friction is bounded closely; for x so many times `off` away
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -50,13 +50,13 @@ class Polygons(NamedTuple):
 
 def polygons(
     rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, near: np.ndarray,
-    fixed: bool, mesh: Mesh,
+    off: float, mesh: Mesh,
 ) -> Polygons:  # fmt: skip
     """The Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
-    gives it. near (n + 1,): x at the nodes of `Mesh.tied`, about which their criterion is made linear; fixed: x is
-    that.
+    gives it. near (n + 1,): x about which that is made linear at the nodes of `Mesh.tied`. off: 0, and x is free there,
+    what is found not proved; or x is `near` there, and beside them not much more than so much of it away.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
@@ -76,7 +76,7 @@ def polygons(
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
     high = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(high, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
-    root, low, high = _root(rows, mesh, near, fixed, high)
+    root, low, high = _root(rows, mesh, near, off, high)
     motion = np.stack([u0, u1]), np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, which is a difference of both x over the length
     found = [_left_sides(each, *motion, size, high, root, rounding) for each in (rows, alone)]
@@ -88,7 +88,7 @@ def polygons(
             )
     box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
            -u1 - _const(size)]  # fmt: skip
-    if fixed:
+    if off:
         only = np.where(back, mesh.tied[1:], mesh.tied[:-1])[:, None] * (first - _const(at))
         box += [only, -only]
         box += [each for x in motion[1] for each in (_const(low) - x, x - _const(high))]
@@ -144,11 +144,11 @@ def _room(table, size, high):
     return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
 
 
-def _root(rows, mesh, near, fixed, high):
+def _root(rows, mesh, near, off, high):
     """((2, 2, n) sqrt(x) <= p x + q and sqrt(x) >= p x + q, [p, q] each; low, high (n,): for x between these).
 
     Beside a node where friction is part of the criterion it is looked for on both sides, so closely as the torques are
-    small there: by the tangent at x = near, which is no bound, and then (fixed) by bounds for x close to that.
+    small there: by the tangent at x = near, which is no bound, and then (off) by bounds for x close to that.
     """
     low, wide = np.zeros(len(high)), np.sqrt(high)
     found = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
@@ -157,10 +157,10 @@ def _root(rows, mesh, near, fixed, high):
     least, most = np.minimum(near[:-1], near[1:]), np.maximum(near[:-1], near[1:])
     v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
     close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
-    if not fixed:
+    if not off:
         mean = np.sqrt((least + most) / 2)
         return np.where(close, np.array(2 * [[0.5 / mean, mean / 2]]), found), low, high
-    low, high = np.where(close, (1 - OFF) * least, 0.0), np.where(close, (1 + OFF) * most, high)
+    low, high = np.where(close, (1 - WIDE * off) * least, 0.0), np.where(close, (1 + WIDE * off) * most, high)
     below, wide = np.sqrt(low), np.sqrt(high)
     slope, touch = 1 / (below + wide), np.where(close, np.sqrt(below * wide), wide)
     return np.array([[0.5 / touch, touch / 2], [slope, below - low * slope]]), low, high

@@ -76,7 +76,7 @@ def plan(
     intervals: of the mesh at first.
     tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
         nodes (torque and acceleration never are).
-    max_time: s.
+    max_time: s, by the clock.
     keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the distances of bars
         are limits of the program; between nodes, and a region that is not convex, the plan is asked: PlanError where it
         is broken.

@@ -24,6 +24,7 @@ ROBOTS = {
     "all": (_heavy(gravity=DOWN, viscous=(3e-3, 3e-3), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3)), 0.8, (0, 0.1), 0.03),
     "biglide": (fb.Biglide(fv1=1.0, fs2=2.0, gravity=(0.0, -1.0)), 20.0, (0.0, 0.2), 0.06),
 }
+ELBOWS = _heavy(viscous=(0.003, 0.003), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3))
 
 
 def random_path(rng, centre, width):

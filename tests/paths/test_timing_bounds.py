@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.paths import timing_solve
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
@@ -29,6 +30,14 @@ def test_closer_bounds_lie_between_wide_ones(name):
     u0 = np.diff(close.x)[passed] / (2 * length) - close.bent[passed] * length / 2
     x = close.x[passed] + gone * (2 * u0 + close.bent[passed] * gone)
     assert (x <= wide.ceiling[1:-1] * (1 + 1e-9)).all()
+
+
+def test_the_work_that_is_done_ends_the_search(monkeypatch):
+    monkeypatch.setattr(timing_solve, "LOOKS", 2000)
+    path, given = Path((Line((0.09, 0.06796322), (0.0, 0.1)),)), {"gap": 1e-7, "torque_limit": 0.05}
+    one, again, less = (fb.time_path(fb.FiveBar(), path, **given, max_time=most) for most in (60.0, 1e6, 1e-9))
+    assert (one.x == again.x).all() and one.lower_bound == again.lower_bound and used(one, {"torque_limit": 0.05}) <= 1
+    assert 1e-7 < one.gap < less.gap and len(less.x) < len(one.x)
 
 
 def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
