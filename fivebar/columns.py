@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ._backend import HUGE
 from .checks import shown
 from .tables import TextFile, whole_text
 
@@ -108,6 +109,9 @@ def read(
         said.append("decimal commas were read as decimal points")
     for (key, (place, unit)), column in zip(found.items(), table.T):
         column *= wanted[key].units[unit]
+        if (huge := np.abs(column) >= HUGE).any():
+            line = rows[huge.argmax()][0]
+            raise ValueError(f"{name}, line {line}: {key} must be below {HUGE:g} in size, not {column[huge][0]:g}")
         if unit != next(iter(wanted[key].units)):
             said.append(f"{headings[place]}: read in {unit}")
     return Columns(name, dict(zip(found, table.T)), np.array([k for k, _ in rows]), tuple(said), frozenset(stated))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..errors import UsageError
 
+_FILES = set()  # of users, by the names of the modules that they are
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("task", "what the figures are about, SI units; task_x and task_y move it")
@@ -82,9 +83,12 @@ def figure_of(text: str) -> object:
     if not file.endswith(".py"):
         return text
     path = Path(file)
+    if path.stem in sys.modules and path.stem not in _FILES:
+        raise UsageError(f"{text!r}: {path.stem} is the name of a module that is in use: give the file another")
     spec = spec_from_file_location(path.stem, path)
     if not path.is_file() or spec is None or not name:
         raise UsageError(f"{text!r}: a figure of your own is FILE.py:FUNCTION, and there is no such file")
+    _FILES.add(path.stem)
     module = sys.modules[path.stem] = module_from_spec(spec)
     try:
         spec.loader.exec_module(module)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._backend import finite_numbers
 from ..checks import number, positive, shown, two_numbers
 from ..columns import (
     COUNTS,
@@ -165,6 +166,7 @@ def _arrays(source, robot, units):
     for name, array in values.items():
         if len(array) != len(values["t"]):
             raise ValueError(f"{name} has {len(array)} rows, and t {len(values['t'])}")
+        finite_numbers(np.where(np.isfinite(array), array, 0.0), name)
     return values
 
 

@@ -69,6 +69,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
             "motor: no motor 'big'; the known ones are xh430-w350",
         ),
         (["sweep", "det_A", *GRID, *TABLE, "--working", "out"], "--working must be two signs, as .-"),
+        (["sweep", "numpy.py:f", *GRID], "numpy is the name of a module that is in use: give the file another"),
         (["sweep", "no.py:f", *GRID], "a figure of your own is FILE.py:FUNCTION, and there is no such file"),
         (["sweep", "bars", *GRID, "--plot", "x.doc"], "--plot must end in .png, .svg or .pdf, not 'x.doc'"),
         (["sweep", "bars", *GRID, "--dask", "a:1", "--workers", "2"], "--workers are processes here"),

@@ -86,7 +86,8 @@ def said(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dask")
     (folder / "program.py").write_text(PROGRAM)
     command = [sys.executable, folder / "program.py", folder, *["timed"] * bool(os.environ.get("FIVEBAR_NIGHTLY"))]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)
+    own = os.environ | {"DASK_TEMPORARY_DIRECTORY": str(folder)}  # else its locks stay
+    run = subprocess.run(command, cwd=ROOT, env=own, capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr
     return json.loads(run.stdout.splitlines()[-1]) | {"folder": folder}
 

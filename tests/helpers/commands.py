@@ -1,8 +1,13 @@
-"""Commands of every kind, quick ones, and the files that they read."""
+"""Commands of every kind, quick ones, the files that they read, and processes that run them."""
+
+import os
+import subprocess
+import sys
 
 import numpy as np
 
 import fivebar as fb
+from tests.helpers import ROOT
 
 ROBOT = fb.FiveBar()
 SAME = (
@@ -32,3 +37,18 @@ def with_files(folder):
             folder / name, np.stack(list(table.values()), axis=1), delimiter=",", header=",".join(table), comments=""
         )
     return folder
+
+
+def python(code, *arguments, **options):
+    return subprocess.Popen(
+        [sys.executable, *code, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        **options,
+    )  # fmt: skip
+
+
+def cli(*arguments, cwd, env=(), begin=("-m", "fivebar"), **options):
+    """(exit code, stdout, stderr) of a command in a process of its own."""
+    environment = {k: v for k, v in (os.environ | {"PYTHONPATH": str(ROOT)} | dict(env)).items() if v is not None}
+    with python(begin, *arguments, cwd=cwd, env=environment, **options) as run:
+        out, err = run.communicate(timeout=120)
+    return run.returncode, out, err
