@@ -8,7 +8,7 @@ import pytest
 
 import fivebar as fb
 
-from ..models.test_physics import CASES, robot_of_case
+from ..helpers.physics_cases import CASES, robot_of_case
 
 IRI = robot_of_case(CASES[0])
 LAB = fb.FiveBar(gravity=(0.0, -9.81))

@@ -10,7 +10,7 @@ from fivebar.exporting.header import CONTROLLER, MODELS, controller
 from fivebar.models.machine_code import library
 
 from ..helpers.needs import need
-from ..models.test_physics import CASES, robot_of_case
+from ..helpers.physics_cases import CASES, robot_of_case
 from . import chip
 
 ROBOTS = {

@@ -10,7 +10,7 @@ from fivebar.models.physics import Physics
 from fivebar.study.speed_accuracy.charts.motions import DRIVEN, DURATION
 
 from ..helpers.needs import need
-from ..models.test_physics import CASES, numbers, robot_of_case
+from ..helpers.physics_cases import CASES, numbers, robot_of_case
 from .loaded import DRIVES, InDrake, InMujoco, InPinocchio, spread
 
 ROBOTS = {

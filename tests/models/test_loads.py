@@ -11,7 +11,7 @@ from fivebar.models.dynamics import bar_force_dynamics, bar_forces, drives_force
 from fivebar.models.loads import dry_friction, lost_power
 from fivebar.models.parameters import robot_of
 
-from .test_physics import CASES, heavy_biglide, robot_of_case
+from ..helpers.physics_cases import CASES, heavy_biglide, robot_of_case
 
 HEAVY = replace(robot_of_case(CASES[1], elbows=(0.004, 0.007)), fs1=0.4, fs2=0.3)
 LIGHT = fb.FiveBar(gravity=(0.6, -9.81), fs1=0.4, fs2=0.3)

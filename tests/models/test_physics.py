@@ -1,8 +1,6 @@
 """Gravity, heavy bars, friction: against full bodies that are not grouped, of 40 digits and of our own."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import casadi
 import numpy as np
@@ -11,37 +9,9 @@ import pytest
 import fivebar as fb
 from fivebar.models.dynamics import bar_forces
 from fivebar.models.four_joints import bars_of, bars_rates, closed
-from fivebar.models.parameters import count_of, names_of, parameters_of, with_parameters
 from fivebar.models.physics import smoothed
 
-from ..helpers.full_bodies import FullBodies
-
-CASES = json.loads((Path(__file__).parents[1] / "data" / "physics.json").read_text())["robots"]
-LENGTHS = "l11", "l12", "l21", "l22", "d"
-ELBOWS = 0.004, 0.007
-
-
-def numbers(values):
-    return tuple(float(value) for value in values)
-
-
-def robot_of_case(case, **more):
-    given = case["robot"]
-    links = {name: fb.Link.about_centre(*numbers(link)) for name, link in given["links"].items()}
-    return fb.FiveBar.from_links(
-        *(float(given[name]) for name in LENGTHS), links, float(given["payload"]), numbers(given["gravity"]),
-        numbers(given["rotor"]), numbers(given["fv"]), numbers(given["fs"]), **more,
-    )  # fmt: skip
-
-
-def bodies_of_case(case, elbows=(0, 0)):
-    given = case["robot"]
-    return FullBodies(
-        numbers((given["l11"], given["l21"])), numbers((given["l12"], given["l22"])), float(given["d"]),
-        [numbers(given["links"][name]) for name in ("11", "12", "21", "22")], float(given["payload"]),
-        numbers(given["gravity"]), *(numbers(given[name]) for name in ("rotor", "fv", "fs")), elbows,
-    )  # fmt: skip
-
+from ..helpers.physics_cases import CASES, ELBOWS, bodies_of_case, heavy_biglide, numbers, robot_of_case
 
 ROWS = [(case, row) for case in CASES for row in case["rows"]]
 
@@ -137,24 +107,6 @@ def test_on_type_2_as_regular_as_full_bodies(case):
     compare(robot, bodies_of_case(case), type_2_motions(robot, 12), 1e-10)
 
 
-FEET = [(1.1, 0, 0, 0), (0.4, 0.11, 0.02, 0.002), (0.9, 0, 0, 0), (0.5, 0.17, -0.03, 0.003)]
-
-
-def heavy_biglide():
-    """The lab's with bars of mass, grouped by hand: a foot carries what is not at the end-effector."""
-    lengths, ends = (0.2828427, 0.30), []
-    grouped = {"gravity": (0.6, -9.81), "fv1": 0.3, "fs2": 0.2}
-    for leg, bar in zip("12", lengths):
-        (foot, *_), (mass, x, y, inertia) = FEET[2 * int(leg) - 2 : 2 * int(leg)]
-        ends.append(mass * x / bar)
-        grouped |= {
-            f"mf{leg}": foot + mass - ends[-1], f"my{leg}": mass * y,
-            f"zz{leg}": inertia + mass * (x * x + y * y) - mass * x * bar,
-        }  # fmt: skip
-    robot = fb.Biglide(*lengths, 0.4, m=0.7 + sum(ends), **grouped)
-    return robot, FullBodies(None, lengths, 0.4, FEET, 0.7, (0.6, -9.81), (0, 0), (0.3, 0), (0, 0.2))
-
-
 def test_a_biglide_of_heavy_bars_as_full_bodies():
     robot, bodies = heavy_biglide()
     compare(robot, bodies, random_motions(robot, 40), 1e-10)
@@ -198,11 +150,7 @@ def test_each_rung_costs_what_it_names():
     assert count["moments"] < 1.1 * count["lab"] and count["heavy"] < 2.7 * count["lab"]
     # A first moment that no gravity pulls at moves with its bar, in zz1: it costs nothing.
     same = fb.compile(replace(lab, mx11=0.02), ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions()
-    assert same == count_lab(lab)
-
-
-def count_lab(lab):
-    return fb.compile(lab, ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions()
+    assert same == count["lab"]
 
 
 def test_loads_by_name_in_a_compiled_function():
@@ -256,90 +204,6 @@ def test_smoothed_friction_differs_by_half_the_square_of_the_rates_ratio():
     soft = fb.dkm(fb.dgm(smoothed(robot, 0.05), (0.2, 0.4)), (2.0, -1.0))
     less = (fb.friction_torques(rates) - fb.friction_torques(soft)) / fb.friction_torques(rates)
     np.testing.assert_allclose(less, 0.5 * (0.05 / np.array([2.0, 1.0])) ** 2, rtol=1e-2)
-
-
-def test_parameters_come_and_go_as_a_list():
-    robot = robot_of_case(CASES[1])
-    names = names_of([robot])
-    assert "gravity" in names and "fv12" not in names and names_of([fb.FiveBar()]) == ()
-    values = parameters_of(robot, names)
-    assert len(values) == count_of(fb.FiveBar, names)
-    assert with_parameters(fb.FiveBar, values, names) == robot
-    assert eval(repr(robot), {"FiveBar": fb.FiveBar}) == robot
-    assert repr(fb.FiveBar()) == "FiveBar(l11=0.09, l12=0.09, l21=0.09, l22=0.09, d=0.118, zz1=0.002, zz2=0.002, m=0.5)"
-    assert hash(robot) == hash(replace(robot))
-
-
-def test_a_uniform_bar_is_known_by_its_mass():
-    bar, m = 0.3, 0.8
-    by_mass = fb.FiveBar.from_links(bar, bar, bar, bar, 0.1, {"11": m, "12": m})
-    in_full = fb.FiveBar.from_links(
-        bar,
-        bar,
-        bar,
-        bar,
-        0.1,
-        {
-            "11": fb.Link(m, bar / 2, 0, m * bar * bar / 3),
-            "12": fb.Link.about_centre(m, bar / 2, 0, m * bar * bar / 12),
-        },
-    )
-    for name, value in in_full.parameters.items():
-        assert getattr(by_mass, name) == pytest.approx(value, rel=1e-12), name
-    assert by_mass.zz12 == pytest.approx(-m * bar * bar / 6)
-    assert by_mass.zz1 == pytest.approx(m * bar * bar / 3 + m / 2 * bar * bar) and by_mass.m == pytest.approx(m / 2)
-    geared = fb.FiveBar.from_links(bar, bar, bar, bar, 0.1, {"11": m}, rotor=((1e-5, 20), 0.001))
-    assert geared.zz1 == pytest.approx(m * bar * bar / 3 + 400e-5) and geared.zz2 == 0.001
-
-
-@pytest.mark.parametrize(
-    "make, words",
-    [
-        (lambda: fb.Link(1.0, 0.1, 0.0, 0.009), r"inertia = 0.009 .* less than mass \(x\^2 \+ y\^2\) = 0.01"),
-        (lambda: fb.Link(1.0, inertia=0.01), "needs x"),
-        (
-            lambda: fb.Link.about_centre(1.0, 0.1, 0.0, -1e-3),
-            "inertia about its centre of mass must be finite and >= 0",
-        ),
-        (lambda: fb.Link(-1.0), "a link's mass must be"),
-        (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"13": 1.0}), 'links must be a table of "11"'),
-        (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"12": "heavy"}), r'links\["12"\]: a link\'s mass'),
-        (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {}, coulomb=(-1, 0)), "coulomb must be"),
-        (lambda: fb.FiveBar(gravity=9.81), "gravity must be two finite numbers"),
-        (lambda: fb.FiveBar(gravity=(0, np.nan)), "gravity must be two finite numbers"),
-        (lambda: fb.FiveBar(zz1=0, fs1=0.1), "fs1 = 0.1 is the friction of a drive, but zz1 = 0"),
-        (lambda: fb.FiveBar(m=-0.1), "m must be"),
-        (lambda: fb.FiveBar(fv1=-0.1), "fv1 must be"),
-        (lambda: fb.FiveBar(zz12=1e40), "the size of zz12"),
-    ],
-)
-def test_what_no_body_can_have_is_named(make, words):
-    with pytest.raises(ValueError, match=words):
-        make()
-
-
-@pytest.mark.parametrize("model", [lambda r: fb.inverse_dynamics(fb.dkm2(r, (1.0, 1.0))), fb.dynamic_model])
-def test_gravity_on_a_robot_without_mass_is_refused_by_name(model):
-    robot = fb.FiveBar(m=0, zz1=0.001, zz2=0.001, gravity=(0, -9.81))
-    with pytest.raises(
-        ValueError, match=r"gravity = \(0.0, -9.81\) m/s² pulls at nothing: m, mx11, my11, mx21, my21 are 0"
-    ):
-        model(fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.0, 0.0)))
-
-
-def test_inertias_of_no_bodies_are_refused_where_they_show():
-    robot = fb.FiveBar(zz12=-1.0)
-    with pytest.raises(ValueError, match="kinetic energy"):
-        fb.forward_dynamics(fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.1, 0.0)), (0.0, 0.0))
-
-
-def test_named_robots_are_their_sources():
-    assert fb.ROBOTS["iri-vertical"].robot == robot_of_case(CASES[0])
-    leg = fb.ROBOTS["minitaur-leg"].robot
-    pose = fb.dgm(leg, (2.4, 0.7), 1)
-    assert leg.d == 0 and fb.igm(leg, pose.xi, pose.working).q == pytest.approx((2.4, 0.7))
-    testbed = fb.ROBOTS["motkin"].robot
-    assert (testbed.l11, testbed.l22, testbed.d, testbed.m) == (0.06, 0.1, 0.1, 0.0)
 
 
 def test_bar_forces_carry_the_end_effector_and_turn_the_cranks():

@@ -17,7 +17,7 @@ from fivebar.simulation.steps import block_function
 from fivebar.simulation.stick_slip import StickSlip, plant_of
 
 from ..helpers.full_bodies import FullBodies
-from ..models.test_physics import CASES, ELBOWS, bodies_of_case, heavy_biglide, robot_of_case
+from ..helpers.physics_cases import CASES, ELBOWS, bodies_of_case, heavy_biglide, robot_of_case
 
 IRI = robot_of_case(CASES[0])
 SWINGING = {
