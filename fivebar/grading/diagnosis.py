@@ -17,7 +17,7 @@ from .exercise import Exercise, Follow, Misconception, Slip
 from .fits import Fit
 
 MOST_PAIRS = 3_000
-EXACT = 1e-9  # of a wrong model's largest answer
+EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +78,27 @@ def largest(answers: np.ndarray) -> np.ndarray:
 
 
 def followed(answers: Answers) -> Misconception | None:
-    """Where a function that counts by itself is wrong and this one is right but for that: which one."""
+    """Where a function that counts by itself is wrong and this one is right but for that: which one.
+
+    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them.
+    """
     for follow in answers.exercise.follows:
         steps = _own_steps(answers, (follow,)) if follow.counts else None
         if steps is not None:
             outcome = answers.outcome(_with(answers.exercise, steps))
-            if answers.fits(outcome, answers.alike(outcome)):
+            if not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome)):
                 return consistent((follow,))
     return None
+
+
+def _plain(answers, outcome):
+    """Whether an outcome (n, k) is affine in the arguments, so that it can be written without any model."""
+    rows = np.all(np.isfinite(outcome), axis=1)
+    if not rows.any():
+        return False
+    columns = np.column_stack([np.ones(rows.sum()), *(np.asarray(c, float)[rows] for c in answers.columns)])
+    rest = outcome[rows] - columns @ np.linalg.lstsq(columns, outcome[rows], rcond=None)[0]
+    return np.linalg.matrix_rank(columns) < len(rest) and bool(np.all(np.abs(rest) <= AFFINE * largest(outcome[rows])))
 
 
 def diagnose(answers: Answers) -> Misconception | None:

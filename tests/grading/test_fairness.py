@@ -89,6 +89,12 @@ def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
     assert [note[:59] for note in report.notes] == ["igm is defined 2 times: the last one counts, line 40 (not l"]
 
 
+def test_nothing_follows_from_what_is_no_model(tmp_path):
+    source = "dynamic_model = lambda *q: ([[1, 0], [0, 1]], [0, 0])\ninverse_dynamics = lambda *row: row[-2:]\n"
+    assert points("lab5", tmp_path, source).points == 0
+    assert points("lab2", tmp_path, "B = lambda *q: [[0, 0], [0, 0]]\ndkm = lambda *row: (0, 0)\n").points == 0
+
+
 def test_a_robot_whose_numbers_are_computed_is_the_files_at_home(tmp_path):
     source = RIGHT.replace("0.118", "120 / 1000")
     lab = find_lab("elbow", write_lab(tmp_path / "mylabs"))
