@@ -82,7 +82,7 @@ class FourBarMotion:
         sides = self.base, self.r1, self.c, self.r2
         directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
         e1, e2, u = (x + 1j * y for x, y in directions)
-        rates = rates[0] + 0.0 * t, rates[1] + 0.0 * t, rates[2]
+        rates = rates[0], np.full(t.shape, rates[1]), rates[2]
         if self.mirrored:
             return (-e2.conj(), -e1.conj(), u.conj()), (-rates[1], -rates[0], -rates[2])
         return (e1, e2, u), rates
@@ -93,16 +93,13 @@ class FourBarMotion:
         below, above = self.slack[1]
         own = ([0.0, math.pi] if below == 0 else []) + ([math.pi / 2, 1.5 * math.pi] if above == 0 else [])
         # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its direction.
-        low = min((self.base - self.r2) ** 2 + self.slack[0][0], (self.base + self.r2) ** 2)
         guesses = []
         for bar in (self.r2 - self.c, self.r2 + self.c):
-            if self.base * abs(bar) == 0:
+            if bar == 0:
                 continue
             cosine = (self.r1**2 - self.base**2 - bar * bar) / (2 * self.base * bar)
             if abs(cosine) <= 1 + 1e-9:
-                w = self.base**2 + self.r2**2 + 2 * self.base * self.r2 * cosine
-                t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
-                guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+                guesses += self._times(self.base**2 + self.r2**2 + 2 * self.base * self.r2 * cosine)
         if guesses:
             t = np.array(guesses)
             for _ in range(2):
@@ -120,11 +117,9 @@ class FourBarMotion:
         guesses, owners = [], []
         if self.mirrored:
             ways = [(1 - crank, -complex(turn).conjugate()) for crank, turn in ways]
-        low = min((self.base - self.r2) ** 2 + self.slack[0][0], (self.base + self.r2) ** 2)
         for k, (crank, turn) in enumerate(ways):
             for w in self._diagonals(crank, turn):
-                t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
-                guesses += [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+                guesses += self._times(w)
                 owners += [k] * 4
         if not guesses:
             return [[] for _ in ways]
@@ -147,12 +142,18 @@ class FourBarMotion:
             sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]}) for k in range(len(ways))
         ]
 
+    def _times(self, w):
+        """Values of t at which the diagonal's square is w, or nearest to it."""
+        low = (self.base - self.r2) ** 2 + self.slack[0][0]
+        t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
+        return [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+
     def _diagonals(self, crank, turn):
         """Squares of the diagonal at which crank and coupler, as one bar, close a triangle."""
         if crank == 0:
             return [abs(self.r1 + self.c * turn) ** 2]
         bar = self.r2 - self.c * turn
-        if self.base * abs(bar) == 0:
+        if bar == 0:
             return []
         cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
         cosine = min(max(cosine, -1.0), 1.0)
@@ -225,9 +226,9 @@ def _triangle(a, b, c, tolerance):
     if a + b < c - tolerance or abs(a - b) > c + tolerance:
         return []
     if a + b <= c + tolerance:
-        return [1.0 + 0j]
+        return [1.0]
     if abs(a - b) >= c - tolerance:
-        return [-1.0 + 0j]
+        return [-1.0]
     half = complex(math.sqrt((c - (a - b)) * (c + (a - b))), math.sqrt((a + b - c) * (a + b + c)))
     e = half / half.conjugate()
     return [e, e.conjugate()]
@@ -240,11 +241,11 @@ def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion 
     for base = c = 0, whose cranks turn together.
     """
     tolerance = 8 * EPS * (base + r1 + c + r2)
+    zero = [side <= tolerance for side in (base, r1, c, r2)]
+    if sum(zero) > 1:
+        together = zero == [True, False, True, False] and abs(r1 - r2) <= tolerance
+        return [Turning((1, 1, 1), (1, 1, 0))] if together else []
     if base <= tolerance:
-        if c <= tolerance:
-            return [Turning((1, 1, 1), (1, 1, 0))] if abs(r1 - r2) <= tolerance else []
-        if min(r1, r2) <= tolerance:
-            return []
         return [Turning((1, _unit(r1 + c * u), u), (1, 1, 1)) for u in _triangle(r1, c, r2, tolerance)]
     if c <= tolerance:
         return [Turning((_unit(base + r2 * e), e, 1), (0, 0, 1)) for e in _triangle(base, r2, r1, tolerance)]
@@ -266,10 +267,9 @@ def _components(base, r1, c, r2, mirrored, tolerance):
     if high < low - tolerance:
         return []
     if high - low <= tolerance:  # it closes in one flat pose
-        e2 = 1 if highs[0] - high <= tolerance else -1
-        passive = 1 if highs[1] - high <= tolerance else -1
-        e1 = math.copysign(1, base + r2 * e2) * math.copysign(1, r1 + c * passive)
-        flat = (e1, e2, e1 * passive)
+        # The triangle of the shorter sum is stretched, the other one folded.
+        e1, e2 = (math.copysign(1, r1 - c), 1) if highs[0] < highs[1] else (math.copysign(1, base - r2), -1)
+        flat = (e1, e2, -e1 * e2)
         return [Turning((-e2, -e1, flat[2]) if mirrored else flat, (0, 0, 0))]
     below, above = (
         [0.0 if abs(x - limit) <= tolerance else abs(x - limit) * (x + limit) for x in each]

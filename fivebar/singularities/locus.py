@@ -67,7 +67,7 @@ class Locus:
 
     def at(self, s: ArrayLike) -> np.ndarray:
         """Exact points (*s.shape, 2) of parameters s in `interval`."""
-        s = np.asarray(s, dtype=float)
+        s = np.asarray(s)
         points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
         if self._angles:
             near = np.stack([np.interp(s, self.parameters, q) for q in self.points.T], axis=-1)
@@ -80,7 +80,7 @@ class Locus:
 
     def tangent(self, s: ArrayLike) -> np.ndarray:
         """Derivative (*s.shape, 2) of the points by the parameter."""
-        s = np.asarray(s, dtype=float)
+        s = np.asarray(s)
         return pairs(self._curve(np.atleast_1d(s))[1]).reshape(*s.shape, 2)
 
 
@@ -136,12 +136,12 @@ def pieces_of(
     period: of the whole curve's parameter, where the edges are a part of it.
     """
     t, z = trace(curve, edges, scale, angles, period)
+    if len(t) == 1:
+        return [Locus(*labels[0], pairs(z), t, False, curve, circle=circle)]
     where = np.searchsorted(t, edges)
-    if corners is not None and len(t) > 1:
+    if corners is not None:
         z[where] = corners
     points = pairs(z)
-    if len(t) == 1:
-        return [Locus(*labels[0], points, t, False, curve, angles, circle=circle)]
     gap = points[-1] - points[0]
     turns = np.round(gap / (2 * np.pi)) * (2 * np.pi) if angles else 0.0
     closes = np.abs(gap - turns).max() <= 1e-12 * scale
@@ -179,17 +179,17 @@ def trace(
         at = np.searchsorted(t, edges)
         cusp[at] = speed[at] < 1e-5 * np.maximum(speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)])
         turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
+        counts = np.minimum(np.ceil(turn / TURN), 64).astype(int)
         bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
-        counts = np.clip(np.ceil(turn / TURN), 1, 64).astype(int)
-        counts[:-1][bend & (counts[:-1] == 1)] = 2
         # A loop between two points would turn by 0 but shows in the chord.
-        counts[(np.abs(chord - mean) > 0.05 * np.abs(mean)) & (counts == 1)] = 2
+        loop = np.abs(chord - mean) > 0.05 * np.abs(mean)
+        counts = np.maximum(counts, 1 + (loop | np.append(bend, False)))
         counts[(np.abs(chord) < FINEST * scale) | (step < 1e-13 * period)] = 1
         if counts.max() == 1:
             break
         t = divided(t, counts)
     if angles:  # the sum of chords tells the turns, each point by itself is better known
-        excess = (z[0] + np.append(0, np.cumsum(chord)) - z) / (2 * np.pi)
+        excess = (np.cumsum(np.append(z[:1], chord)) - z) / (2 * np.pi)
         z = z + 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
     return t, z
 

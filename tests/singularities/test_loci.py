@@ -301,23 +301,6 @@ def test_a_robot_without_type_2():
     assert len(loci.task) == 8 and len(loci.type3.xi) == 0
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_a_chain_meets_an_angle_between_coupler_and_crank_wherever_that_passes_it(name):
-    ways = [(k % 2, np.exp(1j * a)) for k, a in enumerate(np.random.default_rng(6).uniform(-3, 3, 8))]
-    for _, chain in singularity_loci(ROBOTS[name])._chains:
-        motion = chain.motion
-        t = np.linspace(0.0, motion.period, 20001)
-        directions, rates = motion(t)
-        for (crank, turn), found in zip(ways, motion.meets(ways), strict=True):
-            relative = directions[2] / (directions[crank] * turn)
-            passed = (relative.imag[1:] * relative.imag[:-1] < 0) & (relative.real[1:] > 0)
-            apart = [own for k, own in enumerate(found) if not k or own - found[k - 1] > 1e-9]  # one may come as two
-            assert len(apart) == passed.sum() and all(0 <= own < motion.period for own in found)
-            if found:
-                ends, _ = motion(np.array(found))
-                np.testing.assert_allclose(ends[2] / (ends[crank] * turn), 1, atol=1e-11)
-
-
 def test_folded_leg_of_equal_bars_is_a_point():
     points = [p for p in singularity_loci(fb.FiveBar()).task if p.kind.endswith("folded")]
     assert [p.points.tolist() for p in points] == [[[-0.059, 0]], [[0.059, 0]]]
