@@ -77,11 +77,11 @@ class _Segments:
         # Roughly by the squares of the distances to all starts, then each by its own length: a segment that turns by
         # less than 1 degree is hardly longer than its chord.
         product = pairs(points) @ pairs(self.start).T
-        square = np.abs(self.start) ** 2 - 2 * product
-        offset = np.abs(points) ** 2
-        rounding = 1e-7 * (self.size + np.abs(points))  # of the root of a difference of squares
-        reach = np.sqrt(np.maximum(square.min(axis=1) + offset, 0)) + 1.02 * self.chord.max() + rounding
-        row, k = np.nonzero(square <= (reach**2 - offset)[:, None])
+        square = np.abs(self.start) ** 2 - 2 * product  # less that of the point itself, the same for all
+        least = square.argmin(axis=1)
+        more = 1.02 * self.chord.max() + 1e-7 * (self.size + np.abs(points))  # 1e-7: rounding of the root of a square
+        more *= more + 2 * np.abs(points - self.start[least])
+        row, k = np.nonzero(square <= square[np.arange(len(points)), least][:, None] + more[:, None])
         near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
         best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
         keep = near - 0.51 * self.chord[k] <= best[row]
@@ -109,9 +109,9 @@ def _active(robot, working):
 
 
 def _nearest_line(pieces, points):
-    """Distances and types of points (n,) from lines."""
+    """Distances and types of points (n,) from lines, whose tangents have length 1."""
     start, along = (np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces)))
-    distance = np.abs((along.conj() * (points - start)).imag) / np.abs(along)
+    distance = np.abs((along.conj() * (points - start)).imag)
     nearest = distance.argmin(axis=0)
     return distance[nearest, np.arange(len(points))], np.array([int(piece.type) for piece in pieces])[nearest]
 

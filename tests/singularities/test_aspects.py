@@ -7,10 +7,13 @@ import pytest
 from scipy import ndimage
 
 import fivebar as fb
+from fivebar.singularities import aspects as module
 from fivebar.singularities import regions
 from fivebar.singularities.aspects import aspect, aspects
+from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.locus import MODES
 from fivebar.singularities.maps import singularity_map
+from fivebar.singularities.margins import Singularity
 from tests.helpers import DATA
 
 REFERENCE = json.loads((DATA / "workspace.json").read_text())
@@ -155,8 +158,9 @@ def test_contains_is_exact(found):
                 assert not part.contains(_pairs(z - normal)).any()
     assert part.contains(np.zeros((0, 2))).shape == (0,)
     assert part.contains(np.zeros((3, 4, 2))).shape == (3, 4)
-    with pytest.raises(ValueError, match="shape"):
-        part.contains([1.0, 2.0, 3.0])
+    for wrong, shape in (([1.0, 2.0, 3.0], r"\(3,\)"), (1.0, r"\(\)"), (np.zeros((2, 1)), r"\(2, 1\)")):
+        with pytest.raises(ValueError, match=rf"xi must have shape \(2,\) or \(\*batch, 2\), not {shape}"):
+            part.contains(wrong)
 
 
 def _pairs(z):
@@ -168,6 +172,11 @@ def test_numbers_are_stable(found):
         assert [part.number for part in parts] == list(range(1, len(parts) + 1))
         order = [(MODES.index(part.working), -part.area) for part in parts]
         assert all(a[0] < b[0] or (a[0] == b[0] and a[1] <= b[1] * (1 - 1e-5)) for a, b in zip(order, order[1:])), name
+        for a, b in zip(parts, parts[1:]):
+            size = sum((a.robot.l11, a.robot.l12, a.robot.l21, a.robot.l22, a.robot.d))
+            if a.working == b.working and abs(a.area - b.area) < 1e-9 * size**2:  # mirror images in the symmetric robot
+                (x, y), (x_next, y_next) = a.point, b.point
+                assert y > y_next + 1e-6 * size or (abs(y - y_next) < 1e-6 * size and x > x_next), name
     home = next(part for part in found["amoro"] if part.working == (-1, -1) and part.contains((0.09, 0.0679632)))
     assert (home.number, home.assembly) == (9, -1)
     assert aspect(AMORO, 9).area == home.area
@@ -181,6 +190,47 @@ def test_no_aspect_in_a_point_or_where_all_is_singular(found):
     (only,) = in_mode(found["e"], (1, -1))
     np.testing.assert_array_equal(only.punctures, [[0, 0]])
     assert not only.contains((0.0, 0.0)) and only.contains((1e-6, 0.0))
+
+
+@pytest.mark.parametrize("name", ["amoro", "unequal"])
+def test_a_boundary_that_is_lost_is_told(name, monkeypatch):
+    """Without Type 2 both signs of det A are in one face; without faces a curve of det A has no side."""
+    loci, robot = singularity_loci(ROBOTS[name]), ROBOTS[name]
+    limits = [piece for piece in loci.task if piece.type == Singularity.SERIAL and (1, 1) in piece.working]
+    words = r"in working modes \(1, 1\) a boundary was lost: around \(0.0\d+, -0.1\d+\) m det A or the sines are on"
+    with pytest.raises(ArithmeticError, match=words):
+        list(module._in_mode(robot, limits, loci.touches, (1, 1)))
+    faces = module.faces
+    for wrong in (lambda edges, size: [], lambda edges, size: 2 * list(faces(edges, size))):
+        monkeypatch.setattr(module, "faces", wrong)
+        words = (
+            r"in working modes \(1, 1\) a region at the curve of det A around \(-?0.\d+, -?0.\d+\) m was lost or is two"
+        )
+        with pytest.raises(ArithmeticError, match=words):
+            fb.dexterous(robot, 0.3, 0.1)
+
+
+def test_where_a_circle_passes_a_point():
+    circle = next(piece for piece in singularity_loci(UNEQUAL).task if piece.circle)
+    low, high = circle.interval
+    for s in np.linspace(low, high, 7)[1:-1]:
+        point = circle.at(s) @ (1, 1j)
+        assert module._parameter(regions.Arc(circle, low, high), point) == pytest.approx(s, abs=1e-12)
+        assert module._parameter(regions.Arc(circle, low, s - 0.01), point) is None
+        assert module._parameter(regions.Arc(circle, s - 0.01, high), point) == pytest.approx(s, abs=1e-12)
+        assert module._parameter(regions.Arc(circle, s + 0.01, high), point) is None
+
+
+def test_circles_of_both_legs_that_are_one():
+    same = fb.FiveBar(0.1, 0.07, 0.08, 0.09, 0)  # stretched, both reach 0.17
+    both = [regions.Arc(piece, *piece.interval) for piece in singularity_loci(same).task if piece.circle]
+    radii = [abs(arc.z[0]) for arc in both]
+    for a, r in zip(both, radii):
+        for b, s in zip(both, radii):
+            assert module._same(a, b) == (abs(r - s) < 1e-12)
+    assert sum(abs(r - 0.17) < 1e-12 for r in radii) > 1
+    part = next(piece for piece in singularity_loci(UNEQUAL).task if piece.circle and not piece.closed)
+    assert not module._same(*[regions.Arc(part, *part.interval)] * 2)  # not closed
 
 
 @pytest.mark.parametrize(

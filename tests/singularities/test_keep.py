@@ -34,7 +34,7 @@ def test_segments_against_points_along_them():
 
 @pytest.mark.parametrize("working", [(1, 1), (1, -1)])
 def test_bars_against_the_bars_of_the_pose(working):
-    pose = poses(UNEQUAL, working=working)
+    pose = poses(UNEQUAL, 60, working)
     rooms = fb.Bars((0.01, 0.02, 0.03, 0.04), posts=0.005).rooms(pose)
     posts = ("12", "left"), ("12", "right"), ("22", "left"), ("22", "right"), ("11", "right"), ("21", "left")
     assert set(rooms) == {f"bars {pair}" for pair in ("11 and 21", "11 and 22", "12 and 21")} | {
@@ -48,6 +48,76 @@ def test_bars_against_the_bars_of_the_pose(working):
     np.testing.assert_allclose(rooms["bars 11 and 21"][apart_], brute[apart_], atol=1e-3)
     assert set(fb.Bars(0.01, layers=(1, 2, 1, 3)).rooms(pose)) == {"bars 11 and 21"}
     assert fb.Bars(0.01, layers=(1, 2, 3, 4)).rooms(pose) == {}
+
+
+@pytest.mark.parametrize("robot", [UNEQUAL, fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.0)])
+@pytest.mark.parametrize("layers, post_layers", [((1, 1, 1, 1), 1), ((1, 2, 1, 2), (2, 1)), ((2, 1, 3, 2), 2)])
+def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, layers, post_layers):
+    widths, t = (0.01, 0.02, 0.03, 0.04), np.linspace(0, 1, 120)
+    bars, layer = fb.Bars(widths, layers, 0.007, post_layers), dict(zip(("11", "12", "21", "22"), layers))
+    half = {bar: width / 2 for bar, width in zip(layer, widths)}
+    batch = poses(robot, 12)
+    every = bars.rooms(batch)
+    for k, point in enumerate(batch.xi):
+        pose, xi = fb.igm(robot, point, (1, -1)), complex(*point)
+        rooms = {name: room[k] for name, room in every.items()}
+        base = {"1": -robot.d / 2, "2": robot.d / 2}
+        lengths = {"1": robot.l11, "2": robot.l21}
+        elbow = {leg: base[leg] + lengths[leg] * np.exp(1j * q) for leg, q in zip("12", pose.q)}
+        along = {bar: elbow[bar[0]] + t * ((base[bar[0]] if bar[1] == "1" else xi) - elbow[bar[0]]) for bar in layer}
+        expected = {}
+        for one, other in (("11", "21"), ("11", "22"), ("12", "21")):
+            if layer[one] == layer[other] and not (robot.d == 0 and other + one == "2111"):
+                gap = np.abs(along[one][:, None] - along[other]).min()
+                expected[f"bars {one} and {other}"] = gap - half[one] - half[other]
+        for leg, side in (("1", "left"), ("2", "right")):
+            for bar in layer:
+                of_a_base = bar[1] == "1" and (bar[0] == leg or robot.d == 0)
+                if not of_a_base and layer[bar] in np.atleast_1d(post_layers):
+                    gap = np.abs(along[bar] - base[leg]).min() - half[bar]
+                    expected[f"bar {bar} and the {side} post"] = gap - 0.007
+        assert set(rooms) == set(expected)
+        for name, room in rooms.items():
+            crossing = expected[name] - room > 2e-3 and "post" not in name
+            assert crossing or float(room) == pytest.approx(expected[name], abs=1.5e-3), name
+        np.testing.assert_allclose(np.ravel(bars.smooth(pose)), list(rooms.values()), rtol=0, atol=2e-9)
+
+
+def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
+    a, b, c, d = np.array([0, 4, 1 - 1j, 1 + 3j])
+    assert apart(a, b, c, d) == apart(b, a, c, d) == apart(c, d, a, b) == apart(d, c, b, a) == -1
+    assert apart(a, b, (c + d) / 4, d) == 0.5
+    one = np.complex128(1)
+    assert {float(apart(*each)) for each in ((a, b, one, d), (a, b, d, one), (one, d, a, b), (d, one, a, b))} == {0.0}
+
+
+def test_rooms_one_by_one():
+    """Angles by their full turns, a polygon by angles around a point and by points along its sides."""
+    pose, corners = poses(UNEQUAL), KEEPS["polygon"].region
+    keep = fb.Keep(((-1, 2.5), (0.5, 4)), [(3, 4, 0.1)], corners, det_A=0.3, sin=0.2)
+    rooms, turns = keep.rooms(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
+    for name, q, low, high in (("q11", pose.q[:, 0], -1, 2.5), ("q21", pose.q[:, 1], 0.5, 4)):
+        expected = np.minimum(q + turns - low, high - q - turns).max(axis=0)
+        np.testing.assert_allclose(rooms.pop(f"joint limits of {name}"), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(rooms.pop("0.6 x + 0.8 y >= 0.02 m"), pose.xi @ (0.6, 0.8) - 0.02, rtol=0, atol=1e-15)
+    away = np.array(corners) @ (1, 1j) - (pose.xi @ (1, 1j))[:, None]
+    around = np.angle(np.roll(away, -1, axis=1) / away).sum(axis=1)
+    sides = away[..., None] + (np.roll(away, -1, axis=1) - away)[..., None] * np.linspace(0, 1, 501)
+    signed = np.abs(sides).min(axis=(1, 2)) * np.where(np.abs(around) > 3, 1, -1)
+    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=1e-4)
+    np.testing.assert_array_equal(rooms.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
+    np.testing.assert_array_equal(rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2)
+    assert rooms == {} and fb.Keep().rooms(pose) == {} and fb.Keep().kept(pose).all()
+    np.testing.assert_array_equal(keep.kept(pose), np.min(list(keep.rooms(pose).values()), axis=0) >= 0)
+
+
+def test_smooth_rooms_one_by_one():
+    pose, length = fb.igm(UNEQUAL, (0.03, 0.12), (1, -1)), 0.07
+    keep = fb.Keep((None, (0.5, 4)), [(3, 4, 0.1)], [(0, 0), (0, 1), (2, 0)], bars=fb.Bars(0.01))
+    (x, y), bars = pose.xi, list(keep.bars.rooms(pose).values())
+    planes = (3 * x + 4 * y - 0.1) / 5, x, (2 - x - 2 * y) / np.sqrt(5), y
+    expected = [np.cos(pose.q[1] - 2.25) - np.cos(1.75), *np.array([*planes, *bars]) / length]
+    np.testing.assert_allclose([float(each) for each in keep.smooth(pose, length)], expected, rtol=0, atol=1e-7)
 
 
 def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
