@@ -10,6 +10,7 @@ import numpy as np
 from ..models.dynamics import gravity_torques
 from ..models.geometry import igm
 from ..models.physics import physics_of
+from ..progress import progress
 from .timing_lower import MARGIN, Ceiling, caps, ceiling, duration
 from .timing_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .timing_upper import polygons, profile
@@ -60,7 +61,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     best, hints, stuck = None, None, 0
     while (thin := _beside_type_2(mesh, True)).any():
         mesh = mesh.split(1 + thin)
-    for _ in range(ROUNDS):
+    for _ in progress(iter(range(ROUNDS)), desc="least time", unit=" rounds", delay=2, leave=False):
         found = solve(mesh, limits, hints)
         late = len(mesh) > MOST or time.perf_counter() > until
         if isinstance(found, Solved):
