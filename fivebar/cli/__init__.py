@@ -126,7 +126,8 @@ def _parser(asked):
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     if asked in COMMANDS:
         import_module(f".{COMMANDS[asked][0]}", __package__).add_parsers(commands)
-        for own in commands.choices.values():
+        for name, own in commands.choices.items():
+            own.description = own.description or f"{COMMANDS[name][1][0].upper()}{COMMANDS[name][1][1:]}."
             own.set_defaults(parser=own)
     else:
         for name, (_, words) in COMMANDS.items():

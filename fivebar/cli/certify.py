@@ -21,7 +21,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument("--deviation", type=float, default=0.0, metavar="M", help="within which corners are rounded")
     parser.add_argument("--shift", nargs=2, type=float, default=(0.0, 0.0), metavar=("X", "Y"), help="of the path, m")
     parser.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="about its origin, to the left")
-    parser.add_argument("--scale", type=float, default=1.0, metavar="K")
+    parser.add_argument("--scale", type=float, default=1.0, metavar="K", help="of the path (default: 1)")
     parser.add_argument("--working", nargs=2, type=int, default=(-1, -1), metavar=("W1", "W2"), help="(default: -1 -1)")
     parser.add_argument(
         "--tolerance", action="append", default=[], metavar="M|NAME=M",

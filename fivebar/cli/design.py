@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
-from .task_options import add_task_options, chosen_task, figure_of, listed, span
+from .task_options import add_task_options, by_option, chosen_task, figure_of, listed, span
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -24,12 +24,12 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.add_argument("--limit", action="append", default=[], metavar="FIGURE=LOW:HIGH", help="or VALUE, LOW:, :HIGH")
     parser.add_argument("--step-mm", type=float, metavar="MM", help="lengths are whole multiples of it")
     parser.add_argument("--points", type=int, default=20, metavar="N", help="on a front (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="of the search (default: 0)")
     parser.add_argument("--effort", type=float, default=1.0, metavar="E", help="2: twice as long a search")
     parser.add_argument("--dask", metavar="ADDRESS", help="who computes figures that are not in closed form")
     parser.add_argument("--out", type=Path, metavar="DIR", help="a front's table, picture, and robots as files")
     parser.add_argument("--plot", type=Path, metavar="FILE", help=".png, .svg or .pdf")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", action="store_true", help="the designs as JSON on stdout")
     add_task_options(parser)
     add_robot_options(parser)
     parser.set_defaults(run=_design)
@@ -67,7 +67,7 @@ def _design(arguments):
                 effort=arguments.effort, executor=executor, **choices,
             )  # fmt: skip
     except (ValueError, TypeError) as error:
-        raise (ArithmeticError(error) if "nothing within" in str(error) else UsageError(error)) from None
+        raise (ArithmeticError(error) if "nothing within" in str(error) else by_option(error)) from None
     _show(arguments, found)
 
 

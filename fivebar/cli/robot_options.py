@@ -1,6 +1,7 @@
 """The robot on the command line: a named set, a TOML or JSON file, single values."""
 
 import sys
+from argparse import SUPPRESS
 from dataclasses import fields, replace
 
 from ..errors import UsageError
@@ -17,22 +18,26 @@ LONG = 20.0  # m: hardly a robot's or a linkage's, but likely in mm
 
 def add_robot_options(parser):
     group = parser.add_argument_group(
-        "robot", "lengths in m, inertias in kg m², masses in kg; single values go over the set's"
+        "robot",
+        "a set or a file; over it go single values, each by its name, as --l11 0.1, in m, kg m² and kg: "
+        + ", ".join(LAB),
     )
     group.add_argument(
         "--robot", default=DEFAULT, metavar="NAME|FILE",
         help=f"one of {', '.join(ROBOTS)}, or a .toml or .json file: parameters by name, or lengths and links",
     )  # fmt: skip
-    for name in LAB:
-        group.add_argument(f"--{name}", type=float)
+    for name in LAB:  # 24 lines of names without a word would bury all others
+        group.add_argument(f"--{name}", type=float, help=SUPPRESS)
     group = parser.add_argument_group(
-        "a robot of more than the lab's parameters", "first moments in kg m, friction in N m s/rad (fv) and N m (fs)"
+        "a robot of more than the lab's parameters",
+        "likewise, first moments in kg m, friction in N m s/rad (fv) and N m (fs): "
+        + ", ".join(name for name in PARAMETERS[len(LAB) :] if name != "gravity"),
     )
     for name in PARAMETERS[len(LAB) :]:
         if name == "gravity":
             group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s²; 0 -9.81: upright")
         else:
-            group.add_argument(f"--{name}", type=float)
+            group.add_argument(f"--{name}", type=float, help=SUPPRESS)
 
 
 def robot_is_chosen(arguments):

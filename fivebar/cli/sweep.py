@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
-from .task_options import add_task_options, chosen_task, figure_of, listed, span
+from .task_options import add_task_options, by_option, chosen_task, figure_of, listed, span
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -28,7 +28,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     group.add_argument("--grid", action="append", default=[], metavar="NAME=LOW:HIGH:COUNT", help="all combinations")
     group.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of --sample")
     group.add_argument("--sample", type=int, metavar="N", help="designs spread evenly between the bounds")
-    group.add_argument("--seed", type=int, default=0)
+    group.add_argument("--seed", type=int, default=0, help="of --sample (default: 0)")
     group.add_argument("--triangle", type=int, metavar="N", help="Liu's r1 + r2 + r3 = 3, N parts a side")
     group.add_argument("--designs", metavar="FILE", help="a .csv or .npz file of columns by name")
     parser.add_argument("--out", type=Path, metavar="DIR", help="chunks as they come; a second run goes on there")
@@ -69,7 +69,7 @@ def _sweep(arguments):
             )  # fmt: skip
         best = done.best(count=arguments.best, sense=sense or None)
     except (ValueError, TypeError) as error:
-        raise UsageError(error) from None
+        raise by_option(error) from None
     except KeyboardInterrupt:
         if arguments.out is None:
             raise

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from shutil import get_terminal_size
+from textwrap import fill
 
 from ..errors import UsageError
 
 _FILES = set()  # of users, by the names of the modules that they are
+OPTIONS = {"table": "--table (or --disc)", "tolerances": "--tolerance"}  # of what a figure needs
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:
@@ -110,10 +114,22 @@ def _by_value(module):
 
 
 def listed() -> str:
-    """All figures, a line each."""
+    """All figures and motors, each with its words below it."""
     from ..designing import FIGURES, MOTORS
 
-    lines = [f"{each.label:32}{'-> max' if each.better == 'large' else '-> min':8}{each.words}"
-             + (f" [needs {', '.join(each.needs)}]" if each.needs else "") for each in FIGURES.values()]  # fmt: skip
-    lines += [f"motor {name}: {m.torque:g} N m, {m.speed:.4g} rad/s ({m.source})" for name, m in MOTORS.items()]
-    return "\n".join(lines)
+    heads = {
+        f"{each.label}, {'max' if each.better == 'large' else 'min'}"
+        + (
+            f"; needs {', '.join(OPTIONS.get(need, f'--{need}') for need in each.needs)}" if each.needs else ""
+        ): each.words
+        for each in FIGURES.values()
+    }
+    heads |= {f"motor {name}: {m.torque:g} N m, {m.speed:.4g} rad/s": m.source for name, m in MOTORS.items()}
+    width = min(get_terminal_size().columns, 100)
+    return "\n".join(f"{head}\n{fill(words, width, initial_indent='    ', subsequent_indent='    ')}"
+                     for head, words in heads.items())  # fmt: skip
+
+
+def by_option(error: Exception) -> UsageError:
+    """The error in the command line's words: --table where Python's say table=... ."""
+    return UsageError(re.sub(r"\b(\w+)=(?:\.\.\.|radius)", r"--\1", str(error)).replace("--tolerances", "--tolerance"))

@@ -27,6 +27,7 @@ from ..models.geometry import dgm
 from ..models.kinematics import dkm, dkm2
 from ..models.robots import Robot
 from ..planning.trajectory import Trajectory
+from ..progress import progress
 from ..tables import TextFile, write
 from .identification import sought_names
 from .regressor import linear_names, regressor
@@ -120,14 +121,13 @@ def exciting_trajectory(
     )
     search = _Search(robot, period, harmonics, (rate, acceleration, torque), margin, working, assembly, told)
     rng = np.random.default_rng(seed)
-    shapes = [search.random(rng) for _ in range(starts)]
-    ranked = sorted(shapes, key=search.cost)[:BEST]
-    if not np.isfinite(search.cost(ranked[0])):
+    with progress(total=starts + BEST * STEPS, desc="exciting", unit=" motions", delay=2, leave=False) as search.bar:
+        best = _best(search, [search.random(rng) for _ in range(starts)])
+    if best is None:
         raise ValueError(
             f"no motion was found within these limits, of working modes {working} and assembly mode {assembly:+d}, "
             f"with |sines| and |det A| above {margin:g}: ask for less margin, more torque, or other modes"
         )
-    best = min((_improved(search, each) for each in ranked), key=search.cost)
     series = search.series(best, search.amplitude(best))
     t = np.linspace(0, period, DENSE)
     for _ in range(200):
@@ -156,6 +156,14 @@ def _checked(robot, assembly):
     tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
     row = casadi.densify(casadi.vertcat(pose.det_A, *pose.sines, tau))
     return casadi.Function("checked", [q, q_dot, q_ddot], casadi.cse([row])).map(SAMPLES)
+
+
+def _best(search, shapes):
+    """The best shape that is found from these; None where none keeps to the limits."""
+    ranked = sorted(shapes, key=search.cost)[:BEST]
+    if not np.isfinite(search.cost(ranked[0])):
+        return None
+    return min((_improved(search, each) for each in ranked), key=search.cost)
 
 
 def _improved(search, shape):
@@ -228,6 +236,7 @@ class _Search:
         """log of the condition number, plus a tenth of the log of what torque the accelerations make of noise."""
         key = shape.tobytes()
         if key not in self.known:
+            self.bar.update()
             amplitude = self.amplitude(shape)
             self.known[key] = np.inf
             if amplitude > 0:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..progress import progress
 from .timing_lower import duration as taken
 from .timing_solve import Solved, TimingError, refined, solve
 
@@ -28,7 +29,7 @@ def slowed(mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float) 
     mesh, fast = refined(mesh, limits, gap, until)
     low, high, slow = 0.0, 1.0, None
     guess = (fast.time.sum() / wanted) ** 2
-    for _ in range(STEPS):
+    for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
         share = guess if low == 0 else math.sqrt(low * high)
         found = _solved(mesh, limits.times(share))
         if found is not None and found.time.sum() <= wanted:

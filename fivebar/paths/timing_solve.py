@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ..models.dynamics import gravity_torques
 from ..models.geometry import igm
 from ..models.physics import physics_of
+from ..progress import progress
 from .timing_lower import MARGIN, Ceiling, caps, ceiling, duration
 from .timing_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .timing_upper import polygons, profile
@@ -65,7 +67,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     best, hints, failures, looks = None, None, 0, 0
     while (thin := _beside_type_2(mesh, True)).any():
         mesh = mesh.split(1 + thin)
-    while True:
+    for _ in progress(count(), desc="least time", unit=" rounds", delay=2, leave=False):
         found = solve(mesh, limits, hints)
         looks += found.looks
         late = len(mesh) > MOST or looks > LOOKS or time.thread_time() > until

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ..checks import instance, not_negative, optional, takes
+from ..progress import progress
 from .aspects import Aspect
 from .disc import CANDIDATES, room_at, too_narrow, walled
 from .keep import Keep
@@ -44,7 +45,8 @@ def largest_rectangle(aspect: Aspect, margin: float = 0.0, keep: Keep | None = N
     """
     aspect = walled(aspect, keep)
     outline = Outline(aspect, margin)
-    found = [each for start in _starts(outline) if (each := _fitted(outline, start)) is not None]
+    starts = progress(_starts(outline), desc="rectangle", delay=2, leave=False)
+    found = [each for start in starts if (each := _fitted(outline, start)) is not None]
     if not found:
         room = room_at(aspect, complex(*aspect.point)) if keep is None else _roomiest(outline)[1]
         raise ValueError(too_narrow(aspect, "rectangle", margin, room))
@@ -57,7 +59,7 @@ def _area(v):
 
 def _starts(outline):
     """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one another."""
-    found = [_around(outline, seed) for seed in outline.seeds]
+    found = [_around(outline, seed) for seed in progress(outline.seeds, desc="rectangle", delay=2, leave=False)]
     order = sorted(range(len(found)), key=lambda k: -_area(found[k]))
     starts = []
     for k in order:

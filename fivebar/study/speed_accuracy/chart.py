@@ -7,27 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ...errors import UsageError
+from ..chart_names import CHARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy as np
 
-# Name -> module with a function `chart()`.
-MODULES = {
-    name: f"{__package__}.charts.{module}"
-    for name, module in {
-        "geometry": "geometry",
-        "derivatives": "derivatives",
-        "integrators": "integrators",
-        "trackers": "trackers",
-        "singularity-map": "contours",
-        "stability": "stability",
-        "chip": "chip",
-        "simulators": "simulators",
-    }.items()
-}
-PEERS = ("simulators",)  # need packages that fivebar does not: only when asked for
+MODULES = {name: f"{__package__}.charts.{module}" for name, (module, _) in CHARTS.items()}
 
 
 class Failed(Exception):

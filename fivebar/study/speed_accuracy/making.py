@@ -12,8 +12,9 @@ from PIL import Image
 
 from ...progress import progress
 from ...tables import saved, written
+from ..chart_names import PEERS
 from . import findings, picture, runner
-from .chart import MODULES, PEERS, load, module_of
+from .chart import MODULES, load, module_of
 from .page import write_page
 from .store import from_csv
 
