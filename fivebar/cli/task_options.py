@@ -11,6 +11,7 @@ from ..errors import UsageError
 
 _FILES = set()  # of users, by the names of the modules that they are
 
+
 def add_task_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("task", "what the figures are about, SI units; task_x and task_y move it")
     group.add_argument("--table", nargs="+", type=float, metavar="M", help="width height, or x_min x_max y_min y_max")
