@@ -112,9 +112,13 @@ def _draw(arguments):
         "setpoints": len(table.t),
     }  # fmt: skip
     files = _written(arguments, robot, path, working, run, table, down, error)
+    place = arguments.out / "proof.json"
     if proof is not None and proof.proved:
-        files.append(str(arguments.out / "proof.json"))
-        proof.to_json(files[-1])
+        files.append(str(place))
+        proof.to_json(place)
+    elif place.is_file():  # beside this drawing it would be a lie
+        place.unlink()
+        print(f"{place}: of an earlier drawing; removed", file=sys.stderr)
     if arguments.json:
         print(json.dumps({**figures, "said": list(path.said), "files": files}, indent=2))
         return

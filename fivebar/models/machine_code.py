@@ -7,8 +7,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import warnings
+from contextlib import suppress
 from pathlib import Path
+
+KILLED = 3600.0  # s, after which whoever was compiling is taken for killed
 
 
 def machine_code(function, jit=True):
@@ -87,7 +91,7 @@ def _build(source, command, folder):
     """Compile beside `folder` and move it there in one step, so that two processes at once do not meet."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(dir=folder.parent))
+        work = Path(tempfile.mkdtemp(prefix="part-", dir=folder.parent))
     except OSError as error:
         problem = f"compiled models cannot be kept in {folder.parent}: {error}; set FIVEBAR_CACHE to another folder"
         raise OSError(problem) from None
@@ -98,12 +102,16 @@ def _build(source, command, folder):
         if done.returncode:
             raise RuntimeError(f"{command[0]} failed: {' '.join(done.stderr.split())[:500]}")
         (work / "sha256").write_text(hashlib.sha256((work / "model.so").read_bytes()).hexdigest())
-        if folder.exists() and not _intact(folder):
-            shutil.rmtree(folder)
+        if os.path.lexists(folder) and not _intact(folder):
+            with suppress(FileNotFoundError):  # another process has put it away
+                folder.rename(f"{work}-damaged")
         try:
             work.rename(folder)
         except OSError:
             if not _intact(folder):  # else another process was first
                 raise
     finally:
-        shutil.rmtree(work, ignore_errors=True)
+        for left in folder.parent.glob("part-*"):
+            with suppress(OSError):  # another process may be clearing too
+                if left.name.startswith(work.name) or left.stat().st_mtime < time.time() - KILLED:
+                    shutil.rmtree(left) if left.is_dir() else left.unlink()

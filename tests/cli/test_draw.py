@@ -120,8 +120,11 @@ def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     assert "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)" in (
         capsys.readouterr().err
     )
+    (tmp_path / "proof.json").write_text("of an earlier drawing")
     assert main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"]) == 0
-    figures = json.loads(capsys.readouterr().out)
+    said = capsys.readouterr()
+    assert "proof.json: of an earlier drawing; removed" in said.err and not (tmp_path / "proof.json").exists()
+    figures = json.loads(said.out)
     assert figures["max_error_m"] < 5e-5 and max(figures["peak_torque_Nm"]) <= 0.02 and not figures["certified"]
     run = fb.Run.from_csv(tmp_path / "run.csv")
     assert np.sign(fb.igm(run.robot, run.xi[[0, -1]]).det_A).tolist() == [1.0, -1.0]

@@ -1,6 +1,7 @@
 """Compiled models against the NumPy ones, the cache of machine code, compiled closed loops against the Python loop."""
 
 import multiprocessing
+import os
 import shutil
 import signal
 
@@ -127,8 +128,15 @@ def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
     damaged = compiler / "damaged"  # a new file: the old one is still in use by this process
     damaged.write_bytes((folder / "model.so").read_bytes()[:1000])
     damaged.replace(folder / "model.so")
+    killed = compiler / "part-killed"  # by somebody who was killed, long ago
+    killed.mkdir()
+    os.utime(killed, (0, 0))
     assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
     assert [path.name for path in compiler.iterdir()] == [folder.name]
+    folder.rename(compiler.parent / "away")
+    folder.write_text("no folder")
+    assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
+    assert [path.name for path in compiler.iterdir()] == [folder.name] and folder.is_dir()
 
 
 def _build(_):
