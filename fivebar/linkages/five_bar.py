@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, sqrt_or_nan, unpack
+from .._backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, unpack
 from ..checks import instance, shown, whole
 from ..models.dyads import RRR, cross, dot
 from ..models.geometry import dgm
@@ -154,11 +154,9 @@ class FiveBarLinkage:
 class StretchingRRR(RRR):
     """RRR whose lengths may be arrays or symbols."""
 
-    @cached_property
-    def _moment(self):
-        square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
-        heron = (total * total - square) * (square - difference * difference)
-        return sqrt_or_nan(heron, -8 * EPS * total * total * square) * (0.5 * self.branch)
+    def _floor(self):
+        total = self.r1 + self.r2
+        return -8 * EPS * total * total * self.span_squared
 
     @cached_property
     def _inverse(self):

@@ -22,6 +22,7 @@ from fivebar.grading.worker.sandbox import IsolationError
 from tests.helpers import ROOT
 
 from ..helpers.grading_lab import CRASHES, HALF, HANGS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
+from ..helpers.processes import descendants
 
 
 @pytest.fixture
@@ -109,21 +110,6 @@ def wait_for(condition, seconds=60):
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
-
-
-def descendants(pid):
-    """Processes below pid, from /proc/*/stat, whose fourth field is the parent."""
-    parents = {}
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
-        except (FileNotFoundError, ProcessLookupError):
-            continue  # it has ended
-    found, new = set(), {pid}
-    while new:
-        new = {child for child, parent in parents.items() if parent in new}
-        found |= new
-    return found
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])

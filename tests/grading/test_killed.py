@@ -16,29 +16,11 @@ from tests.helpers import ROOT
 from tests.helpers.needs import need
 
 from ..helpers.grading_lab import RIGHT, SHIFTED, write_lab, written
+from ..helpers.processes import descendants
 
 ROUNDS = 150 if os.environ.get("FIVEBAR_NIGHTLY") else 6  # a third of each kind
 STUDENTS = 10
 PACE = RIGHT.replace("    return", "    for _ in range(200_000):\n        pass\n    return")
-
-
-def descendants(pid):
-    """pid -> command line of the processes below one, from /proc/*/stat, whose fourth field is the parent."""
-    parents = {}
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
-        except OSError:
-            continue  # it has ended
-    found, new = {}, {pid}
-    while new:
-        new = {child for child, parent in parents.items() if parent in new}
-        for child in new:
-            try:
-                found[child] = Path(f"/proc/{child}/cmdline").read_bytes()
-            except OSError:
-                pass
-    return found
 
 
 def victims(pid, kind):
