@@ -16,7 +16,6 @@ _FILES = set()  # of users, by the names of the modules that they are
 OPTIONS = {"table": "--table (or --disc)", "tolerances": "--tolerance"}  # of what a figure needs
 
 
-
 def add_task_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("task", "what the figures are about, SI units; task_x and task_y move it")
     group.add_argument("--table", nargs="+", type=float, metavar="M", help="width height, or x_min x_max y_min y_max")
