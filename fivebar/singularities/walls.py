@@ -42,7 +42,7 @@ def facing(found: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
         off = 0.02 * np.abs(np.diff(wall.z)).max() if wall.locus.kind == TRACED else OFF * size
 
         def sides(s, wall=wall, off=off):
-            z, tangent = wall.curve(np.asarray(s, float))
+            z, tangent = wall.curve(s)
             across = off * 1j * tangent / np.abs(tangent)
             return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
 

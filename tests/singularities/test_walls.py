@@ -97,6 +97,7 @@ def test_lines_cross_all_that_is_reached():
     planes = [(np.cos(t), np.sin(t), c) for t in (0.3, 2.0, 4.0) for c in (0.0, 0.1)]
     for arc, (a, b, c) in zip(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=planes)), planes, strict=True):
         np.testing.assert_allclose(arc.z.real * a + arc.z.imag * b, c, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(arc.tangent(arc.s), arc.z[-1] - arc.z[0], rtol=1e-12)
         along = arc.z.imag * a - arc.z.real * b
         assert min(along[0], along[-1]) < -reach and max(along[0], along[-1]) > reach
     far = fb.Keep(half_planes=[(1, 0, -1e9)])
