@@ -103,14 +103,12 @@ class LegCircles:
             vertices = []
             for t, reach in zip(span, reaches):
                 z = complex(circle.task(np.array([t]))[0][0])
-                key = (side, reach)[:: (1, -1)[leg]], z.imag > 0
-                vertices.append(corners.setdefault(key, Vertex(z, ((leg, side), (1 - leg, reach)))))
-            return pieces_of(
-                circle.task, np.array(span, dtype=float), [label], self.scale, vertices=vertices, circle=(leg, side)
-            )
+                circles = tuple(sorted(((leg, side), (1 - leg, reach))))
+                vertices.append(corners.setdefault((circles, z.imag > 0), Vertex(z, circles)))
+            return pieces_of(circle.task, np.array(span), [label], self.scale, vertices=vertices, circle=(leg, side))
 
         if radius <= tolerance:
-            return arc((0, 0))
+            return arc((0.0, 0.0))
         if d <= tolerance:
             return arc((0, 2 * np.pi))
         if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases

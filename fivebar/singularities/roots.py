@@ -21,7 +21,7 @@ def rising_zeros(f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.nd
     low, high, f_low, f_high = low.copy(), high.copy(), f(every, low), f(every, high)
     zero = np.full(len(low), np.nan)
     active = np.flatnonzero((f_low < -rounding) & (f_high > rounding))
-    before = np.zeros(len(low), dtype=int)  # the end that moved last, -1 or +1
+    before = np.zeros(len(low))  # the end that moved last, -1 or +1
     for _ in range(100):
         if not len(active):
             break

@@ -8,7 +8,7 @@ import pytest
 from numpy.polynomial import polynomial
 
 import fivebar as fb
-from fivebar.singularities.criterion import largest_force
+from fivebar.singularities.criterion import crossing_acceleration, force_at, force_at_all, largest_force
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.path import check_path
@@ -98,6 +98,41 @@ def test_the_largest_force_on_a_path_under_gravity_is_that_of_its_hardest_moment
     force = robot.m * (path(np.linspace(0, path.duration, 20001))[2] - (0.3, -9.81))
     hardest = np.linalg.norm(force, axis=1).max()
     assert largest_force(robot, path, (-1, -1), np.nan) == pytest.approx(hardest, rel=1e-6)
+
+
+HEAVY = dict(gravity=(0.3, -9.81), mx11=0.02, my11=0.01, mx21=0.03, my21=-0.01, zz12=1e-3, zz22=2e-3, my12=0.02)
+
+
+@pytest.mark.parametrize("given", [{}, dict(gravity=(0.3, -9.81)), HEAVY])
+def test_what_crosses_type_2_asks_for_nothing_across_its_bars(given):
+    robot, velocity = fb.FiveBar(d=0.15, **given), np.array([0.3, -0.2])
+    piece = next(p for p in fb.singularity_loci(robot).task if p.kind == "stretched" and len(p.points) > 20)
+    for xi in piece.points[10:-10:40]:
+        pose = fb.igm(robot, xi, piece.working[0])
+        (x, y), (ax, ay) = pose.u2[0], crossing_acceleration(pose, velocity, 0.7)
+        assert ax * x + ay * y == pytest.approx(0.7, abs=1e-12)
+        fx, fy = force_at(pose, velocity, np.array([ax, ay]))
+        assert x * fy - y * fx == pytest.approx(0, abs=1e-12 * (1 + np.hypot(fx, fy)))
+        if given is not HEAVY:  # then it is m (a - g)
+            gx, gy = given.get("gravity", (0.0, 0.0))
+            assert x * ay - y * ax == pytest.approx(x * gy - y * gx, abs=1e-11)
+            assert (fx, fy) == pytest.approx((robot.m * (ax - gx), robot.m * (ay - gy)), abs=1e-13)
+
+
+def test_forces_of_many_poses_are_those_of_each_and_heavy_bars_have_a_part_in_them():
+    robot, light = fb.FiveBar(**HEAVY), fb.FiveBar(gravity=HEAVY["gravity"])
+    xi, rates = np.array([[0.02, 0.1], [-0.03, 0.12]]), np.random.default_rng(1).normal(size=(2, 2, 2))
+    found = np.transpose(force_at_all(fb.igm(robot, xi, (-1, -1)), *rates))
+    for k, wanted in enumerate(found):
+        own = xi[k], (-1, -1)
+        assert force_at(fb.igm(robot, *own), rates[0][k], rates[1][k]) == pytest.approx(wanted, rel=1e-13)
+        bare = np.array(force_at(fb.igm(light, *own), rates[0][k], rates[1][k]))
+        assert bare == pytest.approx(light.m * (rates[1][k] - HEAVY["gravity"]), rel=1e-13)
+        assert np.abs(wanted - bare).min() > 1e-3
+    # Where a leg is in line its rates are not known, and the end-effector's own weight alone is told.
+    stretched = next(p for p in fb.singularity_loci(robot).task if p.type == Singularity.SERIAL and len(p.points) > 1)
+    flat = fb.igm(robot, stretched.points[5], (-1, -1))
+    assert force_at(flat, rates[0][0], rates[1][0]) == pytest.approx(robot.m * (rates[1][0] - HEAVY["gravity"]))
 
 
 def test_the_free_direction_is_the_kernel_of_a():

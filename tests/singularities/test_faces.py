@@ -1,0 +1,103 @@
+"""Faces between arcs against areas of circles and polygons, and against the sides on which their points are."""
+
+import numpy as np
+import pytest
+
+from fivebar.singularities.faces import faces
+from fivebar.singularities.locus import Vertex, pieces_of
+from fivebar.singularities.margins import Singularity
+from fivebar.singularities.regions import Arc
+
+LABEL = (Singularity.PARALLEL, "folded", ((1, 1),), ())
+
+
+def arc(curve, low, high):
+    (locus,) = pieces_of(curve, np.array([low, high]), [LABEL], 1.0)
+    return Arc(locus, low, high)
+
+
+def ring(center, radius):
+    vertex = Vertex(center + radius)
+    return [
+        (arc(lambda t: (center + radius * np.exp(1j * t), 1j * radius * np.exp(1j * t)), 0, 2 * np.pi), vertex, vertex)
+    ]
+
+
+def side(one, other):
+    way = other.z - one.z
+    return (arc(lambda t: (one.z + way * t, way + 0 * t), 0.0, 1.0), one, other)
+
+
+def lens(low, high, bulge):
+    """An arc of a parabola from one vertex to another."""
+    way = high.z - low.z
+    return (
+        arc(lambda t: (low.z + way * (t + 4j * bulge * t * (1 - t)), way * (1 + 4j * bulge * (1 - 2 * t))), 0.0, 1.0),
+        low,
+        high,
+    )
+
+
+def areas(edges, size=10.0):
+    found = faces(edges, size)
+    for area, loops in found:
+        whole = sum(each.moment for loop in loops for each in loop)
+        assert area == pytest.approx(whole, rel=1e-12)
+        for loop in loops:
+            for before, after in zip(loop, loop[1:] + loop[:1]):
+                assert before.z[-1] == pytest.approx(after.z[0], abs=1e-15)
+        outlines = [sum((each.moment) for each in loop) for loop in loops]
+        assert outlines[0] > 0 and all(own <= 1e-12 for own in outlines[1:])
+    return sorted(area for area, _ in found)
+
+
+def test_rings_in_rings():
+    edges = [*ring(0, 3), *ring(1, 1.5), *ring(1, 0.5), *ring(-2, 0.5), *ring(7, 1)]
+    wanted = np.pi * np.array([9 - 2.25 - 0.25, 2.25 - 0.25, 0.25, 0.25, 1])
+    assert areas(edges) == pytest.approx(sorted(wanted), rel=1e-12)
+    found = faces(edges, 10.0)
+    assert sorted(len(loops) for _, loops in found) == [1, 1, 1, 2, 3]
+
+
+def test_a_net_of_sides_with_branches():
+    grid = {(i, k): Vertex(complex(i, k)) for i in range(4) for k in range(4)}
+    edges = [side(v, grid[i + 1, k]) for (i, k), v in grid.items() if i < 3]
+    edges += [side(v, grid[i, k + 1]) for (i, k), v in grid.items() if k < 3]
+    assert areas(edges) == pytest.approx([1.0] * 9, rel=1e-12)
+    ends = Vertex(0.5 + 0.5j), Vertex(0.3 + 0.6j)  # what hangs free in a face bounds nothing
+    free = [*edges, side(*ends), side(grid[1, 1], Vertex(1.2 + 1.3j))]
+    assert areas(free) == pytest.approx([1.0] * 9, rel=1e-12)
+    assert areas([*edges, *ring(1.5 + 1.5j, 0.25)]) == pytest.approx(
+        sorted([*[1.0] * 8, 1 - np.pi / 16, np.pi / 16]), rel=1e-12
+    )
+
+
+def test_arcs_with_one_tangent_at_a_vertex_are_told_apart():
+    """Bulges of a chord of 2: 2 / 3 of their height times the chord lies between."""
+    low, high = Vertex(-1 + 0j), Vertex(1 + 0j)
+    edges = [lens(low, high, bulge) for bulge in (0.2, 0.1, 0.0, -0.05, -0.3)]
+    assert areas(edges) == pytest.approx(sorted(np.array([0.1, 0.1, 0.05, 0.25]) * 2 * 2 * 2 / 3), rel=1e-12)
+    touching = Vertex(0j)
+    circles = []
+    for radius in (1.0, 0.5, 0.8, -0.6):  # all touch the y axis in 0
+        circles.append(
+            (
+                arc(lambda t, r=radius: (r - r * np.exp(1j * t), -1j * r * np.exp(1j * t)), 0, 2 * np.pi),
+                touching,
+                touching,
+            )
+        )
+    wanted = np.pi * np.array([1 - 0.64, 0.64 - 0.25, 0.25, 0.36])
+    assert areas(circles) == pytest.approx(sorted(wanted), rel=1e-12)
+
+
+def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
+    low, high = Vertex(-1 + 0j), Vertex(1 + 0j)
+    sliver = [lens(low, high, bulge) for bulge in (1e-14, 0.0)]
+    assert areas(sliver) == []
+    edges = [*ring(0, 3), *sliver, *ring(2j, 1e-9)]
+    assert areas(edges) == pytest.approx([9 * np.pi], rel=1e-12)
+    ((_, loops),) = faces(edges, 10.0)
+    assert len(loops) == 3  # what is in it bounds it, however small: with the face on its left
+    (around,) = (loop for loop in loops if len(loop) == 1 and abs(loop[0].z[0] - 2j) < 1e-6)
+    assert np.angle(around[0].tangent(around[0].start)) == pytest.approx(-np.pi / 2)
