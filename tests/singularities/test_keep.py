@@ -286,5 +286,7 @@ def test_bars_that_are_none():
     ):
         with pytest.raises(ValueError, match=words):
             fb.Bars(**given)
+    with pytest.raises(TypeError, match="robot of bars must be a FiveBar, not Biglide"):
+        fb.Bars().rooms(fb.igm(fb.Biglide(), (0.0, 0.3)))
     with pytest.raises(ValueError, match="nothing of it is kept"):
         fb.largest_disc(fb.aspect(ROBOT, 1), keep=fb.Keep(half_planes=[(0, 1, 1)]))
