@@ -5,6 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.singularities.bars import apart
+from fivebar.singularities.keep import off_sides
 from fivebar.singularities.walls import walls
 
 ROBOT = fb.FiveBar()
@@ -93,7 +94,7 @@ def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
 
 def test_rooms_one_by_one():
     """Angles by their full turns, a polygon by angles around a point and by points along its sides."""
-    pose, corners = poses(UNEQUAL), KEEPS["polygon"].region
+    pose, corners = poses(UNEQUAL), np.array([(10, 0), (10, 15), (5, 5), (0, 15), (-5, 5), (-10, 15), (-10, 0)]) / 100
     keep = fb.Keep(((-1, 2.5), (0.5, 4)), [(3, 4, 0.1)], corners, det_A=0.3, sin=0.2, bars=fb.Bars(0.01))
     rooms, turns = keep.rooms(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
     for name, q, low, high in (("q11", pose.q[:, 0], -1, 2.5), ("q21", pose.q[:, 1], 0.5, 4)):
@@ -104,7 +105,9 @@ def test_rooms_one_by_one():
     around = np.angle(np.roll(away, -1, axis=1) / away).sum(axis=1)
     sides = away[..., None] + (np.roll(away, -1, axis=1) - away)[..., None] * np.linspace(0, 1, 501)
     signed = np.abs(sides).min(axis=(1, 2)) * np.where(np.abs(around) > 3, 1, -1)
-    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=1e-4)
+    points = pose.xi.reshape(15, 20, 2) @ (1, 1j)
+    np.testing.assert_array_equal(rooms["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points))
+    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=2e-4)
     np.testing.assert_array_equal(rooms.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
     np.testing.assert_array_equal(rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2)
     assert rooms.keys() == keep.bars.rooms(pose).keys() and fb.Keep().rooms(pose) == {} and fb.Keep().kept(pose).all()
