@@ -229,6 +229,9 @@ def test_circles_of_both_legs_that_are_one():
         for b, s in zip(both, radii):
             assert module._same(a, b) == (abs(r - s) < 1e-12)
     assert sum(abs(r - 0.17) < 1e-12 for r in radii) > 1
+    for working in MODES:  # a ring, all of which is there
+        total = sum(part.area for part in in_mode(aspects(same), working))
+        assert total == pytest.approx(np.pi * (0.17**2 - 0.03**2), rel=1e-12)
     part = next(piece for piece in singularity_loci(UNEQUAL).task if piece.circle and not piece.closed)
     assert not module._same(*[regions.Arc(part, *part.interval)] * 2)  # not closed
 

@@ -5,6 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.singularities.bars import apart
+from fivebar.singularities.keep import off_sides
 from fivebar.singularities.walls import walls
 
 ROBOT = fb.FiveBar()
@@ -93,8 +94,8 @@ def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
 
 def test_rooms_one_by_one():
     """Angles by their full turns, a polygon by angles around a point and by points along its sides."""
-    pose, corners = poses(UNEQUAL), KEEPS["polygon"].region
-    keep = fb.Keep(((-1, 2.5), (0.5, 4)), [(3, 4, 0.1)], corners, det_A=0.3, sin=0.2)
+    pose, corners = poses(UNEQUAL), np.array([(10, 0), (10, 15), (5, 5), (0, 15), (-5, 5), (-10, 15), (-10, 0)]) / 100
+    keep = fb.Keep(((-1, 2.5), (0.5, 4)), [(3, 4, 0.1)], corners, det_A=0.3, sin=0.2, bars=fb.Bars(0.01))
     rooms, turns = keep.rooms(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
     for name, q, low, high in (("q11", pose.q[:, 0], -1, 2.5), ("q21", pose.q[:, 1], 0.5, 4)):
         expected = np.minimum(q + turns - low, high - q - turns).max(axis=0)
@@ -104,10 +105,12 @@ def test_rooms_one_by_one():
     around = np.angle(np.roll(away, -1, axis=1) / away).sum(axis=1)
     sides = away[..., None] + (np.roll(away, -1, axis=1) - away)[..., None] * np.linspace(0, 1, 501)
     signed = np.abs(sides).min(axis=(1, 2)) * np.where(np.abs(around) > 3, 1, -1)
-    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=1e-4)
+    points = pose.xi.reshape(15, 20, 2) @ (1, 1j)
+    np.testing.assert_array_equal(rooms["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points))
+    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=2e-4)
     np.testing.assert_array_equal(rooms.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
     np.testing.assert_array_equal(rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2)
-    assert rooms == {} and fb.Keep().rooms(pose) == {} and fb.Keep().kept(pose).all()
+    assert rooms.keys() == keep.bars.rooms(pose).keys() and fb.Keep().rooms(pose) == {} and fb.Keep().kept(pose).all()
     np.testing.assert_array_equal(keep.kept(pose), np.min(list(keep.rooms(pose).values()), axis=0) >= 0)
 
 
@@ -235,17 +238,27 @@ def test_check_path_names_what_is_broken_and_when():
 @pytest.mark.parametrize(
     "given, words",
     [
-        (dict(joints=((1, 0), None)), "joints of q11 must be"),
+        (dict(joints=((1, 0), None)), r"joints of q11 must be \(low, high\), low < high.* apart, not \(1, 0\)"),
+        (dict(joints=((0, 1), (1, 1))), r"joints of q21 must be \(low, high\), low < high.* apart, not \(1, 1\)"),
+        (dict(joints=(None, "a")), "Keep: joints of q21"),
+        (dict(joints=(None,)), r"two ranges \(low, high\) or None, not \(None,\)"),
         (dict(joints=((0, 7), None)), "at most a full turn"),
         (dict(joints=1.0), "joints must be two ranges"),
         (dict(joints=((0, 1, 2), None)), "joints of q11 must be"),
+        (dict(half_planes="a"), r"half_planes must be a list of \(a, b, c\), not 'a'"),
+        (dict(half_planes=["a"]), "Keep: half_planes"),
+        (dict(region=["a"]), "Keep: region"),
         *((dict(half_planes=p), "half_planes must be") for p in ([(0, 0, 1)], [(0, 1)], [0, 1, 1], [[(0, 1, 1)]])),
         *((dict(region=r), "corners") for r in ([(0, 0), (1, 1)], [(0, 0, 1)] * 3, [0, 1, 2])),
         (dict(region=[(0, 0), (1, 1), (1, 1), (0, 2)]), "the same corner twice"),
         (dict(region=[(0, 0), (1, 1), (0, 2), (0, 0)]), "the same corner twice"),
         (dict(region=[(0, 0), (1, 1), (1, 0), (0, 1)]), "sides 1 and 3 of the region meet"),
-        (dict(det_A=2), "det_A must be"),
-        (dict(bars=0.01), "bars must be Bars"),
+        (dict(region=[(0, 0), (1, 1), (1, -1), (2, 0)]), "sides 2 and 4 of the region meet"),
+        (dict(region=[(0, 0), (2, 0), (2, 2), (1, 0)]), "sides 1 and 3 of the region meet"),
+        (dict(region=[(0, 0), (4, 0), (4, 4), (0, 4), (1, -1)]), "sides 1 and 4 of the region meet"),
+        (dict(det_A=2), "Keep: det_A must be"),
+        (dict(sin=-0.1), "Keep: sin must be"),
+        (dict(bars=0.01), "bars must be Bars, not 0.01"),
     ],
 )
 def test_what_cannot_be_kept(given, words):
@@ -253,13 +266,30 @@ def test_what_cannot_be_kept(given, words):
         fb.Keep(**given)
 
 
+def test_what_is_kept_is_told_in_one_way():
+    keep = fb.Keep([[0, 2 * np.pi], None], np.array([(3, 4, 0.1)]), np.array([(0, 0), (1, 0), (0, 1)]), 1, 0.5)
+    assert (keep.joints, keep.region) == (((0.0, 2 * np.pi), None), ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    assert keep.half_planes == (pytest.approx((0.6, 0.8, 0.02), abs=1e-15),) and (keep.det_A, keep.sin) == (1.0, 0.5)
+    assert fb.Keep(half_planes=[]).half_planes == () and fb.Keep(((0, 0.5), None)).joints == ((0.0, 0.5), None)
+    bars = fb.Bars(0.01, (1.0, 2, 1, 2), 1, 2.0)
+    assert bars == fb.Bars((0.01,) * 4, (1, 2, 1, 2), 1.0, (2,)) and fb.Bars() == fb.Bars(0, (1,) * 4, 0, (1,))
+    assert all(isinstance(each, int) for each in (*bars.layers, *bars.post_layers))
+
+
 def test_bars_that_are_none():
     for given, words in (
-        (dict(widths=(1, 2)), "widths must be four"),
-        (dict(layers=(1, 2, 1.5, 3)), "whole numbers"),
-        (dict(widths=-1), "widths must be"),
+        (dict(widths=(1, 2)), r"Bars: widths must be four, of the bars 11, 12, 21 and 22, not \(1, 2\)"),
+        (dict(layers=(1, 2, 3)), r"Bars: layers must be four, .*, not \(1, 2, 3\)"),
+        (dict(layers=(1, 2, 1.5, 3)), r"Bars: layers must be whole numbers, not \(1, 2, 1.5, 3\)"),
+        (dict(post_layers=1.5), r"Bars: post_layers must be whole numbers, not 1.5"),
+        (dict(post_layers=[[1]]), r"Bars: post_layers must be whole numbers, not \[\[1\]\]"),
+        (dict(widths=-1), "Bars: widths must be"),
+        (dict(posts=-1), "Bars: posts must be"),
+        *((dict([(name, "a")]), f"Bars: {name}") for name in ("widths", "layers", "posts", "post_layers")),
     ):
         with pytest.raises(ValueError, match=words):
             fb.Bars(**given)
+    with pytest.raises(TypeError, match="robot of bars must be a FiveBar, not Biglide"):
+        fb.Bars().rooms(fb.igm(fb.Biglide(), (0.0, 0.3)))
     with pytest.raises(ValueError, match="nothing of it is kept"):
         fb.largest_disc(fb.aspect(ROBOT, 1), keep=fb.Keep(half_planes=[(0, 1, 1)]))
