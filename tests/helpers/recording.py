@@ -51,7 +51,7 @@ def main(out):
     whole = Image.new("RGB", (SIZE[0], 3 * SIZE[1]))
     for k, frame in enumerate(frames[:: len(frames) // 3][:3]):
         whole.paste(frame, (0, k * SIZE[1]))
-    palette = whole.quantize(COLOURS)
+    palette = whole.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)  # thin bars keep their hues
     images = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     durations = [PERIOD] * (len(images) - 1) + [1500]
     images[0].save(out, save_all=True, append_images=images[1:], duration=durations, loop=0, optimize=True)

@@ -25,6 +25,7 @@ STYLE = """
 .fivebar .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; overflow-wrap: normal; }
 .fivebar td.name { min-width: 11rem; }
 .fivebar .bar { width: 30%; min-width: 5rem; }
+.fivebar .bar div, .fivebar .histogram div { print-color-adjust: exact; }
 .fivebar .bar div { height: .8rem; margin-top: .35rem; background: #0969da; min-width: 1px; }
 .fivebar .histogram { display: flex; align-items: flex-end; gap: 3px; height: 9rem;
   border-bottom: 1px solid #57606a; }

@@ -99,5 +99,5 @@ def _place(axes, robot, working, asked):
             axes.plot(*(1e3 * piece.points.T), **(style | {"label": label}), zorder=0)
     axes.plot(*(1e3 * start.xi), "o", color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins")
     axes.set_aspect("equal")
-    signs = ", ".join(f"{sign:+d}" for sign in working)
+    signs = ", ".join(f"{sign:+d}" for sign in working).replace("-", "−")
     finish(axes, 3, xlabel="x (mm)", ylabel="y (mm)", title=f"the robot, in working modes ({signs})")

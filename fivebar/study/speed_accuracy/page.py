@@ -26,7 +26,10 @@ td.word, th.word { text-align: left } h3 { font-size: 1rem; margin: 1rem 0 .3rem
   a { color: #8ab4f8 } td, th { border-color: #4c555f } img { border-color: #bbb }
   img { filter: invert(.92) hue-rotate(180deg) }
 }
-@media print { nav, details { display: none } section { break-inside: avoid } }
+@media print {
+  nav, details { display: none } body { margin: 0 } section + section { break-before: page }
+  h2, h3 { break-after: avoid } table { display: table; break-inside: avoid } td.word { white-space: normal }
+}
 """
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 WORDS = ("problem", "method", "status", "word", "failed")  # columns set to the left
