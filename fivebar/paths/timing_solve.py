@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .timing_mesh import Mesh
 
 MOST = 20000  # stretches
-LOOKS, FAILURES = 200_000, 100  # stretches looked at, over all meshes: about 30 s; meshes without a motion
+LOOKS, FAILURES = 1_000_000, 100  # at stretches, on all meshes: about 30 s; meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
 LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
 LAYER = 0.1  # of what `Mesh.layer` tells
@@ -138,10 +138,9 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
         _refuse(mesh, limits, above.stuck, True)
-    none = np.zeros(len(mesh))
-    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf)
+    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh))  # bounds take so long
     if not np.isfinite(above.size).all():
-        return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),), looks=len(mesh))
+        return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     lean = _lean(mesh, rows, above)
@@ -164,7 +163,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             own = table.curvature(x)
             time = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
             never = np.isinf(np.bincount(part, time))[part]
-            stuck += [int(np.argmax(np.isinf(time) & (part == k))) for k in np.unique(part[never])]  # it rests there
+            for k in np.setdiff1d(part[never], part[stuck]):  # it rests there
+                stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
             found = _faster(found, Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)), part)
             left = np.isinf(found.time) & ~np.isin(part, part[closed])
             if not left.any():

@@ -80,12 +80,9 @@ def polygons(
     motion = np.stack([u0, u1]), np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, which is a difference of both x over the length
     found = [_left_sides(each, *motion, size, high, root, rounding) for each in (rows, alone)]
-    for i in special:
-        if rows.torque.any():
-            each = motion[0][:, i], motion[1][:, i]
-            found[0][:, rows.torque, i] = _quotients(
-                rows, i, *each, size[i], high[i], root[..., i : i + 1], length[i], at[i], rounding[i]
-            )
+    for i in special if rows.torque.any() else ():
+        at_i = size[i], high[i], root[..., i : i + 1], length[i], at[i], rounding[i]
+        found[0][:, rows.torque, i] = _quotients(rows, i, motion[0][:, i], motion[1][:, i], *at_i)
     box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
            -u1 - _const(size)]  # fmt: skip
     if off:
@@ -252,9 +249,7 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
             if low[i] - high[i] > least or rest[i] and low[i] > 0:
                 stuck.append(i)
                 i = begins[i]
-                low[i] = high[i] = 0.0
-            else:
-                low[i] = high[i] = max(high[i], 0.0)
+            low[i] = high[i] = max(high[i], 0.0)
         i -= 1
     return _forwards(p, q, r, low, high, begins, stuck)
 
