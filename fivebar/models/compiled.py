@@ -30,7 +30,7 @@ LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_t
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 MODES = {"assembly": 1, "working": 2}  # how many; with q and xi
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
-QUIET = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+QUIET: dict[str, Any] = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
 STOPPED = "NonIpopt_Exception_Thrown", "User_Requested_Stop"  # how IPOPT ends by Ctrl-C, where nobody else ends it
 
 
@@ -58,7 +58,7 @@ def compile(
     chosen = _choose(inputs, outputs)
     symbols = {name: casadi.SX.sym(name, MODES.get(name, 2)) for name in inputs}
     known: dict = {}
-    parts = {name: casadi.vertsplit(symbol) for name, symbol in symbols.items()}
+    parts = {name: tuple(casadi.vertsplit(symbol)) for name, symbol in symbols.items()}
     if chosen[0] == "q":
         pose = joint_pose(robot, parts["q"], symbols.get("assembly", assembly))
     else:
