@@ -11,9 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.signal import firwin, upfirdn
 
 PASS, RATE, RIPPLE = 1.25, 2.5, 60.0  # of the cut-off: the filter's own, and rows per second; dB
+AROUND, OUT, OF_RANGE, FEW = 7, 30.0, 0.25, 0.01  # rows; of their usual distance, of the range; of all rows
 COVERED = 0.2  # of a row's weight that must be of samples that count
 
 
@@ -63,3 +65,18 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     return Rows(
         W, tau, keep, t, cover, tuple(breaks), (float(share[0]), float(share[1])), float(np.linalg.norm(kernel))
     )
+
+
+def spikes(column: np.ndarray) -> np.ndarray:
+    """Where (n,) a few rows of a column leave those around them, as a step or a peak of the motion does not.
+
+    They are far from the median of the rows about them, by the usual distance and by the range; none where many are.
+    """
+    known = np.isfinite(column)
+    if known.sum() < AROUND:
+        return np.zeros(len(column), dtype=bool)
+    filled = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
+    smooth = median_filter(filled, AROUND, mode="nearest")
+    apart = np.abs(filled - smooth)
+    found = known & (apart > np.maximum(OUT * np.median(apart), OF_RANGE * np.ptp(smooth)))
+    return found & (found.mean() <= FEW)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -15,7 +16,7 @@ from ..models.robots import Robot
 from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..simulation.logs import Gauges, Log, evenly, read_log
 from ..simulation.run import Run
-from .filtering import Rows, filtered
+from .filtering import Rows, filtered, spikes
 from .regressor import linear_names, regressor
 
 MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
@@ -55,8 +56,13 @@ class Samples:
     @cached_property
     def pieces(self) -> list[tuple]:
         """(t, W, tau, counts) as `filtering.filtered` has them."""
-        parts = zip(self.parts, self.torques[self.held], self._cut_off)
-        return [(t, W, tau, good & ~cut & np.isfinite(tau)) for (t, W, good), tau, cut in parts]
+        parts = zip(self.parts, self.torques[self.held], self._cut_off, self._spikes)
+        return [(t, W, tau, good & ~cut & ~spike & np.isfinite(tau)) for (t, W, good), tau, cut, spike in parts]
+
+    @cached_property
+    def _spikes(self):
+        """Per part where (n, 2) a torque leaves its neighbours."""
+        return [np.stack([spikes(tau[:, k]) for k in (0, 1)], axis=1) for tau in self.torques[self.held]]
 
     @cached_property
     def _extremes(self):
@@ -78,6 +84,17 @@ class Samples:
             for k, rows in enumerate(sum(cut.sum(axis=0) for cut in self._cut_off))
             if rows
         ]
+        for k in (0, 1):
+            rows = [
+                (t[out[:, k]], tau[out[:, k], k])
+                for (t, *_), tau, out in zip(self.parts, self.torques[self.held], self._spikes)
+            ]
+            t, tau = (np.concatenate(each) for each in zip(*rows))
+            if len(t):
+                limits.append(
+                    f"tau{k + 1} leaves its neighbours in {len(t)} rows (the first {tau[0]:.4g} "
+                    f"{self.robot.words.effort_unit} at {t[0]:.6g} s): these rows do not count"
+                )
         return *self.remarks, *limits
 
     @property
@@ -130,6 +147,12 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     found = spectrum([pairs["q"] for _, pairs, _ in stretches], log.step)
     rate = 1 / log.step
     if found.fast > 0.02:
+        for k, (t, pairs) in product((0, 1), [(t, pairs) for t, pairs, _ in stretches]):
+            if (out := spikes(pairs["q"][:, k])).any():
+                raise ValueError(
+                    f"q{k + 1} leaves its neighbours in {out.sum()} rows, the first at {t[np.argmax(out)]:.6g} s: "
+                    "leave these rows out of the log"
+                )
         raise ValueError(
             f"{100 * found.fast:.0f} % of the acceleration is at frequencies above {HIGHEST * rate:.3g} Hz, which "
             f"{rate:.4g} samples a second cannot follow: log faster, or move slower"

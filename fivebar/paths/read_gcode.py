@@ -10,15 +10,20 @@ from .pieces import Arc, Line
 
 WORD = re.compile(r"([A-Za-z])\s*([-+]?\s*(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
-PASSED = {  # codes that say nothing of a path in the plane, M73 to M221 those of printers
-    "G": {17, 28, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
-    "M": {0, 1, 17, 18, 73, 115, 117, 140, 190, 220, 221}
-         | {*range(6, 10), *range(82, 85), *range(104, 110), *range(201, 206)},
-}  # fmt: skip
+PASSED = {  # codes that say nothing of a path in the plane
+    "G": {17, 28, 29, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
+    "M": {0, 1, 17, 18, *range(6, 10), *range(82, 85)},
+}
+PRINTER = re.compile(  # a printer's M codes: temperatures, fans, limits, steps, messages
+    r"(?:N\s*\d+\s*)?M\s*0*(42|73|74|92|1(?:0[4-9]|1\d|40|50|55|90)|2(?:0[1-9]|11|2[01]|80)|30[0-4]|4(?:00|12|13|20|86)"
+    r"|50[0-4]|555|566|569|572|593|862|900|90[67]|91[34])(?:\.\d+)?(?!\d)",
+    re.IGNORECASE,
+)
 ENDS = 2, 30
 RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
 WHOLE = 1e-9  # m, between the ends of a whole circle
 ROUGH = 5e-6  # m, what files of three decimals in mm or four in inches leave
+HOME = re.compile(r"G\s*0*28(?:\s*[A-FH-LN-Z]\s*[-+.\d]*)*", re.IGNORECASE)  # also of axes without a number
 INCH, MILLIMETRE = 0.0254, 1e-3
 
 
@@ -70,6 +75,12 @@ class _Machine:
         if text in ("", "%") or text.startswith("/"):
             if text.startswith("/"):
                 self.pass_over("block with /")
+            return
+        if printers := PRINTER.match(text):  # its X and Y are limits or steps of axes, its text a message
+            self.pass_over(f"M{printers[1]}")
+            return
+        if HOME.fullmatch(text):
+            self.pass_over("G28")
             return
         rest = WORD.sub(" ", text).strip()
         if rest:

@@ -19,6 +19,13 @@ def clipped(tau):
     return np.clip(tau, -limit, limit)
 
 
+def spoilt(values, *rows):
+    """A whole amplitude off in these rows, of the first column."""
+    off = np.zeros_like(values)
+    off[list(rows), 0] = 2 * np.abs(values).max()
+    return values + off
+
+
 @pytest.mark.parametrize(
     ("change", "options", "words"),
     [
@@ -31,6 +38,7 @@ def clipped(tau):
         ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
         ({"tau": None}, {}, "the log has no torques"),
         ({"tau": 0 * TAU}, {}, "tau1 stays at its largest value"),
+        ({"q": spoilt(Q, 5000, 5001, 5002)}, {}, "q1 leaves its neighbours in 3 rows, the first at 5 s: leave"),
         ({}, {"unknown": ["mass"]}, "no parameter 'mass'; the torque is linear in zz1, zz2, m"),
         ({}, {"cutoff": 200.0}, "at most 83.33 Hz"),
         ({"speed": T}, {}, "no column 'speed'; the known ones are t, q1"),
@@ -62,6 +70,7 @@ def test_too_slow_a_log_is_refused(every):
         ({"tau": np.roll(TAU, 5, axis=0)}, "the torques come (4.9|5)[0-9.]* ± 0.[0-9]+ ms too late"),
         ({"tau": TAU + [0.1, 0.0]}, "tau1 is off by 0.[01][0-9.]* ± .* sensor's zero"),
         ({"tau": clipped(TAU)}, "stays at its largest value in .* these rows do not count"),
+        ({"tau": spoilt(TAU, 3000, 7000, 7001)}, "tau1 leaves its neighbours in 3 rows .* do not count"),
         ({"t": T + np.random.default_rng(0).uniform(-2e-4, 2e-4, len(T))}, "off an even grid"),
     ],
 )

@@ -121,10 +121,14 @@ def test_units_that_contradict():
 
 
 def test_what_is_passed_over_is_listed():
-    path = read("G21 G54\nM8\nG0 X1\nG1 X2\nG1 X2\nG28 X0\nT1\nG1 X3 E0.5\nG4 P500\n")
+    path = read(
+        "G21 G54\nM8\nG0 X1\nG1 X2\nG1 X2\nG28 X0\nT1\nG1 X3 E0.5\nG4 P500\nG28 W\nM201 X1000 Y1000 ; limits\n"
+        'M117 Layer 1 of X9\nN12 M862.3 P "MK3S"\nM205 X8\nG28\n'
+    )
+    assert path.length == pytest.approx(0.002) and path.pieces[-1].end[0] == pytest.approx(0.003)
     said = " | ".join(path.said)
     for words in (
-        "G54: passed over (line 1)", "M8: passed over (line 2)", "G28: passed over (line 6)", "T word: passed over",
+        "G54: passed over (line 1)", "M8: passed over (line 2)", "G28: passed over (lines 6, 10", "T word: passed over",
         "E word: passed over (line 8)", "a move of no length: passed over (line 5)", "G4 P500: read as milliseconds",
     ):  # fmt: skip
         assert words in said
