@@ -21,7 +21,7 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     numbers: dict = {}
     corners = [numbers.setdefault(vertex, len(numbers)) for _, *ends in edges for vertex in ends]
     links = coo_array((np.ones(len(edges)), (corners[::2], corners[1::2])), shape=(len(numbers),) * 2)
-    parts = connected_components(links, directed=False)[1]
+    parts = connected_components(links)[1]
     sides = [
         side for arc, *_ in edges for side in (arc, arc.reversed)
     ]  # side k starts at corners[k], its twin is k ^ 1

@@ -95,9 +95,13 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
     low, high = Vertex(-1 + 0j), Vertex(1 + 0j)
     sliver = [lens(low, high, bulge) for bulge in (1e-14, 0.0)]
     assert areas(sliver) == []
+    for size in (0.1, 10.0):  # a face is more than 1e-12 of its square
+        for share, count in ((3, 1), (1 / 3, 0)):
+            assert len(areas([lens(low, high, share * 1e-12 * size**2 * 3 / 8), lens(low, high, 0.0)], size)) == count
     edges = [*ring(0, 3), *sliver, *ring(2j, 1e-9)]
     assert areas(edges) == pytest.approx([9 * np.pi], rel=1e-12)
     ((_, loops),) = faces(edges, 10.0)
     assert len(loops) == 3  # what is in it bounds it, however small: with the face on its left
-    (around,) = (loop for loop in loops if len(loop) == 1 and abs(loop[0].z[0] - 2j) < 1e-6)
-    assert np.angle(around[0].tangent(around[0].start)) == pytest.approx(-np.pi / 2)
+    for center in (2j, 0.3 + 0.7j, -1.1 - 0.2j, -0.4 + 1.3j):
+        ((_, (_, (around,))),) = faces([*ring(0, 3), *ring(center, 1e-9)], 10.0)
+        assert np.angle(around.tangent(around.start)) == pytest.approx(-np.pi / 2)
