@@ -14,6 +14,7 @@ from .robot_options import add_robot_options, chosen_robot
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 USUAL = {"acceleration_limit": 0.5, "speed_limit": 0.1}  # m/s^2, m/s: where no limit is given
+LOST = 0.01  # of its size, by which a drawing is no longer what was asked for
 STEP = 1e-3  # s, of the picture's rows
 
 
@@ -111,6 +112,16 @@ def _draw(arguments):
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
         "setpoints": len(table.t),
     }  # fmt: skip
+    if limit is not None:
+        figures["saturated_fraction"] = float(np.mean(run.saturated[:-1].any(axis=1)))
+    size = np.ptp(run.xi_ref[down], axis=0).max()
+    if figures["max_error_m"] > LOST * size:
+        print(
+            f"fivebar: the simulated robot leaves its drawing of {1e3 * size:.3g} mm by "
+            f"{1e3 * figures['max_error_m']:.3g} mm: the setpoints are right, but too fast for its tracker: give a "
+            "--duration, a larger --reserve or a shorter --period",
+            file=sys.stderr,
+        )
     files = _written(arguments, robot, path, working, run, table, down, error)
     place = arguments.out / "proof.json"
     if proof is not None and proof.proved:
@@ -275,5 +286,7 @@ def _print(robot, figures):
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),
     ]
+    if "saturated_fraction" in figures:
+        rows.insert(-1, ("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
     for name, value in rows:
         print(f"  {name:<20} {value}")

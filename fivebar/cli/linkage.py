@@ -215,7 +215,7 @@ def _print_ranges(result, ranges):
         print(f"the run ends before the lock at {at} deg, {result.lock[1]:.6f} s")
     for name, (least, largest) in ranges.items():
         if least is not None:
-            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
+            print(f"  {name:<24} {least + 0.0:>14.6g} {largest + 0.0:>14.6g} {of_unit(unit(name))}")
 
 
 def _several(x):

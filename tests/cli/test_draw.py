@@ -73,13 +73,18 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
         "0.05",
     ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
-    assert "certified            yes" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert (
+        "certified            yes" in said.out and " % of the time" in said.out and "leaves its drawing" not in said.err
+    )
     names, rows = table(tmp_path / "setpoints.csv")
     assert names[1] == "q1_deg"
     run = fb.Run.from_csv(tmp_path / "run.csv")
     xi = run.xi
     assert np.abs(run.tau).max() <= 0.05 and run.torque_limit == 0.05
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
+    assert main(["draw", drawing, "--out", str(tmp_path), *options, "--reserve", "0", "--period", "0.05"]) == 0
+    assert "too fast for its tracker" in capsys.readouterr().err
 
 
 def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, capsys):
