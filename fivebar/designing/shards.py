@@ -43,6 +43,8 @@ def alone(folder: Path) -> Iterator[None]:
         raise ValueError(f"out: {folder} is not a folder") from None
     except FileExistsError:
         raise ValueError(f"out: {folder} is a file, not a folder") from None
+    except ValueError as error:  # letters that no name may have
+        raise ValueError(f"out: {str(folder)!r}: {error}") from None
     try:
         try:
             import fcntl

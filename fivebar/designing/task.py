@@ -200,7 +200,8 @@ def _path(value, name):
     try:
         return value if isinstance(value, Path) else path(value)
     except (ValueError, TypeError) as error:
-        raise type(error)(f"{name}: {error}") from None
+        kind = TypeError if isinstance(error, TypeError) else ValueError  # one of letters has more to be made of
+        raise kind(f"{name}: {error}") from None
 
 
 def _tolerances(value, name):

@@ -68,7 +68,11 @@ def _strokes(points):
         ) from None
     if not strokes:
         raise ValueError("path: no points")
-    if np.ndim(strokes[0]) == 2 or (np.ndim(strokes[0]) == 1 and np.shape(strokes[0])[0] == 0):
+    try:
+        shape = np.shape(strokes[0])
+    except ValueError:  # no array, nor points: refused below
+        shape = ()
+    if len(shape) == 2 or shape == (0,):
         return [_pairs(stroke, f"path: stroke {k}") for k, stroke in enumerate(strokes)]
     return [_pairs(points, "path: points")]
 

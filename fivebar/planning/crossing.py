@@ -61,4 +61,7 @@ def crossing_polynomial(
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     t0, ts, t1 = times
     middle = {0: crossing, 1: velocity, 2: passes}
-    return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])
+    try:
+        return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])
+    except ValueError as error:
+        raise ValueError(f"crossing_polynomial: from start to goal at times {shown(times)}: {error}") from None

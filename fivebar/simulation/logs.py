@@ -180,7 +180,7 @@ def _gauged(pairs, gauges, robot):
     """The pairs at the joints."""
     counts, ratio, offset, constant = gauges
     ratio = np.array(_both(ratio, "gear_ratio"))
-    if not ratio.all():
+    if (np.abs(ratio) < 1e-9).any():  # so much that angles would overflow
         raise ValueError(f"gear_ratio must not be 0, but is {ratio.tolist()}")
     scale = 1 / ratio
     if counts is not None:

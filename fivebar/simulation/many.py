@@ -152,6 +152,8 @@ def _at(starts, chart):
 
 def _at_reference(named, parameters, law, reference, chart):
     """States and modes in which each robot is at the reference's start."""
+    if reference is None:
+        raise ValueError("simulate_many needs starts, or a reference that says where all begin")
     xi, xi_dot, _ = begin_of(reference)
     at, p = casadi.SX.sym("at", 4), casadi.SX.sym("parameters", parameters.shape[1])
     rates = Task().rates(with_parameters(named[0], p, named[1]), (at[0], at[1]), (at[2], at[3]), law.working)

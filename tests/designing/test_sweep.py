@@ -167,6 +167,10 @@ def test_folders_that_cannot_be_used(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="file is a file, not a folder"):
         swept(tmp_path / "file")
+    with pytest.raises(ValueError, match="out: 'a.x00b': embedded null byte"):  # fuzzing found it
+        swept("a\0b")
+    with pytest.raises(ValueError, match="path: .*codec can't encode"):
+        swept(None, path="\ud800")
     with pytest.raises(OSError, match="/proc/sweep"):
         swept("/proc/sweep")
     out = tmp_path / "out"

@@ -244,6 +244,10 @@ def test_bad_loops():
     starts = fb.ikm(fb.igm(ROBOT, [(0.09, 0.06796322)]), (0, 0))
     controller = fb.ComputedTorque(ROBOT, 100, 20)
     for change, message in (
+        (
+            dict(controller=[fb.ComputedTorque(ROBOT, 100, 20)] * 2, starts=None, reference=None, duration=1.0),
+            "needs starts, or a reference",
+        ),
         (dict(controller=lambda *_: (0, 0)), "needs a PD or ComputedTorque controller, not function"),
         (dict(chart="polar"), "chart must be one of auto, task, joint, not 'polar'"),
         (dict(starts=fb.ikm(fb.igm(ROBOT, (0.09, 0.068)), (0, 0))), r"the Rates of a batch \(n,\)"),

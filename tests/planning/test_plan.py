@@ -472,6 +472,8 @@ def test_crossing_polynomial_keeps_the_criterion(five_bar_numbers):
     assert abs(free @ xi_ddot) <= 1e-12
     across = np.array([free[1], -free[0]])
     assert across @ xi_ddot == pytest.approx(across @ (0.3, -0.1), abs=1e-12)
+    with pytest.raises(ValueError, match=r"at times \(0.0, 2.0, 1e\+20\): .* 1e-12 to 1e\+12"):
+        crossing_polynomial(ROBOT, p0, pf, ps, vs, (0, 2, 1e20))
     with pytest.raises(ValueError, match="not on Type 2: det A = 0.0"):
         crossing_polynomial(ROBOT, p0, pf, ps + 1e-4, vs, (0, 2, 4))
     with pytest.raises(ValueError, match="does not cross the singularity"):

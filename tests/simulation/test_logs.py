@@ -113,6 +113,7 @@ def test_what_is_no_log_is_refused(log, words):
         (COLUMNS, dict(units=["deg"]), r"units must be a dict \{name: unit\}, not \['deg'\]"),
         (COLUMNS, dict(units={"q1": 1.0}), r"units must be a dict \{name: unit\}"),
         (COLUMNS, dict(gear_ratio=(1.0, 0.0)), r"gear_ratio must not be 0, but is \[1.0, 0.0\]"),
+        (COLUMNS, dict(gear_ratio=5e-324), "gear_ratio must not be 0, but is .5e-324"),
         (COLUMNS, dict(counts_per_turn=(10, 0)), "counts_per_turn must be finite and > 0"),
         (COLUMNS, dict(offset=(1.0, "b")), "offset must be"),
         (COLUMNS, dict(torque_constant=(1.0, 2.0, 3.0)), "torque_constant must be"),
