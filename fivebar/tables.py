@@ -46,10 +46,13 @@ def must_increase(t: np.ndarray, whose: str) -> None:
 def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
     """A path, or an open file that `does` ("read" or "write"); TypeError for anything else.
 
-    `open` takes integers, and so False and True, for the caller's own streams, and closes them.
+    `open` takes integers, and so False and True, for the caller's own streams, and closes them; for a name that no file
+    may have it raises a ValueError in which the name is missing.
     """
     if not isinstance(file, (str, os.PathLike)) and not hasattr(file, does):
         raise TypeError(f"to {does}, a path (str or os.PathLike) or an open file is needed, not {file!r}")
+    if isinstance(file, (str, os.PathLike)) and "\0" in os.fsdecode(file):
+        raise OSError(errno.EINVAL, "no file's name has a zero byte in it", os.fspath(file))
     return file
 
 

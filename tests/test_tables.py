@@ -403,3 +403,9 @@ def test_what_to_show_is_named(show, tmp_path):
         with pytest.raises(TypeError, match="show must be a name or several, not "):
             write(tmp_path / "it.html", show=show)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("use", [lambda file: fb.calibrate(fb.FiveBar(), file), RUN.to_csv, fb.Run.from_log])
+def test_a_name_that_no_file_may_have_is_said(use):
+    with pytest.raises(OSError, match="zero byte in it: 'a.x00.csv'"):
+        use("a\0.csv")

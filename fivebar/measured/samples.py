@@ -16,6 +16,7 @@ from ..models.robots import Robot
 from ..simulation.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..simulation.logs import Gauges, Log, evenly, read_log
 from ..simulation.run import Run
+from ..tables import file_or_path
 from .filtering import Rows, filtered, spikes
 from .regressor import linear_names, regressor
 
@@ -127,7 +128,7 @@ def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) 
 
 def _is_a_run(path):
     """Whether a file was written by Run.to_csv, whose torques may be held."""
-    with open(path, "rb") as file:
+    with open(file_or_path(path, "read"), "rb") as file:
         return file.read(14) == b"# fivebar run,"
 
 
