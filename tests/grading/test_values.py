@@ -46,7 +46,12 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
         (DGM, {"~": "object"}, "shape", "returned one object where 2 (x, y) are asked"),
         (DGM, np.array(1.0), "shape", "returned one number where 2 (x, y) are asked"),
         (DGM, np.ones((3, 2)), "shape", "returned 3 values where 2 (x, y) are asked"),
-        (DGM, np.ones((2, 2)), "shape", "x has shape (2,), asked is a number"),
+        (
+            DGM,
+            np.ones((2, 2)),
+            "shape",
+            "x has shape (2,), asked is a number: does a * stand where the matrix product @ is meant?",
+        ),
         (DGM, [1.0, {"~": "dict", "pairs": []}], "type", "y is a dict, not a number"),
         (DGM, [{"~": "object"}, 1.0], "type", "x is a object, not a number"),
         (DGM, ["1", 1.0], "type", "x is a string, not a number"),

@@ -80,7 +80,7 @@ def _partial(path):
 
 
 def _gradebook(path):
-    entry = SimpleNamespace(student="A", number="1")
+    entry = SimpleNamespace(student="A", number="1", trouble="")
     report = SimpleNamespace(ungraded=False, points=3.0, max_points=4.0)
     return fill_gradebook(path, find_lab("lab1"), [entry], [report])
 

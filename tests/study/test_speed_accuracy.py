@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from fivebar.cli import main
+from fivebar.study.chart_names import PEERS
 from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
 from fivebar.study.speed_accuracy import chart as declared
 from fivebar.study.speed_accuracy import machine, making, runner
@@ -214,7 +215,7 @@ def test_contours_have_their_order():
 
 @pytest.mark.parametrize("name", list(declared.MODULES))
 def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
-    if name in declared.PEERS:  # the usual cache: the loop around Pinocchio takes half a minute to compile
+    if name in PEERS:  # the usual cache: the loop around Pinocchio takes half a minute to compile
         monkeypatch.undo()
     chart = declared.load(declared.module_of(name))
     assert chart.name == name
@@ -230,7 +231,7 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
     made = rows
     if name == "chip" and not needs.NEEDED["ARM compilers"][0]():
         made = [row for row in rows if row["status"] != "left out"]
-    if name in declared.PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
+    if name in PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
         made = [row for row in rows if row["status"] != "left out"]
         assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
     for row in made:
