@@ -105,3 +105,29 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
     for center in (2j, 0.3 + 0.7j, -1.1 - 0.2j, -0.4 + 1.3j):
         ((_, (_, (around,))),) = faces([*ring(0, 3), *ring(center, 1e-9)], 10.0)
         assert np.angle(around.tangent(around.start)) == pytest.approx(-np.pi / 2)
+
+
+@pytest.mark.parametrize("size", [10.0, 0.1])
+def test_a_sliver_whose_sides_rounding_exchanged_is_no_hole(size):
+    """Two chords of a lens in a ring: at both ends the one is above, but on the whole below."""
+    low, high = Vertex(-0.1 * size + 0j), Vertex(0.1 * size + 0j)
+    way = high.z - low.z
+
+    def dented(depth):
+        """Between it and the chord lies -0.19 depth way^2."""
+
+        def curve(t):
+            s = t * (1 - t)
+            y, slope = 0.72 * s - 9.3 * s * s, (0.72 - 18.6 * s) * (1 - 2 * t)
+            return low.z + way * (t + 1j * depth * y), way * (1 + 1j * depth * slope)
+
+        return arc(curve, 0.0, 1.0), low, high
+
+    depth = 5e-13 * size**2 / (0.19 * abs(way) ** 2)
+    edges = [*ring(0, 0.4 * size), lens(low, high, 0.3), lens(low, high, -0.3), lens(low, high, 0.0), dented(depth)]
+    found = faces(edges, size)
+    half = 0.2 * abs(way) ** 2
+    assert sorted(area for area, _ in found) == pytest.approx(
+        [half, half, np.pi * 0.16 * size**2 - 2 * half], rel=1e-10
+    )
+    assert sorted(len(loops) for _, loops in found) == [1, 1, 2]
