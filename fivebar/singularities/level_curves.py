@@ -77,17 +77,14 @@ class LevelCurves:
                 chain.task, np.array(span), [label], self.circles.scale,
                 np.array([v.z for v in own]) if own else None, vertices=list(own), period=period,
             )
-            if len(piece.points) > 1 or not self.det_A
+            if len(piece.points) > 1
         ]  # fmt: skip
 
     def _cuts(self, kind, chain, working):
         """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
-        found = [(t, ()) for t in chain.motion.flat] if self.det_A else []
+        found = [(t, ()) for t in chain.motion.flat]
         circles = list(product((0, 1), (1, -1)))
-        ways = [
-            (leg, self._turn(working, leg, side) / chain.bars[1 + 2 * leg][1] * chain.bars[2 * leg][1])
-            for leg, side in circles
-        ]
+        ways = [(leg, self._turn(working, leg, side) / chain.bars[1::2][leg][1]) for leg, side in circles]
         found += [(each, circle) for circle, own in zip(circles, chain.motion.meets(ways)) for each in own]
         if not found:
             return [], []

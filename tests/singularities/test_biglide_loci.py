@@ -239,3 +239,22 @@ def test_on_the_command_line(tmp_path, capsys):
     file.write_text("l1 = 0.5\nzz12 = 2.0\n")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 2
     assert "no parameter" in capsys.readouterr().err
+
+
+def test_singular_poses_close(slides):
+    """Both feet are on their guides, the bars unit vectors, and each line is where these poses are."""
+    loci = fb.singularity_loci(slides)
+    for kind, own, u1, u2 in loci._families:
+        assert (abs(u1), abs(u2)) == pytest.approx((1, 1), abs=1e-15)
+        x = -slides.d / 2 + slides.l1 * u1.real
+        assert slides.d / 2 + slides.l2 * u2.real == pytest.approx(x, abs=1e-15)
+        assert [p.points[0, 0] for p in loci.task if p.kind == kind] == pytest.approx([x], abs=1e-15)
+        shift = slides.l1 * u1.imag - slides.l2 * u2.imag
+        assert any(np.diff(p.points[0])[0] == pytest.approx(shift, abs=1e-15) for p in loci.joint if p.kind == kind)
+        across = own == Singularity.PARALLEL
+        assert ((u1.conjugate() * u2).imag if across else min(abs(u1.imag), abs(u2.imag))) == pytest.approx(
+            0, abs=1e-15
+        )
+    for piece in (*loci.task, *loci.joint):
+        assert piece.closed is False and piece.points.tolist() == piece.at(piece.parameters).tolist()
+        assert piece.parameters.tolist() == [-(slides.l1 + slides.l2), slides.l1 + slides.l2]

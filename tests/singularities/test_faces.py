@@ -1,12 +1,15 @@
 """Faces between arcs against areas of circles and polygons, and against the sides on which their points are."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
-from fivebar.singularities.faces import faces
+from fivebar.singularities.faces import _around, faces
 from fivebar.singularities.locus import Vertex, pieces_of
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.regions import Arc
+from tests.helpers.curves import ellipse, polygon
 
 LABEL = (Singularity.PARALLEL, "folded", ((1, 1),), ())
 
@@ -105,3 +108,67 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
     for center in (2j, 0.3 + 0.7j, -1.1 - 0.2j, -0.4 + 1.3j):
         ((_, (_, (around,))),) = faces([*ring(0, 3), *ring(center, 1e-9)], 10.0)
         assert np.angle(around.tangent(around.start)) == pytest.approx(-np.pi / 2)
+
+
+@pytest.mark.parametrize("size", [10.0, 0.1])
+def test_a_sliver_whose_sides_rounding_exchanged_is_no_hole(size):
+    """Two chords of a lens in a ring: at both ends the one is above, but on the whole below."""
+    low, high = Vertex(-0.1 * size + 0j), Vertex(0.1 * size + 0j)
+    way = high.z - low.z
+
+    def dented(depth):
+        """Between it and the chord lies -0.19 depth way^2."""
+
+        def curve(t):
+            s = t * (1 - t)
+            y, slope = 0.72 * s - 9.3 * s * s, (0.72 - 18.6 * s) * (1 - 2 * t)
+            return low.z + way * (t + 1j * depth * y), way * (1 + 1j * depth * slope)
+
+        return arc(curve, 0.0, 1.0), low, high
+
+    depth = 5e-13 * size**2 / (0.19 * abs(way) ** 2)
+    edges = [*ring(0, 0.4 * size), lens(low, high, 0.3), lens(low, high, -0.3), lens(low, high, 0.0), dented(depth)]
+    found = faces(edges, size)
+    half = 0.2 * abs(way) ** 2
+    assert sorted(area for area, _ in found) == pytest.approx(
+        [half, half, np.pi * 0.16 * size**2 - 2 * half], rel=1e-10
+    )
+    assert sorted(len(loops) for _, loops in found) == [1, 1, 2]
+
+
+def cyclic(order, first):
+    return order[order.index(first) :] + order[: order.index(first)]
+
+
+@pytest.mark.parametrize("order", [*permutations(range(3))])
+@pytest.mark.parametrize("reach", [1, -1])
+def test_a_locus_that_ends_on_a_circle_does_so_on_the_side_that_its_leg_reaches(order, reach):
+    """Inside of a stretched leg's, outside of a folded one's: at an angle, or so flatly that it is the circle."""
+    tip = 2 * np.exp(0.7j)
+    (circle,) = ellipse(2, 2, cuts=(0.7, 2.0), circle=(0, reach))
+    (before,) = ellipse(2, 2, cuts=(0.1, 0.7), circle=(0, reach))
+    (flat,), (back,) = ellipse(2, 2, cuts=(0.7, 1.5)), ellipse(2, 2, cuts=(0.3, 0.7))
+    steep = polygon(tip, tip * (1 - 0.3 * reach + 0.2j), 0)[0]
+    for curve in (steep, flat, back.reversed):
+        sides = [(circle, curve, before.reversed)[k] for k in order]
+        ahead, locus, behind = (order.index(k) for k in range(3))
+        wanted = [ahead, locus, behind] if reach > 0 else [ahead, behind, locus]
+        assert cyclic(_around(sides, [0, 1, 2], 1.0), ahead) == wanted
+        if curve is steep:
+            by_angle = sorted(range(3), key=lambda k: np.angle(sides[k].leaves(1e-3) - tip))
+            assert cyclic(by_angle, ahead) == wanted
+    # Two arcs of circles of both legs say nothing about it: by angles.
+    (other,) = ellipse(2, 2, cuts=(0.1, 0.7), circle=(1, 1))
+    sides = [(circle, polygon(tip, tip * (1 + 0.3 * reach + 0.2j), 0)[0], other.reversed)[k] for k in order]
+    wanted = [ahead, behind, locus] if reach > 0 else [ahead, locus, behind]
+    assert cyclic(_around(sides, [0, 1, 2], 1.0), ahead) == wanted
+
+
+def test_sides_are_told_apart_on_a_circle_of_a_thousandth_of_the_size_or_a_third_of_the_shortest():
+    """One leaves above the real axis and is below it from 0.005 on."""
+    crossing = arc(lambda t: (t + 1j * t * (0.005 - t), 1 + 1j * (0.005 - 2 * t)), 0.0, 1.0)
+    for size, length, above in ((1.0, 1.0, True), (4.0, 1.0, True), (6.0, 1.0, False), (10.0, 1.0, False),
+                                (10.0, 0.014, True), (10.0, 0.019, False)):  # fmt: skip
+        sides = [crossing, polygon(0, length, 1j)[0], polygon(0, -1j, 1)[0], polygon(0, 1j, 1)[0]]
+        assert cyclic(_around(sides, [0, 1, 2, 3], size), 2) == ([2, 1, 0, 3] if above else [2, 0, 1, 3])
+    assert _around(sides, [1, 0], 1.0) == [1, 0]
