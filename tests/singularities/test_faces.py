@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from fivebar.singularities.faces import _around, faces
+from fivebar.singularities.faces import _around, _swept, faces
 from fivebar.singularities.locus import Vertex, pieces_of
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.regions import Arc
@@ -172,3 +172,11 @@ def test_sides_are_told_apart_on_a_circle_of_a_thousandth_of_the_size_or_a_third
         sides = [crossing, polygon(0, length, 1j)[0], polygon(0, -1j, 1)[0], polygon(0, 1j, 1)[0]]
         assert cyclic(_around(sides, [0, 1, 2, 3], size), 2) == ([2, 1, 0, 3] if above else [2, 0, 1, 3])
     assert _around(sides, [1, 0], 1.0) == [1, 0]
+
+
+def test_the_area_that_a_small_loop_sweeps():
+    """About its own points, twice what it bounds: of a triangle of 1e-9 far from the origin."""
+    corners = 1e-9 * np.array([0, 4, 3j])
+    assert _swept(polygon(*corners)) == pytest.approx(12e-18, rel=1e-12)
+    assert _swept(polygon(*(corners + 1.0))) == pytest.approx(12e-18, rel=1e-6)
+    assert _swept(polygon(*corners[::-1])) == pytest.approx(-12e-18, rel=1e-12)
