@@ -60,6 +60,13 @@ def test_a_point_as_far_from_all_feet():
     assert _equidistant(0.8 + 1.1j, 1.0, sides) == pytest.approx(1 + 1j, abs=1e-13)
     corners = [(None, complex(each)) for each in (a, b, c)]
     assert _equidistant(1.7 + 1.2j, 2.5, corners) == pytest.approx(2 + 1.5j, abs=1e-13)
+    moved = [(None, 5 + complex(each)) for each in (a, b, c)]
+    assert _equidistant(6.7 + 1.2j, 2.5, moved) == pytest.approx(7 + 1.5j, abs=1e-13)
+    tiny = [(None, 1e-4 * complex(each)) for each in (a, b, c)]
+    assert _equidistant(1.7e-4 + 1.2e-4j, 2.5e-4, tiny) == pytest.approx(2e-4 + 1.5e-4j, abs=1e-16)
+    # Between parallel sides it goes across only.
+    below, above = polygon(0, 1, 1 + 1j, 1j)[::2]
+    assert _equidistant(0.3 + 0.4j, 0.6, [(below, 0.3), (above, 0.7)]) == pytest.approx(0.3 + 0.5j, abs=1e-9)
     assert _equidistant(0.02 + 0.4j, 0.6, [(sides[0][0], 0.01), (None, 1j)]) == pytest.approx(0.5j, abs=1e-12)
     assert _equidistant(0.3 + 0.4j, 0.5, [(None, 0j), (None, 1j)]) == pytest.approx(0.5j, abs=1e-12)
     small, large = ellipse(1, 1, 3), ellipse(4, 4)
