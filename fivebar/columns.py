@@ -123,7 +123,7 @@ def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]
         return (value,) if value else ()
     if isinstance(value, Mapping) and all(isinstance(each, str) for pair in value.items() for each in pair):
         return value
-    if isinstance(value, Sequence) and value != b"" and all(isinstance(each, str) for each in value):
+    if isinstance(value, Sequence) and not isinstance(value, bytes) and all(isinstance(each, str) for each in value):
         return tuple(value)
     raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
 

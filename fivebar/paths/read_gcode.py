@@ -14,11 +14,11 @@ PASSED = {  # codes that say nothing of a path in the plane
     "G": {17, 28, 29, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
     "M": {0, 1, 17, 18, *range(6, 10), *range(82, 85)},
 }
-PRINTER = re.compile(  # a printer's M codes: temperatures, fans, limits, steps, messages
-    r"(?:N\s*\d+\s*)?M\s*0*(42|73|74|92|1(?:0[4-9]|1\d|40|50|55|90)|2(?:0[1-9]|11|2[01]|80)|30[0-4]|4(?:00|12|13|20|86)"
-    r"|50[0-4]|555|566|569|572|593|862|900|90[67]|91[34])(?:\.\d+)?(?!\d)",
-    re.IGNORECASE,
-)
+PRINTERS = {  # M codes of a printer: temperatures, fans, limits, steps, messages
+    42, 73, 74, 92, *range(104, 120), 140, 150, 155, 190, *range(201, 210), 211, 220, 221, 280, *range(300, 305), 400,
+    412, 413, 420, 486, *range(500, 505), 555, 566, 569, 572, 593, 862, 900, 906, 907, 913, 914,
+}  # fmt: skip
+M_CODE = re.compile(r"(?:N\s*\d+\s*)?M\s*(\d+)", re.IGNORECASE)
 ENDS = 2, 30
 RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
 WHOLE = 1e-9  # m, between the ends of a whole circle
@@ -76,8 +76,9 @@ class _Machine:
             if text.startswith("/"):
                 self.pass_over("block with /")
             return
-        if printers := PRINTER.match(text):  # its X and Y are limits or steps of axes, its text a message
-            self.pass_over(f"M{printers[1]}")
+        code = M_CODE.match(text)
+        if code and int(code[1]) in PRINTERS:  # its X and Y are limits or steps of axes, its text a message
+            self.pass_over(f"M{int(code[1])}")
             return
         if HOME.fullmatch(text):
             self.pass_over("G28")

@@ -90,17 +90,18 @@ class Mesh:
     @cached_property
     def criterion(self) -> np.ndarray:
         """Nodes (n + 1,) on Type 2 where the crossing criterion ties u to x: not where the path runs along the bars."""
-        found = self.crossing.copy()
-        for k in np.flatnonzero(found):
-            found[k] = self.share("a", k) > VOID
-        return found
+        return self._not_void("a", self.crossing)
 
     @cached_property
     def tied(self) -> np.ndarray:
         """Of these nodes (n + 1,) those where the elbows' viscous friction makes the criterion one of sqrt(x) too."""
-        found = self.criterion.copy()
+        return self._not_void("v", self.criterion)
+
+    def _not_void(self, name, nodes):
+        """Of these nodes (n + 1,) those where this part of the torques is more than rounding."""
+        found = nodes.copy()
         for k in np.flatnonzero(found):
-            found[k] = self.share("v", k) > VOID
+            found[k] = self.share(name, k) > VOID
         return found
 
     @cached_property
