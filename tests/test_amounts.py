@@ -34,10 +34,10 @@ FOUR_BAR = fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14)
     ],
 )  # fmt: skip
 def test_what_is_too_large_is_refused_at_once(call, words):
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(ValueError, match=words):
         call()
-    assert time.perf_counter() - began < 0.5
+    assert time.process_time() - began < 0.5
 
 
 def test_a_control_period_beyond_the_end_is_one_period():

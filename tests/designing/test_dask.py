@@ -35,6 +35,13 @@ def slow(robot):
     time.sleep(0.02)
     return robot.l11
 
+def once_some_is_done(name, action, *arguments):  # when three chunks are on disk, in a thread
+    def wait():
+        while len(list((out / name).glob("chunk-*.npz"))) < 3:
+            time.sleep(0.01)
+        action(*arguments)
+    threading.Thread(target=wait, daemon=True).start()
+
 def timed(executor, name, count):
     began = time.perf_counter()
     choices = CHOICES | {"poses": (100, 100), "chunk": 250}
@@ -49,7 +56,7 @@ if __name__ == "__main__":
     said["same"] = bytes_of("here") == bytes_of("there")
     # A worker is killed: its nanny begins another, and Dask gives it the chunk again.
     pids = list(client.run(os.getpid).values())
-    threading.Timer(0.5, os.kill, (pids[0], signal.SIGKILL)).start()
+    once_some_is_done("killed", os.kill, pids[0], signal.SIGKILL)
     done = fb.sweep(slow, {"l1": [0.1 + k / 1000 for k in range(100)]}, client.get_executor(), out / "killed", chunk=2)
     said["killed"] = len(done) == 100 and not done.errors
     said["others"] = pids[0] not in client.run(os.getpid).values()
@@ -72,7 +79,7 @@ if __name__ == "__main__":
             time.sleep(0.1)
         said["seconds"] = min(timed(client.get_executor(), f"one{k}", 20_000) for k in range(3)), both
     # It all goes away.
-    threading.Timer(0.7, cluster.close).start()
+    once_some_is_done("gone", cluster.close)
     try:
         fb.sweep(slow, {"l1": [0.1 + k / 1000 for k in range(400)]}, client.get_executor(), out / "gone", chunk=2)
     except RuntimeError as error:

@@ -21,6 +21,7 @@ from tests.helpers import ROOT
 
 KILLS = 50 if os.environ.get("FIVEBAR_NIGHTLY") else 2
 DESIGNS, CHUNK, WORKERS = 60, 2, 2
+PATIENCE = 120  # s: no measure of speed, but an end
 IN_HAND = AHEAD * max(WORKERS, os.cpu_count()) + 1  # chunks, and the one that is being written
 PROGRAM = f"""
 import os, sys, time
@@ -29,7 +30,8 @@ import fivebar as fb
 def slow(robot):
     with open(sys.argv[2], "a") as log:
         log.write(f"{{robot.l11!r}} {{os.getpid()}}\\n")
-    time.sleep(0.01)
+    while os.path.exists(sys.argv[2] + ".held") and len(open(sys.argv[2]).readlines()) >= int(sys.argv[3]):
+        time.sleep(0.002)
     return robot.l11 + robot.l12
 
 fb.sweep(slow, fb.designing.grid(l1=[0.1 + k / 1000 for k in range({DESIGNS})]), out=sys.argv[1], workers={WORKERS},
@@ -44,12 +46,18 @@ def program(tmp_path_factory):
     return file
 
 
-def begun(program, out, log):
-    return subprocess.Popen([sys.executable, program, out, log], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+def begun(program, out, log, until=DESIGNS):
+    """A run; while there is `held(log)`, its workers wait when so many designs are begun."""
+    command = [sys.executable, program, out, log, str(until)]
+    return subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+
+
+def held(log):
+    return log.with_name(log.name + ".held")
 
 
 def finish(run):
-    said = run.communicate(timeout=60)[1]
+    said = run.communicate(timeout=PATIENCE)[1]
     assert (run.returncode, said) == (0, "")
 
 
@@ -76,10 +84,12 @@ def whole(program, tmp_path_factory):
 
 
 def on_the_way(kill, program, out, log):
-    """A run of which some designs are done."""
+    """A run of which some designs are done, and whose workers wait."""
     wanted = int(np.random.default_rng(kill).integers(1, DESIGNS - 2 * CHUNK))
-    run = begun(program, out, log)
+    held(log).touch()
+    run, end = begun(program, out, log, wanted), time.monotonic() + PATIENCE
     while len(lines(log)) < wanted:
+        assert time.monotonic() < end and run.poll() is None
         time.sleep(0.002)
     return run
 
@@ -89,11 +99,12 @@ def test_a_killed_driver(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"
     run = on_the_way(kill, program, out, log)
     run.kill()
+    held(log).unlink()
     run.communicate()
     workers = {int(pid) for _, pid in lines(log)}
-    until = time.monotonic() + 10
+    end = time.monotonic() + PATIENCE
     while any(os.path.exists(f"/proc/{pid}") and not zombie(pid) for pid in workers):
-        assert time.monotonic() < until, "a worker outlives its driver"
+        assert time.monotonic() < end, "a worker outlives its driver"
         time.sleep(0.01)
     kept, before = done(out), len(lines(log))
     assert before - len(kept) <= IN_HAND * CHUNK
@@ -111,6 +122,7 @@ def test_a_killed_worker(kill, program, whole, tmp_path):
     run = on_the_way(kill, program, out, log)
     kept = done(out)
     os.kill(int(lines(log)[-1][1]), signal.SIGKILL)
+    held(log).unlink()
     finish(run)
     counts = Counter(name for name, _ in lines(log))
     assert {counts[name] for name in kept} <= {1}

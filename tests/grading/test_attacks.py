@@ -246,11 +246,10 @@ def test_a_grader_that_is_killed_leaves_no_worker_and_no_file(isolate, tmp_path)
         [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, env=environment
     ) as grader:
         nonce = grader.stdout.readline().strip()
-        time.sleep(0.2)
         alive = processes([nonce])
         grader.kill()
     assert alive
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while processes([nonce]) and time.monotonic() < end:
         time.sleep(0.02)
     assert not processes([nonce])

@@ -49,14 +49,33 @@ def offline(browser, faults=("error", "warning")):
     assert errors == []
 
 
+PATIENCE = 60  # s: no measure of speed, but an end where the awaited never comes
+
+
 def until(page, condition):
     # Playwright's own wait_for_function calls eval, which the pages' policy forbids.
-    end = time.monotonic() + 20
+    end = time.monotonic() + PATIENCE
     while not page.evaluate(condition):
         assert time.monotonic() < end, f"never {condition}"
         page.wait_for_timeout(10)
 
 
+DRAWN = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"
+
+
 def settle(page):
     """Wait for what the last event has asked to be drawn."""
-    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    page.evaluate(DRAWN)
+
+
+def visit(page, address):
+    """Give a page another hash, and wait for what it does with it."""
+    page.evaluate(
+        """hash => new Promise(done => {
+            const before = location.hash;
+            location.hash = hash;
+            if (location.hash === before) done(); else addEventListener("hashchange", () => done(), {once: true});
+        })""",
+        address,
+    )
+    settle(page)

@@ -71,10 +71,15 @@ def opened(folder):
     """A Page of a Firefox of its own, whose profile is in the folder."""
     needs.need("firefox")
     command = [needs.firefox(), "--headless", "--remote-debugging-port", "0", "--profile", str(folder), "about:blank"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    with (folder / "said").open("wb") as said:  # a pipe that nobody empties would stop it
+        process = subprocess.Popen(command, stdout=said, stderr=said)
     loop = asyncio.new_event_loop()
     try:
-        address = next(filter(None, (re.search(r"ws://[\d.:]+", line) for line in process.stderr)))[0]
+        end = time.monotonic() + PATIENCE
+        while not (found := re.search(r"(ws://[\d.:]+)\s", text := (folder / "said").read_text("utf-8"))):
+            assert time.monotonic() < end and process.poll() is None, f"Firefox did not start: {text}"
+            time.sleep(0.05)
+        address = found[1]
 
         async def connect():
             return await websocket_connect(address + "/session", max_message_size=2**26)
@@ -85,5 +90,4 @@ def opened(folder):
     finally:
         process.kill()
         process.wait()
-        process.stderr.close()
         loop.close()

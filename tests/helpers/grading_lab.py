@@ -10,7 +10,7 @@ RIGHT = f"from math import cos, sin\n{CONSTANTS}def elbow(q11):\n    return -d /
 SHIFTED = RIGHT.replace("-d / 2 + ", "")
 UNTOUCHED = f'{CONSTANTS}def elbow(q11):\n    raise NotImplementedError("task 1: the elbow")\n'
 HALF = RIGHT.replace("return", "if q11 > 0:\n        raise ValueError('no')\n    return")
-HANGS = RIGHT.replace("return", "while True:\n        pass\n    return")
+HANGS = "from time import sleep\n" + RIGHT.replace("return", "while True:\n        sleep(1)\n    return")
 CRASHES = f"import no_such_package\n{RIGHT}"
 
 

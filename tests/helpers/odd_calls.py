@@ -120,15 +120,16 @@ def _printed(out):
             os.close(old)
 
 
-def odd_calls(case, count, rng, seconds=math.inf):
-    """Report of so many odd calls, fewer where they take longer than `seconds`."""
-    report, began = Report(), time.perf_counter()
+def odd_calls(case, count, rng, seconds=math.inf, least=6):
+    """Report of so many odd calls, fewer, but not below `least`, where they take longer than `seconds` of the
+    processor."""
+    report, began = Report(), time.process_time()
     with tempfile.TemporaryFile() as out:
-        while report.calls < count and time.perf_counter() - began < seconds:
+        while report.calls < least or report.calls < count and time.process_time() - began < seconds:
             arguments, strange = _strange(case, rng)
             report.calls += 1
             _one(case, arguments, strange, report, out)
-    report.seconds = time.perf_counter() - began
+    report.seconds = time.process_time() - began
     return report
 
 

@@ -187,8 +187,8 @@ def test_a_hundred_thousand_rows():
     fb.identify(case.known, {name: values[:8000] for name, values in case.log.items()})  # compiles
     spent = []
     for _ in range(2):
-        before = time.perf_counter()
+        before = time.process_time()
         found = fb.identify(case.known, case.log)
-        spent.append(time.perf_counter() - before)
+        spent.append(time.process_time() - before)
     assert len(case.log["t"]) > 100_000 and set(found.chosen) == case.named | {"zz1", "zz2", "m"}
-    assert min(spent) < 6.0  # 1.3 s on one core alone; a busy machine is slower
+    assert min(spent) < 6.0  # 1.3 s on one core alone; one shared with others is slower

@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgb
 from scipy import ndimage
 
 import fivebar as fb
-from tests.helpers.browsing import chromium, offline, settle, until
+from tests.helpers.browsing import DRAWN, chromium, offline, settle, until
 from tests.helpers.firefox import opened
 
 ROBOT = fb.FiveBar()
@@ -84,9 +84,7 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
     firefox.open(pages["scene"], **SIZE)
     assert "no WebGL" in firefox.evaluate("$('notes').textContent") and firefox.errors == []
     for seconds in (0, 1.5):
-        firefox.evaluate(
-            f"new Promise(done => {{ player.pause(); player.seek({seconds}); setTimeout(() => done(1), 200); }})"
-        )
+        firefox.evaluate(f"(player.pause(), player.seek({seconds}), {DRAWN})")
         picture = firefox.picture()
         xi = fb.line((0.09, 0.068), (0.0, 0.1), 2.0)(seconds)[0]
         for base, elbow, colour in zip((-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#ae4d00"), strict=True):

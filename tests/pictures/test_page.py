@@ -63,6 +63,21 @@ def cursors(page):
     )
 
 
+def resize(page, width, height):
+    """Another window, in which all has been laid out anew."""
+    page.set_viewport_size({"width": width, "height": height})
+    until(page, f"innerWidth === {width} && innerHeight === {height}")
+    until(
+        page,
+        """pictures.map(({svg, width, height}) => [svg.getBoundingClientRect(), width, height])
+            .every(([box, width, height]) => !box.width || !box.height || box.width === width && box.height === height)
+        """,
+    )
+    wide = "Math.floor(element.getBoundingClientRect().width)"
+    until(page, f"plots.every(({{element, view}}) => view.bbox.width === {wide})")
+    settle(page)
+
+
 def strokes(page):
     """The bars' colours."""
     return page.evaluate("[...document.querySelectorAll('.bar')].map(bar => bar.getAttribute('stroke'))")
@@ -148,7 +163,7 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     page.keyboard.press(" ")
     settle(page)
     stopped = sample(page)
-    page.wait_for_timeout(100)
+    settle(page)
     assert sample(page) == stopped and page.get_by_role("button", name="play").count() == 1
 
 
@@ -197,7 +212,7 @@ def test_zoom_keeps_the_link(opened, tmp_path, run):  # noqa: F811
     assert window() == pytest.approx([0.5, 1.5], abs=0.01)
     page.keyboard.down("Control")
     page.mouse.wheel(0, -100)
-    settle(page)
+    until(page, "time.end - time.start < 0.9")
     page.keyboard.up("Control")
     assert np.diff(window()) == pytest.approx(0.8, abs=0.01)
     page.keyboard.press("0")
@@ -217,9 +232,7 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14))
     page = opened(written(result, tmp_path, show="rocker.angle"))
     for width, height in ((844, 390), (390, 844), (1500, 700)):
-        page.set_viewport_size({"width": width, "height": height})
-        settle(page)
-        page.wait_for_timeout(150)
+        resize(page, width, height)
         hover(page, 0, 0.5)
         assert sample(page) == pytest.approx(180, abs=1)
         x, y = page.evaluate("point => scene.onScreen(point)", result.motion.position("B")[sample(page)].tolist())
@@ -231,9 +244,7 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
 def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show="tau"))
     for width, height in ((1280, 900), (700, 200), (1280, 60), (240, 240)):
-        page.set_viewport_size({"width": width, "height": height})
-        settle(page)
-        page.wait_for_timeout(150)
+        resize(page, width, height)
         drawn = re.fullmatch(r"M12 \S+v6h(\S+)v-6", page.evaluate("scene.rule.getAttribute('d')"))
         number, unit = page.evaluate("scene.length.textContent").split()
         metres = float(number) * {"mm": 1e-3, "m": 1.0}[unit]

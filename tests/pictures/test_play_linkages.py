@@ -10,7 +10,7 @@ from fivebar import linkages
 from fivebar.cli import main
 from fivebar.linkages.quantities import usual_panels
 
-from ..helpers.browsing import settle, until
+from ..helpers.browsing import settle, until, visit
 from ..helpers.pages import browser, opened  # noqa: F401  fixtures
 
 
@@ -124,13 +124,11 @@ def test_a_linkage_by_hand_and_by_its_address(page):
     settle(page)
     assert page.evaluate("lab.values.slice(0, 4)") == [*after[1:4], after[0]]
     address = "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5"
-    page.evaluate("hash => { location.hash = hash; }", address)
-    settle(page)
+    visit(page, address)
     assert page.evaluate("[lab.kind, lab.values, lab.q]") == ["slider_rod", [0.05, 0.15, -0.01], 0.5]
     for bad in ("values=1", address + "&x=1", address.replace("rod", "bar"), address.replace("0.15", "1e99"),
                 address.replace("0.15", "5")):  # fmt: skip
-        page.evaluate("hash => { location.hash = hash; }", "#linkage=four&" * (bad == "values=1") + bad)
-        settle(page)
+        visit(page, "#linkage=four&" * (bad == "values=1") + bad)
         assert "not taken" in page.locator("#said").text_content(), bad
 
 

@@ -14,8 +14,8 @@ function showTab(id) {
 }
 
 let begun = false;
-function takeFragment() {
-  const address = location.hash.length < 2 && !begun ? content.opening : location.hash;
+function takeFragment(hash = location.hash) {
+  const address = hash.length < 2 && !begun ? content.opening : hash;
   begun = true;
   if (address.length < 2) return;
   const linkage = readLinkage(address);
@@ -70,9 +70,10 @@ dark.addEventListener("change", painted);
 addEventListener("beforeprint", () => document.documentElement.classList.toggle("from-dark", dark.matches));
 const sizes = new ResizeObserver(oncePerFrame(resized));
 for (const {box} of [task, bench]) sizes.observe(box);
-addEventListener("hashchange", () => {
-  if (location.hash === writeFragment() || (lab.values && location.hash === linkageFragment())) return;
-  takeFragment();
+addEventListener("hashchange", event => {
+  const {hash} = new URL(event.newURL);  // the address itself may have been written anew since
+  if (hash === writeFragment() || (lab.values && hash === linkageFragment())) return;
+  takeFragment(hash);
   showSliders();
   survey(true);
   resized();
