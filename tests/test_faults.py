@@ -17,6 +17,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.folders import alone
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -81,6 +82,27 @@ def test_a_folder_that_may_not_be_written(tmp_path):
         capture_output=True, timeout=60,
     )  # fmt: skip
     assert run.returncode == 1 and "Read-only" in run.stderr and "Traceback" not in run.stderr, run.stderr
+
+
+# Two at once
+
+INTO = {
+    "chart": ["chart", "geometry", "--quick"], "sweep": ["sweep", "bars", "--grid", "l1=0.1:0.2:3"],
+    "grading": ["grade", "lab1", str(ROOT / "tests/data/hand_ins")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", INTO)
+def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys):
+    killed, theirs = tmp_path / f".{'x' * 40}.123-4.part", tmp_path / "film.part"
+    killed.touch(), theirs.touch()
+    with alone(tmp_path, what):
+        assert main([*INTO[what], "--out", str(tmp_path)]) == 2
+        assert f"another {what} writes to {tmp_path}: wait for its end, or give another\n" in capsys.readouterr().err
+        assert theirs.exists() and not killed.exists()
+    (tmp_path / "file").touch()
+    assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
+    assert f"{tmp_path / 'file'} is a file, not a folder" in capsys.readouterr().err
 
 
 # Streams

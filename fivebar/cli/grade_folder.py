@@ -21,7 +21,8 @@ def isolation(isolate):
 
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
-    from ..grading.course.cohort import alone, begin, run_cohort
+    from ..folders import alone
+    from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
     from ..grading.course.items import summary_text
@@ -48,7 +49,7 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         raise UsageError(f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student")
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    with alone(out), _cluster(arguments.dask) as executor:
+    with alone(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
         reports = run_cohort(cohort, entries, max(arguments.jobs, _processors(executor)), executor)
         write_summary(out, lab.name, entries, reports, left)
