@@ -4,6 +4,7 @@ Whatever happens, a file has its final name only when it is whole, and what had 
 """
 
 import contextlib
+import multiprocessing
 import os
 import random
 import resource
@@ -12,12 +13,14 @@ import subprocess
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.folders import alone
+from fivebar.processes import end_with_parent
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -103,6 +106,19 @@ def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys):
     (tmp_path / "file").touch()
     assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
     assert f"{tmp_path / 'file'} is a file, not a folder" in capsys.readouterr().err
+
+
+def test_a_process_whose_parent_is_killed_ends_and_takes_its_folder_along(tmp_path, monkeypatch):
+    ended, (read, write) = threading.Event(), os.pipe()
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: SimpleNamespace(sentinel=read))
+    monkeypatch.setattr(os, "_exit", lambda code: ended.set())
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    (tmp_path / "room" / "inner").mkdir(parents=True)
+    end_with_parent(str(tmp_path / "room"))
+    assert not ended.wait(0.05) and (tmp_path / "room").exists()
+    os.close(write)
+    assert ended.wait(10) and not list(tmp_path.iterdir())
+    os.close(read)
 
 
 # Streams

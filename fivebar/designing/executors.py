@@ -5,16 +5,14 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing.connection import wait as wait_for
 from typing import Any
 
 from ..checks import shown
+from ..processes import end_with_parent
 
 AHEAD = 2  # chunks per processor, here or there, in hand at a time: what a kill can cost
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
@@ -107,16 +105,10 @@ def _unsent(error):
 
 
 def _begin(compute):
-    """A worker has its work from its start, inherited where it is forked, and ends when its parent is killed.
-
-    The queue that it waits on would never tell it.
-    """
+    """A worker has its work from its start, inherited where it is forked; Ctrl-C lets it end its chunk."""
     global _compute
     _compute = compute
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which lets it end its chunk
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
+    end_with_parent()
 
 
 def _do(task):
