@@ -86,9 +86,9 @@ def _processors(executor):
 
 
 def _fill(arguments, lab, entries, reports):
+    from ..described import printable
     from ..grading.course.gradebook import fill_gradebook
     from ..grading.report.outputs import write_whole
-    from ..grading.report.text import printable
 
     filled = fill_gradebook(arguments.gradebook, lab, entries, reports, arguments.column)
     write_whole(arguments.out / "gradebook.csv", filled.text)
@@ -102,7 +102,7 @@ def _fill(arguments, lab, entries, reports):
 
 
 def _say_what_is_left(entries, left):
-    from ..grading.report.text import printable
+    from ..described import printable
 
     for item in left:
         print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)

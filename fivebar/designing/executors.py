@@ -59,7 +59,8 @@ def computed(
         _must_travel(compute)
     left, fruitless = {}, 0
     while True:
-        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute,)) as pool:
+        theirs, leash = multiprocessing.Pipe(duplex=False)
+        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute, theirs, leash)) as pool:
             try:
                 for done in _by(pool, _do, tasks, left):
                     fruitless = 0
@@ -70,6 +71,9 @@ def computed(
                 if fruitless > TRIES:
                     hint = f"the chunks in hand were {', '.join(map(str, sorted(left)[:workers]))}"
                     raise ExecutorDied(f"{error}; {fruitless} times without a chunk done in between: {hint}") from None
+            finally:
+                leash.close()  # else an interrupt would wait for the chunks in hand, and a second one for ever
+                theirs.close()
 
 
 def must_execute(executor: Any) -> None:
@@ -104,11 +108,12 @@ def _unsent(error):
     )
 
 
-def _begin(compute):
-    """A worker has its work from its start, inherited where it is forked; Ctrl-C lets it end its chunk."""
+def _begin(compute, theirs, leash):
+    """A worker has its work from its start, inherited where it is forked, and ends when the leash is let go."""
     global _compute
     _compute = compute
-    end_with_parent()
+    leash.close()  # its own copy
+    end_with_parent(leash=theirs)
 
 
 def _do(task):

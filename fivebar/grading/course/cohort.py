@@ -11,6 +11,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ...described import printable
 from ...errors import UsageError
 from ...models.robots import Robot
 from ...progress import progress
@@ -20,7 +21,6 @@ from ..intake.cohort_folder import Entry
 from ..labs import Lab
 from ..program import Job
 from ..report.outputs import file_name, write_whole
-from ..report.text import printable
 from ..results import Report
 from ..variants import robot_for
 from .graders import Elsewhere, GraderError, Workers

@@ -11,9 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
+from ...described import printable
 from ...tables import replaced
 from ..results import Report, withheld
-from .text import headlines, printable, told, word
+from .text import headlines, told, word
 
 CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
