@@ -29,6 +29,11 @@ def one_line(what: str, *parts: str) -> str:
     return f"<{what}: {', '.join(filter(None, parts))}>"
 
 
+def printable(text: str) -> str:
+    """The text with whatever could move a cursor, reverse or hide something written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in text)
+
+
 class Pictured:
     """What a notebook shows with the line that it says of itself and its `plot` under it."""
 

@@ -27,6 +27,7 @@ BinaryFile = FilePath | IO[bytes]
 STRANGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, MemoryError)
 DPI = 200  # of pictures
 _NUMBERS = count()  # of files being written: threads may write one at the same time
+_PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS
 WORDS = 120  # letters of a file's own that a message repeats
 
@@ -132,7 +133,8 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
     """The name of another file, with this ending, which takes the place of this one once it is whole."""
     path = os.path.realpath(file)  # a link stays one
     direct = os.path.exists(path) and not os.path.isfile(path)  # a pipe or a device cannot be replaced
-    part = path if direct else f"{path}.{os.getpid()}-{next(_NUMBERS)}.part{end}"
+    place, name = os.path.split(path)
+    part = path if direct else os.path.join(place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}")
     try:
         yield part
         if not direct:
@@ -143,6 +145,11 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
         if isinstance(error, OSError) and (error.filename == part or error.errno in FULL and error.filename is None):
             error.filename = os.fspath(file)
         raise
+
+
+def is_part(name: str) -> bool:
+    """Whether a file's name is one that `replaced` gives until all is written."""
+    return _PART.fullmatch(name) is not None
 
 
 def write(

@@ -4,6 +4,7 @@ Whatever happens, a file has its final name only when it is whole, and what had 
 """
 
 import contextlib
+import multiprocessing
 import os
 import random
 import resource
@@ -12,11 +13,14 @@ import subprocess
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.folders import alone
+from fivebar.processes import end_with_parent
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -81,6 +85,40 @@ def test_a_folder_that_may_not_be_written(tmp_path):
         capture_output=True, timeout=60,
     )  # fmt: skip
     assert run.returncode == 1 and "Read-only" in run.stderr and "Traceback" not in run.stderr, run.stderr
+
+
+# Two at once
+
+INTO = {
+    "chart": ["chart", "geometry", "--quick"], "sweep": ["sweep", "bars", "--grid", "l1=0.1:0.2:3"],
+    "grading": ["grade", "lab1", str(ROOT / "tests/data/hand_ins")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", INTO)
+def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys):
+    killed, theirs = tmp_path / f".{'x' * 40}.123-4.part", tmp_path / "film.part"
+    killed.touch(), theirs.touch()
+    with alone(tmp_path, what):
+        assert main([*INTO[what], "--out", str(tmp_path)]) == 2
+        assert f"another {what} writes to {tmp_path}: wait for its end, or give another\n" in capsys.readouterr().err
+        assert theirs.exists() and not killed.exists()
+    (tmp_path / "file").touch()
+    assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
+    assert f"{tmp_path / 'file'} is a file, not a folder" in capsys.readouterr().err
+
+
+def test_a_process_whose_parent_is_killed_ends_and_takes_its_folder_along(tmp_path, monkeypatch):
+    ended, (read, write) = threading.Event(), os.pipe()
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: SimpleNamespace(sentinel=read))
+    monkeypatch.setattr(os, "_exit", lambda code: ended.set())
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    (tmp_path / "room" / "inner").mkdir(parents=True)
+    end_with_parent(str(tmp_path / "room"))
+    assert not ended.wait(0.05) and (tmp_path / "room").exists()
+    os.close(write)
+    assert ended.wait(10) and not list(tmp_path.iterdir())
+    os.close(read)
 
 
 # Streams

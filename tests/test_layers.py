@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 import fivebar
 
 FLOORS = [
-    {"_backend", "checks", "columns", "described", "errors", "old_numpy", "progress", "tables"},
+    {"_backend", "checks", "columns", "described", "errors", "folders", "old_numpy", "processes", "progress", "tables"},
     {"models"},
     {"singularities", "linkages", "control"},
     {"exporting"},

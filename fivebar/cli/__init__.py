@@ -14,6 +14,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 
+from ..described import printable
 from ..errors import UsageError
 
 # Command -> (the file that has it, read when it is asked for, what it does).
@@ -91,11 +92,9 @@ def _flush():
 
 
 def _complain(error, code):
-    from ..grading.report.text import printable  # the error may quote a file's hostile name
-
     text = OF_A_FILE.sub(r"\3: \1", " ".join(str(error).split()))
     with suppress(OSError):  # nobody hears it
-        try:
+        try:  # the error may quote a file's hostile name
             print("fivebar: " + printable(text), file=sys.stderr)
         finally:
             _flush()

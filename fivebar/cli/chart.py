@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
 
@@ -29,8 +28,9 @@ def _chart(arguments):
     try:
         made = make(names, arguments.out, arguments.quick)
     except KeyboardInterrupt:
-        print(f"fivebar: what was measured is kept in {arguments.out}; the same command goes on there", file=sys.stderr)
-        raise
+        raise RuntimeError(
+            f"interrupted: what was measured is kept in {arguments.out}; the same command goes on there"
+        ) from None
     for name in made:
         print(*(arguments.out / f"{name}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
     print(arguments.out / "index.html")

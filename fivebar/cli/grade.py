@@ -114,8 +114,8 @@ def _grade(arguments):
 
 def _program(arguments, lab):
     """The program in the file, folder or zip that is named, and those in it that it may import; says what is left."""
+    from ..described import printable
     from ..grading.intake.hand_in import beside, choose, look_into
-    from ..grading.report.text import printable
     from ..grading.worker.submission import SubmissionError
 
     if not arguments.file.exists():

@@ -21,7 +21,8 @@ def isolation(isolate):
 
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
-    from ..grading.course.cohort import alone, begin, run_cohort
+    from ..folders import alone
+    from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
     from ..grading.course.items import summary_text
@@ -48,7 +49,7 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         raise UsageError(f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student")
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    with alone(out), _cluster(arguments.dask) as executor:
+    with alone(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
         reports = run_cohort(cohort, entries, max(arguments.jobs, _processors(executor)), executor)
         write_summary(out, lab.name, entries, reports, left)
@@ -85,9 +86,9 @@ def _processors(executor):
 
 
 def _fill(arguments, lab, entries, reports):
+    from ..described import printable
     from ..grading.course.gradebook import fill_gradebook
     from ..grading.report.outputs import write_whole
-    from ..grading.report.text import printable
 
     filled = fill_gradebook(arguments.gradebook, lab, entries, reports, arguments.column)
     write_whole(arguments.out / "gradebook.csv", filled.text)
@@ -101,7 +102,7 @@ def _fill(arguments, lab, entries, reports):
 
 
 def _say_what_is_left(entries, left):
-    from ..grading.report.text import printable
+    from ..described import printable
 
     for item in left:
         print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)

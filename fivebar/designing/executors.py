@@ -5,16 +5,14 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing.connection import wait as wait_for
 from typing import Any
 
 from ..checks import shown
+from ..processes import end_with_parent
 
 AHEAD = 2  # chunks per processor, here or there, in hand at a time: what a kill can cost
 PATIENCE = 10.0  # s between two looks at a cluster that gives nothing back
@@ -61,7 +59,8 @@ def computed(
         _must_travel(compute)
     left, fruitless = {}, 0
     while True:
-        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute,)) as pool:
+        theirs, leash = multiprocessing.Pipe(duplex=False)
+        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute, theirs, leash)) as pool:
             try:
                 for done in _by(pool, _do, tasks, left):
                     fruitless = 0
@@ -72,6 +71,9 @@ def computed(
                 if fruitless > TRIES:
                     hint = f"the chunks in hand were {', '.join(map(str, sorted(left)[:workers]))}"
                     raise ExecutorDied(f"{error}; {fruitless} times without a chunk done in between: {hint}") from None
+            finally:
+                leash.close()  # else an interrupt would wait for the chunks in hand, and a second one for ever
+                theirs.close()
 
 
 def must_execute(executor: Any) -> None:
@@ -106,17 +108,12 @@ def _unsent(error):
     )
 
 
-def _begin(compute):
-    """A worker has its work from its start, inherited where it is forked, and ends when its parent is killed.
-
-    The queue that it waits on would never tell it.
-    """
+def _begin(compute, theirs, leash):
+    """A worker has its work from its start, inherited where it is forked, and ends when the leash is let go."""
     global _compute
     _compute = compute
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which lets it end its chunk
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
+    leash.close()  # its own copy
+    end_with_parent(leash=theirs)
 
 
 def _do(task):

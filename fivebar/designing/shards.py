@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +12,7 @@ from ..checks import strings, whole
 from ..tables import STRANGE, arrays_in, written
 from .designs import digest
 
-MANIFEST, PART = "manifest.json", ".part"
+MANIFEST = "manifest.json"
 WHAT = "fivebar sweep"
 ARRAYS = "designs", "values", "error_at"
 
@@ -31,36 +27,6 @@ class Chunk(NamedTuple):
 
 def shard(folder: Path, number: int) -> Path:
     return folder / f"chunk-{number:06d}.npz"
-
-
-@contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Make the folder and keep other sweeps out of it for this process's life; clear away what a killed one began."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    except NotADirectoryError:
-        raise ValueError(f"out: {folder} is not a folder") from None
-    except FileExistsError:
-        raise ValueError(f"out: {folder} is a file, not a folder") from None
-    except ValueError as error:  # letters that no name may have
-        raise ValueError(f"out: {str(folder)!r}: {error}") from None
-    try:
-        try:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
-        except ImportError:
-            pass  # Windows: two sweeps into one folder are not told apart there
-        except BlockingIOError:
-            raise ValueError(f"out: another sweep writes to {folder}: wait for its end, or give another") from None
-        if not os.access(folder, os.W_OK):
-            raise PermissionError(errno.EACCES, "the folder is read-only", str(folder))
-        for path in folder.glob(f"*{PART}"):
-            path.unlink()
-        yield
-    finally:
-        os.close(handle)
 
 
 def begin(folder: Path, manifest: dict) -> dict:

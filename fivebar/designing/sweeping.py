@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from ..checks import instance, optional, takes, whole
+from ..folders import alone
 from ..models.robots import Biglide, FiveBar
 from ..progress import progress
 from .batch import check_variables
 from .designs import designs_of, digest
 from .executors import ExecutorDied, computed, must_execute
 from .figures import Figure, evaluate, figures_of
-from .shards import WHAT, Chunk, alone, begin, is_done, write_chunk, write_manifest
+from .shards import WHAT, Chunk, begin, is_done, write_chunk, write_manifest
 from .sweeps import Sweep, in_folder
 from .task import Task, task_of
 
@@ -110,7 +111,7 @@ def _in_memory(manifest, compute, chunks, executor, workers, total):
 
 
 def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
-    with alone(folder):
+    with alone(folder, "sweep"):
         known = begin(folder, manifest)
         numbers = _Counted(chunks)
         with progress(total=total, unit=" chunks") as bar:

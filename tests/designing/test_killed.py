@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.designing.executors import AHEAD
+from fivebar.designing.executors import AHEAD, computed
 from fivebar.designing.shards import read_chunk
 from tests.helpers import ROOT
 
@@ -145,3 +145,10 @@ def test_a_design_that_kills_its_worker_every_time_is_named(tmp_path):
 
 def fatal(robot):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_an_interrupt_waits_for_no_chunk_in_hand():
+    done, before = computed(time.sleep, enumerate([0.0, 60.0, 60.0, 60.0]), None, workers=2), time.monotonic()
+    assert next(done) == (0, None)
+    done.close()
+    assert time.monotonic() - before < 30

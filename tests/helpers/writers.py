@@ -51,7 +51,7 @@ DIRECT = {
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",
     "grading.course.worker_loop:main": "a pipe", "cli.__init__:_flush": "into nothing",
     "study.speed_accuracy.rivals.arm:__init__": "in a folder that is deleted",
-    "grading.report.outputs:write_whole": "renames itself", "amoro.ros_free.figures:destroy": "a script's windows",
+    "grading.report.outputs:write_whole": "replaces", "amoro.ros_free.figures:destroy": "a script's windows",
     "amoro.ros_free.child:_scopes": "a script's scopes", "amoro.ros_free.child:_report": "a pipe",
 }  # fmt: skip
 

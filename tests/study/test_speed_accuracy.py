@@ -446,6 +446,9 @@ def test_an_error_of_ours_ends_the_run_and_leaves_nothing(tmp_path, monkeypatch)
     with Worker("tests.helpers.toy_chart", 20.0, 0.0) as worker, pytest.raises(StopIteration):
         assert worker.measure("p", "singular", 1)["word"] == "refused: singular"
         assert [len(list(room.iterdir())) for room in tmp_path.iterdir()] == [1]
+        worker.process.kill()  # as where memory is short: not what the next attempt did
+        worker.process.join(10)
+        assert worker.measure("p", "cruder", 1)["error"] == 0.1
         worker.measure("p", "no such method", 1)
     assert not list(tmp_path.iterdir())
 

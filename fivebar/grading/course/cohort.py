@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ...described import printable
 from ...errors import UsageError
 from ...models.robots import Robot
 from ...progress import progress
@@ -22,8 +20,7 @@ from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
 from ..program import Job
-from ..report.outputs import file_name, is_half_written, write_whole
-from ..report.text import printable
+from ..report.outputs import file_name, write_whole
 from ..results import Report
 from ..variants import robot_for
 from .graders import Elsewhere, GraderError, Workers
@@ -67,24 +64,6 @@ class Cohort:
         now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, self.robot(entry).parameters
         kept = key == now and report.submission_hash and not report.faults and report.hints_from == self.hints_from
         return report if kept else None
-
-
-@contextmanager
-def alone(out: Path) -> Iterator[None]:
-    """Keep other graders out of a folder of results, and clear away what one that was killed had begun to write."""
-    (out / "students").mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(out, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
-        for folder in (out, out / "students"):
-            for path in folder.iterdir():
-                if is_half_written(path.name):
-                    path.unlink()
-        yield
-    except BlockingIOError:
-        raise UsageError(f"another grading writes to {out}: wait for its end, or give another --out") from None
-    finally:
-        os.close(descriptor)
 
 
 def begin(

@@ -8,7 +8,8 @@ from collections import Counter
 from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
-from ..report.text import number, printable
+from ...described import printable
+from ..report.text import number
 from ..results import Report
 
 

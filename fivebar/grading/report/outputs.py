@@ -7,19 +7,19 @@ import io
 import json
 import os
 import re
-import secrets
 from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
+from ...described import printable
+from ...tables import replaced
 from ..results import Report, withheld
-from .text import headlines, printable, told, word
+from .text import headlines, told, word
 
 CHECK_COLUMNS = (
     "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
     "misconception", "wrong", "rows", "off",
 )  # fmt: skip
-_HALF_WRITTEN = re.compile(r"\..{1,40}\.[0-9a-f]{12}", re.DOTALL)
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
@@ -27,23 +27,10 @@ _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\
 
 def write_whole(path: str | Path, text: str) -> None:
     """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
-    path = Path(path)
-    name = path.with_name(f".{path.name[:40]}.{secrets.token_hex(6)}")
-    handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)  # less what the user's umask forbids
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
-
-
-def is_half_written(name: str) -> bool:
-    """Whether a file's name is one that `write_whole` gives until all is written."""
-    return _HALF_WRITTEN.fullmatch(name) is not None
+    with replaced(path) as part, open(part, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def json_text(report: Report) -> str:

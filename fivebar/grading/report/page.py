@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from html import escape
 
+from ...described import printable
 from ..results import Report
-from .text import closing, facts, headlines, not_started, number, printable, word
+from .text import closing, facts, headlines, not_started, number, word
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 STYLE = """

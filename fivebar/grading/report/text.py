@@ -8,6 +8,7 @@ import shutil
 import textwrap
 from collections.abc import Iterator
 
+from ...described import printable
 from ..results import Check, Report
 from ..worker.replies import KINDS
 
@@ -20,11 +21,6 @@ PRINTED = 20  # lines of the program's own
 HOME = (
     "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
 )
-
-
-def printable(text: str) -> str:
-    """The text with whatever could move a cursor, reverse or hide something written as an escape."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in text)
 
 
 def number(value: float) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
+from ...folders import alone
 from ...progress import progress
 from ...tables import saved, written
 from ..chart_names import PEERS
@@ -36,10 +37,16 @@ def chart_names(peers: bool = False) -> tuple[str, ...]:
 def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, Result]:
     """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
 
-    quick: every other knob and less time for each. An interrupted run goes on where it was.
+    quick: every other knob and less time for each. An interrupted run goes on where it was. ValueError where another
+    process makes charts in this folder.
     """
-    partials, modules = [], {name: module_of(name) for name in names}
-    folder.mkdir(parents=True, exist_ok=True)
+    modules = {name: module_of(name) for name in names}
+    with alone(folder, "chart"):
+        return _make(modules, folder, quick)
+
+
+def _make(modules, folder, quick):
+    partials = []
     others = [name for name in MODULES if name not in modules and (folder / f"{name}.csv").exists()]
     results = {name: redraw(folder / f"{name}.csv", name) for name in others}
     total = sum(len(load(module).jobs(quick)) for module in modules.values())

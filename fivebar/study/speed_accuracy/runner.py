@@ -6,14 +6,15 @@ import gc
 import math
 import multiprocessing
 import os
-import signal
 import time
+from contextlib import suppress
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import SingularityError, UnreachableError
+from ...processes import end_with_parent
 from .chart import Attempt, Failed, load, module_of
 from .machine import describe, missing
 from .store import Partial, Result
@@ -137,16 +138,17 @@ class Worker:
         self._end()
 
     def measure(self, problem: str, method: str, knob: float) -> dict:
-        if self.process is None:
+        if self.process is None or not self.process.is_alive():
+            self._end()
             self._begin()
         before = time.perf_counter()
-        self.pipe.send((problem, method, knob))
-        if not self.pipe.poll(self.limit):
-            self._end()
-            return {"status": "failed", "word": f"timeout, {self.limit:g} s", "seconds": self.limit}
         try:
+            self.pipe.send((problem, method, knob))
+            if not self.pipe.poll(self.limit):
+                self._end()
+                return {"status": "failed", "word": f"timeout, {self.limit:g} s", "seconds": self.limit}
             row = self.pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionError):
             self._end()
             return {"status": "failed", "word": "crashed", "seconds": time.perf_counter() - before}
         if isinstance(row, BaseException):
@@ -156,17 +158,22 @@ class Worker:
     def _begin(self):
         spawn = multiprocessing.get_context("spawn")
         self.pipe, theirs = spawn.Pipe()
-        self.process = spawn.Process(target=_serve, args=(theirs, *self.arguments), daemon=True)
         self.room = TemporaryDirectory(prefix="fivebar-chart-")  # what a process that is killed leaves behind
+        process = spawn.Process(target=_serve, args=(theirs, self.room.name, *self.arguments), daemon=True)
         own = dict.fromkeys(THREADS, "1") | {"TMPDIR": self.room.name}
         before = {name: os.environ.get(name) for name in own}
         os.environ.update(own)  # read when NumPy is loaded, there
-        self.process.start()
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
-        theirs.close()
-        if not self.pipe.poll(60) or self.pipe.recv() != "ready":
-            raise RuntimeError("the process that measures does not start")
+        try:
+            process.start()
+            self.process = process
+        finally:
+            for name, value in before.items():
+                os.environ.pop(name) if value is None else os.environ.update({name: value})
+            theirs.close()
+        with suppress(EOFError, ConnectionError):
+            if self.pipe.poll(60) and self.pipe.recv() == "ready":
+                return
+        raise RuntimeError("the process that measures does not start")
 
     def _end(self):
         if self.process is not None:
@@ -177,8 +184,8 @@ class Worker:
             self.process = None
 
 
-def _serve(pipe, module, budget):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the one that started us
+def _serve(pipe, room, module, budget):
+    end_with_parent(room)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # what solvers print would tear the progress bar
         os.dup2(nowhere, stream)
