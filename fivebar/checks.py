@@ -113,6 +113,11 @@ def not_negative(value: object, name: str) -> float:
     return number(value, name, 0.0)
 
 
+def share(value: object, name: str) -> float:
+    """Rule: a number from 0 to 1, as the sine of an angle is."""
+    return number(value, name, 0.0, 1.0)
+
+
 def seconds(value: object, name: str) -> float:
     """Rule: how long something takes, s; outside 1e-12 to 1e12 powers of it might overflow. ValueError."""
     return number(positive(value, name), name, 1e-12, 1e12)
