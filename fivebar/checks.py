@@ -93,8 +93,8 @@ def number(value: object, name: str, low: float = -HUGE, high: float = HUGE, abo
     words = ["finite"]
     if math.isfinite(found) and abs(found) > HUGE:
         words = [f"below {HUGE:g} in size"]
-    elif low == 0 and not high < found < math.inf:
-        words.append(">" * above + ">=" * (not above) + " 0")
+    elif low == 0 and not high < found < math.inf or high == HUGE > -low:
+        words.append(f"{'>' if above else '>='} {low:g}")
     elif math.isfinite(found):
         words.append(f"from {low:g} to {high:g}")
     raise ValueError(f"{name} must be {' and '.join(words)}, not {shown(value)}")
@@ -111,6 +111,11 @@ def positive(value: object, name: str) -> float:
 def not_negative(value: object, name: str) -> float:
     """Rule: a finite number >= 0."""
     return number(value, name, 0.0)
+
+
+def share(value: object, name: str) -> float:
+    """Rule: a number from 0 to 1, as the sine of an angle is."""
+    return number(value, name, 0.0, 1.0)
 
 
 def seconds(value: object, name: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -53,3 +53,12 @@ def table(words: str, rows: Mapping[str, object]) -> str:
 
     cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
     return f"<code>{html.escape(words)}</code><table>{''.join(cells)}</table>"
+
+
+def aligned(rows: Sequence[Sequence[str]], words: int) -> list[str]:
+    """Lines of a table in columns, the first `words` of them to the left, the others, numbers, to the right."""
+    columns = [
+        [cell.ljust(max(map(len, column))) if k < words else cell.rjust(max(map(len, column))) for cell in column]
+        for k, column in enumerate(zip(*rows))
+    ]
+    return ["  ".join(row).rstrip() for row in zip(*columns)]

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     Vector = np.ndarray | casadi.SX
 
 
+CHOICES = {"working": modes(2), "assembly": modes(1), "gravity": flag, "ahead": not_negative}  # their rules
+
+
 class Reference(Protocol):
     """A motion to follow: at times (...) s the end-effector's position, velocity and acceleration, each (..., 2)."""
 
@@ -58,7 +61,9 @@ class _JointController:
                     f"{name} must be one number or one per joint, finite and >= 0, not {shown(getattr(self, name))}"
                 )
             object.__setattr__(self, name, gain)
-        object.__setattr__(self, "working", modes(2)(self.working, "working"))
+        for name, rule in CHOICES.items():
+            if hasattr(self, name):
+                object.__setattr__(self, name, rule(getattr(self, name), name))
 
     def target(self, t: ArrayLike, reference: Reference | None) -> Accelerations:
         """The reference in joint coordinates, at one time or many."""
@@ -83,11 +88,6 @@ class PD(_JointController):
     gravity: bool = False
     assembly: int = -1
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "gravity", flag(self.gravity, "gravity"))
-        object.__setattr__(self, "assembly", modes(1)(self.assembly, "assembly"))
-
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         tau = self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
@@ -104,10 +104,6 @@ class ComputedTorque(_JointController):
     """
 
     assembly: int = -1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "assembly", modes(1)(self.assembly, "assembly"))
 
     def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
@@ -135,10 +131,6 @@ class FeedForward(_JointController):
     """
 
     ahead: float = 0.005
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "ahead", not_negative(self.ahead, "ahead"))
 
     def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):

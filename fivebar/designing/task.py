@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import a_callable, modes, not_negative, number, positive, shown, two_numbers, whole
+from ..checks import a_callable, modes, not_negative, number, positive, share, shown, two_numbers, whole
 from ..described import one_line
 from ..paths.curve import Path
 from ..paths.read import path
@@ -210,12 +210,8 @@ def _tolerances(value, name):
     return {key: not_negative(each, f"{name}[{key}]") for key, each in value.items()}
 
 
-def _share(value, name):
-    return number(value, name, 0.0, 1.0)
-
-
 _RULES = {
     "table": _table, "disc": _disc, "poses": _poses, "working": modes(2), "motor": _motor, "motion": _motion,
-    "path": _path, "tolerances": _tolerances, "stiffness": positive, "det_A": _share, "sin": _share,
+    "path": _path, "tolerances": _tolerances, "stiffness": positive, "det_A": share, "sin": share,
     "margin": not_negative,
 }  # fmt: skip

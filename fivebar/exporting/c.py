@@ -6,7 +6,7 @@ import textwrap
 
 import casadi as ca
 
-from .instructions import WIDTH, Language, statements, variables, wrapped
+from .instructions import WIDTH, Language, indexed, statements, variables, wrapped
 
 INTEGERS = "assembly", "working"  # inputs that are modes
 
@@ -38,13 +38,11 @@ def _number(value):
 
 def _read(name, shape, row, column):
     cast = "(fivebar_real)" if name in INTEGERS else ""
-    return cast + (name if shape == (1, 1) else _write(name, shape, row, column))
+    return cast + indexed(name, shape, row, column)
 
 
 def _write(name, shape, row, column):
-    if shape == (1, 1):
-        return f"*{name}"
-    return f"{name}[{row}]" if shape[1] == 1 else f"{name}[{row}][{column}]"
+    return f"*{name}" if shape == (1, 1) else indexed(name, shape, row, column)
 
 
 LANGUAGE = Language(_number, lambda name, operands: f"FIVEBAR_({name})({', '.join(operands)})", _read, _write)

@@ -46,6 +46,13 @@ class Language:
     operations: dict[int, str] = field(default_factory=dict)
 
 
+def indexed(name: str, shape: tuple, row: int, column: int) -> str:
+    """An element of a vector or a matrix of this shape; of what is one number its name."""
+    if shape == (1, 1):
+        return name
+    return f"{name}[{row}]" if shape[1] == 1 else f"{name}[{row}][{column}]"
+
+
 def statements(function: ca.Function, language: Language) -> Iterator[str]:
     """The assignments, without their semicolons, that compute a function of dense SX expressions.
 

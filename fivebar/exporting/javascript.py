@@ -7,7 +7,7 @@ from functools import partial
 
 import casadi as ca
 
-from .instructions import Language, statements, variables, wrapped
+from .instructions import Language, indexed, statements, variables, wrapped
 
 RESERVED = {
     "arguments", "await", "break", "case", "catch", "class", "const", "continue", "debugger", "default", "delete", "do",
@@ -45,7 +45,7 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
     for word in (name, *inputs, *outputs):
         if word in RESERVED or re.fullmatch(r"w\d+|[^A-Za-z_$].*", word):
             raise ValueError(f"{name}: {word!r} is no name in JavaScript, or taken; choose another one")
-    language = Language(_number, _call, _element, partial(_flat, function, outputs) if flat else _element, OWN)
+    language = Language(_number, _call, indexed, partial(_flat, function, outputs) if flat else indexed, OWN)
     body = wrapped("let ", variables(function), ";")
     if not flat:
         own = [f"{each} = {_empty(function.size_out(k))}" for k, each in enumerate(outputs)]
@@ -65,12 +65,6 @@ def _number(value):
 
 def _call(name, operands):
     return f"Math.{'abs' if name == 'fabs' else name}({', '.join(operands)})"
-
-
-def _element(name, shape, row, column):
-    if shape == (1, 1):
-        return name
-    return f"{name}[{row}]" if shape[1] == 1 else f"{name}[{row}][{column}]"
 
 
 def _flat(function, outputs, name, shape, row, column):

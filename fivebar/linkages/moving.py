@@ -10,6 +10,7 @@ import numpy as np
 from .._backend import first_index, is_symbolic
 from ..checks import takes
 from ..errors import UnreachableError
+from ..models.unreachable import raise_or_nan
 from .checks import check_branch, linkage, numbers
 from .limits import crank_range
 
@@ -35,8 +36,7 @@ def move(
     branch: +1 or -1, for the press a pair; None is the linkage's usual one.
     unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan" there.
     """
-    if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
-        raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
+    raise_or_nan(unreachable)
     branch = check_branch(linkage, branch)
     given = [numbers(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
     _refuse_shapes(linkage, given, branch)

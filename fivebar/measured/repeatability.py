@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._backend import finite_numbers
 from ..checks import shown
-from ..described import one_line
+from ..described import aligned, one_line
 from ..tables import BinaryFile, saved
 
 if TYPE_CHECKING:
@@ -70,9 +70,7 @@ class Repeatability:
         if self.AP is not None:
             head.append("AP (mm)")
             columns.append(1e3 * self.AP)
-        lines = [head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))]
-        widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
-        text = ["  ".join(cell.rjust(w) for cell, w in zip(line, widths)) for line in lines]
+        text = aligned([head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))], 0)
         text.append(f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre (ISO 9283)")
         if self.points.shape[1] < CYCLES:
             text.append(f"{self.points.shape[1]} cycles at a pose, where the standard asks for {CYCLES}")

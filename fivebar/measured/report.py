@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..described import aligned
 from .machine import PLACE, UNITS
 
 if TYPE_CHECKING:
@@ -71,9 +72,7 @@ def _table(found):
         else:
             row += ["not told", "", ""]
         lines.append(row)
-    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-    return ["  ".join(c.ljust(w) if k < 2 else c.rjust(w) for k, (c, w) in enumerate(zip(line, widths))).rstrip()
-            for line in lines]  # fmt: skip
+    return aligned(lines, 2)
 
 
 def _told(found):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..checks import instance
 from ..errors import SingularityError
 from .dyads import SINGULAR, cross, dot
-from .heavy_bars import bar_forces_under, loaded_accelerations
+from .heavy_bars import bar_forces_under, by_bar_forces, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
 from .loads import asked_for, at_rest, carries, refuse_weightless
 from .physics import any_named, loads_of, named, physics_of
@@ -32,19 +33,20 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
-    pose, m = rates.pose, rates.pose.robot.m
-    if physics_of(pose.robot) is not None:
+    pose, robot = rates.pose, rates.pose.robot
+    z1, z2 = robot.inertias
+    refuse_weightless(robot, "dynamic_model")
+    if not carries(robot):
+        zero = 0.0 * rates._q_dot[0]
+        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*asked_for(at_rest(rates))[1])
+    if physics_of(robot) is not None:
         return _loaded_model(rates)
-    z1, z2 = pose.robot.inertias
-    if not is_symbolic(m) and m == 0:
-        zero = 0.0 * pose.b[0]
-        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(zero, zero)
     refuse_parallel(pose, "dynamic_model")
     # (A A^T)^-1 = [[1, -g], [-g, 1]] / det A^2 with g = u_12 . u_22.
     b1, b2 = pose.b
     d1, d2 = rates._bias
     g = dot(*pose.u2)
-    weight = m / (pose.det_A * pose.det_A)
+    weight = robot.m / (pose.det_A * pose.det_A)
     coupling = -weight * g * b1 * b2
     M = pack_matrix(z1 + weight * b1 * b1, coupling, coupling, z2 + weight * b2 * b2)
     return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
@@ -53,12 +55,7 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
 def _loaded_model(rates):
     """M and c with all loads: c is what no acceleration asks for."""
     pose, robot = rates.pose, rates.pose.robot
-    z1, z2 = robot.inertias
-    refuse_weightless(robot, "dynamic_model")
-    zero = 0.0 * rates._q_dot[0]
-    if not carries(robot):
-        _, torques = asked_for(at_rest(rates))
-        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*torques)
+    (z1, z2), zero = robot.inertias, 0.0 * rates._q_dot[0]
     c = inverse_dynamics(dkm2(rates, pack(zero, zero)))
     (x1, y1), (x2, y2) = pose.u2
     s1, s2 = (b * (1 / pose.det_A) for b in pose.b)
@@ -93,26 +90,17 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
     """
     if not isinstance(accelerations, Accelerations):
         some_accelerations(accelerations, "accelerations")
-    rates = accelerations.rates
-    pose, m = rates.pose, rates.pose.robot.m
-    if physics_of(pose.robot) is not None:
-        refuse_weightless(pose.robot, "inverse_dynamics")
-        (fx, fy), torques = asked_for(accelerations)
-        if carries(pose.robot):
-            refuse_parallel(pose, "inverse_dynamics")
-            (x1, y1), (x2, y2) = pose.u2
-            scale = 1 / pose.det_A
-            forces = (fx * y2 - fy * x2) * scale, (fy * x1 - fx * y1) * scale
-            torques = tuple(t + b * force for t, b, force in zip(torques, pose.b, forces))
-        return pack(*torques)
-    torques = tuple(z * a for z, a in zip(pose.robot.inertias, accelerations._q_ddot))
-    if is_symbolic(m) or m:
+    pose = accelerations.rates.pose
+    refuse_weightless(pose.robot, "inverse_dynamics")
+    (fx, fy), torques = asked_for(accelerations)
+    if carries(pose.robot):
         refuse_parallel(pose, "inverse_dynamics")
         (x1, y1), (x2, y2) = pose.u2
-        ax, ay = accelerations._xi_ddot
-        scale = m / pose.det_A
+        scale = 1 / pose.det_A
+        if physics_of(pose.robot) is None:  # the mass is taken into the scale: two products less
+            (fx, fy), scale = accelerations._xi_ddot, pose.robot.m / pose.det_A
         # Bar forces lambda = A^-T m xi''.
-        forces = (ax * y2 - ay * x2) * scale, (ay * x1 - ax * y1) * scale
+        forces = (fx * y2 - fy * x2) * scale, (fy * x1 - fx * y1) * scale
         torques = tuple(t + b * force for t, b, force in zip(torques, pose.b, forces))
     return pack(*torques)
 
@@ -131,17 +119,13 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
     if physics_of(rates.pose.robot) is not None:
         return slipping_dynamics(rates, tau, _slip(rates, tau), "forward_dynamics")
-    (u1, u2), (b1, b2), (z1, z2), m = rates.pose.u2, rates.pose.b, rates.pose.robot.inertias, rates.pose.robot.m
-    (r1, r2), (mu1, mu2), (k1, k2), g, inverse = _forces_over_mass(rates, tau, "forward_dynamics")
-    xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
-    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
-    d1, d2 = rates._bias
-    square = rates.pose.det_A * rates.pose.det_A
-    q_ddot = (
-        ((k2 + square) * tau[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * (1 / z1)),
-        ((k1 + square) * tau[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * (1 / z2)),
-    )
-    return Accelerations(rates, q_ddot, xi_ddot)
+    return _lab_dynamics(rates, tau, "forward_dynamics")[0]
+
+
+def _lab_dynamics(rates, tau, model):
+    """(Accelerations, bar forces over m) of a robot without loads."""
+    _refuse_no_inertia(rates.pose.robot, model)
+    return by_bar_forces(rates, tau, partial(_refuse_corner, model))
 
 
 def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics") -> Accelerations:
@@ -152,7 +136,7 @@ def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str =
         _refuse_no_inertia(robot, model)
         if not named(robot.m) and any_named(loads_of(robot).elbows):
             raise ValueError(f"{model} needs m > 0 where elbows rub (fv12, fv22)")
-    return loaded_accelerations(rates, tau, slip, lambda pose, value: _refuse_corner(pose, value, model))
+    return loaded_accelerations(rates, tau, slip, partial(_refuse_corner, model))
 
 
 def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple]:
@@ -183,28 +167,10 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
     """
     some_rates(rates, "rates")
     tau = unpack_for(rates._xi_dot[0], tau, "tau")
-    m = rates.pose.robot.m
     if physics_of(rates.pose.robot) is not None:
         slip = _slip(rates, tau)
         return pack(*bar_forces_under(slipping_dynamics(rates, tau, slip, "bar_forces"), tau, slip))
-    return pack(*(m * mu for mu in _forces_over_mass(rates, tau, "bar_forces")[1]))
-
-
-def _forces_over_mass(rates, tau, model):
-    """Right side, mu, the drives' shares k and what else the 2 x 2 system holds."""
-    pose, m = rates.pose, rates.pose.robot.m
-    _refuse_no_inertia(pose.robot, model)
-    b1, b2 = pose.b
-    z1, z2 = pose.robot.inertias
-    k1, k2 = m / z1 * b1 * b1, m / z2 * b2 * b2
-    r1, r2 = (d + b * t * (1 / z) for d, b, t, z in zip(rates._bias, pose.b, tau, pose.robot.inertias))
-    g = dot(*pose.u2)
-    # det = (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
-    determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
-    _refuse_corner(pose, determinant, model)
-    inverse = 1.0 / determinant
-    mu = ((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse
-    return (r1, r2), mu, (k1, k2), g, inverse
+    return pack(*(rates.pose.robot.m * mu for mu in _lab_dynamics(rates, tau, "bar_forces")[1]))
 
 
 def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
@@ -213,28 +179,18 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
     Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is divided by.
     """
     pose = accelerations.rates.pose
-    robot, columns = pose.robot, zip(*pose.u2)
-    if physics_of(robot) is not None:
-        force, torques = asked_for(accelerations)
-        push = tuple(f - (u1 * forces[0] + u2 * forces[1]) for f, (u1, u2) in zip(force, columns))
-        return push, tuple(t + b * f for t, b, f in zip(torques, pose.b, forces))
-    push = tuple(
-        robot.m * a - (u1 * forces[0] + u2 * forces[1]) for a, (u1, u2) in zip(accelerations._xi_ddot, columns)
-    )
-    drives = zip(robot.inertias, accelerations._q_ddot, pose.b, forces)
-    return push, tuple(z * a + b * f for z, a, b, f in drives)
+    force, torques = asked_for(accelerations)
+    push = tuple(f - (u1 * forces[0] + u2 * forces[1]) for f, (u1, u2) in zip(force, zip(*pose.u2)))
+    return push, tuple(t + b * f for t, b, f in zip(torques, pose.b, forces))
 
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
     """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
-    robot, b = accelerations.rates.pose.robot, accelerations.rates.pose.b
-    if physics_of(robot) is not None:
-        return tuple((t - asked) / along for t, asked, along in zip(tau, asked_for(accelerations)[1], b))
-    inertias = robot.inertias
-    return tuple((t - z * a) / along for t, z, a, along in zip(tau, inertias, accelerations._q_ddot, b))
+    drives = zip(tau, asked_for(accelerations)[1], accelerations.rates.pose.b)
+    return tuple((t - asked) / along for t, asked, along in drives)
 
 
-def _refuse_corner(pose, determinant, model):
+def _refuse_corner(model, pose, determinant):
     if is_symbolic(determinant) or (isinstance(determinant, float) and determinant > SINGULAR**2):
         return
     singular = determinant <= SINGULAR**2

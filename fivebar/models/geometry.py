@@ -11,7 +11,7 @@ from ..checks import robot as must_be_robot
 from .dyads import RRR
 from .pose import DrivenLeg, Pose, ReachedLeg
 from .robots import KINDS
-from .unreachable import refuse_open
+from .unreachable import raise_or_nan, refuse_open
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -128,8 +128,6 @@ def _with_modes(v, modes, name, count):
 
 def _refuse_open(unreachable, found, pose):
     """Raise for the first pose in which a dyad does not close (`found` is nan there)."""
-    if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
-        raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
-    if unreachable == "nan" or is_symbolic(found) or not np.any(found != found):
+    if raise_or_nan(unreachable) == "nan" or is_symbolic(found) or not np.any(found != found):
         return
     refuse_open(np.isnan(found), pose)

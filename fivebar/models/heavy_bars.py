@@ -17,52 +17,69 @@ A drive that sticks is left out of both: its column of Phi is 0 and its mass alo
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .._backend import is_symbolic
 from .dyads import dot
 from .kinematics import Accelerations, Rates
 from .loads import asked_for, at_rest
-from .physics import loads_of
+from .physics import loads_of, named
 
 FREE = 1.0, 1.0
 
 
-def loaded_accelerations(rates: Rates, tau: tuple, slip: tuple | None, refuse_corner) -> Accelerations:
+def loaded_accelerations(rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable) -> Accelerations:
     """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0 stays at rest.
 
     refuse_corner(pose, determinant): raises where all bars are parallel.
     """
     robot = rates.pose.robot
-    free = FREE if slip is None else tuple(each * each for each in slip)
+    free = _free(slip)
     force, torques = asked_for(at_rest(rates), slip)
     push = tuple(t - asked for t, asked in zip(tau, torques))
-    solve = _by_closure if loads_of(robot).heavy else _by_bar_forces
-    return solve(rates, push, force, free, refuse_corner)
+    if loads_of(robot).heavy:
+        return _by_closure(rates, push, force, free, refuse_corner)
+    fall = tuple(f * (1 / robot.m) for f in force) if named(robot.m) else None
+    return by_bar_forces(rates, push, refuse_corner, free, fall)[0]
 
 
-def _by_bar_forces(rates, push, force, free, refuse_corner):
-    """The 2 x 2 system of `dynamics.forward_dynamics` with loads: xi'' = A^T mu - force / m."""
-    pose, m = rates.pose, rates.pose.robot.m
-    b, square, g = pose.b, pose.det_A * pose.det_A, dot(*pose.u2)
-    if not is_symbolic(m) and m == 0:
-        fall = 0.0, 0.0
-    else:
-        fall = force[0] * (1 / m), force[1] * (1 / m)
-    mobility = tuple(f * (1 / z) for f, z in zip(free, pose.robot.inertias))
-    bias = tuple(d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
-    k1, k2 = (m * y * along * along for y, along in zip(mobility, b))
-    r1, r2 = (d + along * y * t for d, along, y, t in zip(bias, b, mobility, push))
-    determinant = square + (k1 + k2) + k1 * k2
+def _free(slip):
+    """Per drive 1, or 0 where it sticks."""
+    return FREE if slip is None else tuple(each * each for each in slip)
+
+
+def by_bar_forces(
+    rates: Rates, push: tuple, refuse_corner: Callable, free: tuple = FREE, fall: tuple | None = None
+) -> tuple[Accelerations, tuple]:
+    """(Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' = A^T mu - fall."""
+    pose, m, (z1, z2) = rates.pose, rates.pose.robot.m, rates.pose.robot.inertias
+    (b1, b2), (u1, u2), g, square = pose.b, pose.u2, dot(*pose.u2), pose.det_A * pose.det_A
+    d1, d2 = rates._bias if fall is None else (d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
+    y1, y2 = free[0] * (1 / z1), free[1] * (1 / z2)
+    k1, k2 = free[0] * (m / z1) * b1 * b1, free[1] * (m / z2) * b2 * b2
+    r1, r2 = d1 + b1 * push[0] * y1, d2 + b2 * push[1] * y2
+    (mu1, mu2), inverse = _two_forces(pose, (k1, k2), (r1, r2), refuse_corner)
+    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
+    q_ddot = (
+        ((k2 + square) * push[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * y1),
+        ((k1 + square) * push[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * y2),
+    )
+    xi_ddot = u1[0] * mu1 + u2[0] * mu2, u1[1] * mu1 + u2[1] * mu2
+    if fall is not None:
+        xi_ddot = xi_ddot[0] - fall[0], xi_ddot[1] - fall[1]
+    return Accelerations(rates, q_ddot, xi_ddot), (mu1, mu2)
+
+
+def _two_forces(pose, k, right, refuse_corner=lambda pose, determinant: None):
+    """(mu with (A A^T + diag(k)) mu = right, 1 over the determinant)."""
+    (k1, k2), (r1, r2), g = k, right, dot(*pose.u2)
+    # (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
+    determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
     refuse_corner(pose, determinant)
     inverse = 1.0 / determinant
-    mu1, mu2 = ((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse
-    (x1, y1), (x2, y2) = pose.u2
-    q_ddot = (
-        ((k2 + square) * push[0] - m * b[0] * ((1 + k2) * bias[0] - g * r2)) * (inverse * mobility[0]),
-        ((k1 + square) * push[1] - m * b[1] * ((1 + k1) * bias[1] - g * r1)) * (inverse * mobility[1]),
-    )
-    return Accelerations(rates, q_ddot, (x1 * mu1 + x2 * mu2 - fall[0], y1 * mu1 + y2 * mu2 - fall[1]))
+    return (((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse), inverse
 
 
 def _by_closure(rates, push, force, free, refuse_corner):
@@ -71,26 +88,20 @@ def _by_closure(rates, push, force, free, refuse_corner):
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
     (x1, y1), (x2, y2) = pose.u2
     # A solution of Phi y = d, the least.
-    (d1, d2), g, det_A = rates._bias, dot(*pose.u2), pose.det_A
-    norm = det_A * det_A + s1 * s1 + s2 * s2 + s1 * s1 * s2 * s2
-    refuse_corner(pose, norm)
-    inverse = 1.0 / norm
-    n1, n2 = ((1 + s2 * s2) * d1 - g * d2) * inverse, ((1 + s1 * s1) * d2 - g * d1) * inverse
+    (n1, n2), _ = _two_forces(pose, (s1 * s1, s2 * s2), rates._bias, refuse_corner)
     least = -s1 * n1, -s2 * n2, x1 * n1 + x2 * n2, y1 * n1 + y2 * n2
     M = masses(rates, free)
     forces = push[0] * free[0] * (1 / lengths[0]), push[1] * free[1] * (1 / lengths[1]), -force[0], -force[1]
-    W = _antisymmetric(det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
-    rest = [f - sum(row) for f, row in zip(forces, ([a * b for a, b in zip(each, least)] for each in M))]
+    W = _antisymmetric(pose.det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
+    rest = [f - along for f, along in zip(forces, _times(M, least))]
     MW = _product(M, W)
     # tr(W^T M W M) = -tr(M W M W)
     delta = -0.5 * sum(MW[i][j] * MW[j][i] for i in range(4) for j in range(4))
     _refuse_negative(delta)
-    moved = _times(M, _times(W, rest))
-    moved = _times(W, moved)  # of W^T the negative
+    moved = _times(W, _times(M, _times(W, rest)))  # of W^T the negative
     scale = -1.0 / delta
     e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
-    q_ddot = e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])
-    return Accelerations(rates, q_ddot, (x, y))
+    return Accelerations(rates, (e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])), (x, y))
 
 
 def masses(rates: Rates, free: tuple = FREE) -> list[list]:
@@ -114,16 +125,13 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
 def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
     """The forces along the distal bars in a motion under tau, on components, regular as the motion: least squares of
     all that speaks of them, which agrees."""
-    free = FREE if slip is None else tuple(each * each for each in slip)
+    free, pose = _free(slip), acc.rates.pose
     force, torques = asked_for(acc, slip)
-    pose = acc.rates.pose
-    lengths = (drive.length for drive in pose.robot.drives)
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
-    own1, own2 = (f * (t - asked) * (1 / length) for f, t, asked, length in zip(free, tau, torques, lengths))
-    r1, r2 = (dot(u, force) + s * own for u, s, own in zip(pose.u2, (s1, s2), (own1, own2)))
-    g, det_A = dot(*pose.u2), pose.det_A
-    inverse = 1.0 / (det_A * det_A + s1 * s1 + s2 * s2 + s1 * s1 * s2 * s2)
-    return ((1 + s2 * s2) * r1 - g * r2) * inverse, ((1 + s1 * s1) * r2 - g * r1) * inverse
+    lengths = (drive.length for drive in pose.robot.drives)
+    own = (f * (t - asked) * (1 / length) for f, t, asked, length in zip(free, tau, torques, lengths))
+    right = tuple(dot(u, force) + s * each for u, s, each in zip(pose.u2, (s1, s2), own))
+    return _two_forces(pose, (s1 * s1, s2 * s2), right)[0]
 
 
 def _antisymmetric(a, b, c, d, e, f):

@@ -21,7 +21,7 @@ import numpy as np
 from .._backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
 from .kinematics import Accelerations, Rates, a_pose, some_rates
-from .physics import loads_of, named
+from .physics import loads_of, named, physics_of
 from .pose import Pose
 
 if TYPE_CHECKING:
@@ -47,7 +47,10 @@ def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tup
     On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of its rate.
     """
     rates, robot = acc.rates, acc.rates.pose.robot
-    pose, physics = rates.pose, loads_of(robot)
+    pose, physics = rates.pose, physics_of(robot)
+    if physics is None:
+        x, y = acc._xi_ddot
+        return (robot.m * x, robot.m * y), tuple(z * a for z, a in zip(robot.inertias, acc._q_ddot))
     gx, gy = physics.gravity
     force = [robot.m * (acc._xi_ddot[0] - gx), robot.m * (acc._xi_ddot[1] - gy)]
     torques = []

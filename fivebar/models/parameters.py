@@ -7,7 +7,6 @@ from dataclasses import fields
 from inspect import signature
 from typing import Any
 
-from ..checks import shown
 from .links import Link
 from .robots import KINDS, Biglide, FiveBar
 
@@ -80,9 +79,9 @@ def _of_links(parameters):
     if missing := [name for name in known[:6] if name not in parameters]:
         raise ValueError(f"a robot of links needs {', '.join(missing)} too")
     links = parameters.pop("links")
-    if not isinstance(links, dict):
-        raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
-    return FiveBar.from_links(links={name: _link(name, link) for name, link in links.items()}, **parameters)
+    if isinstance(links, dict):
+        links = {name: _link(name, link) for name, link in links.items()}
+    return FiveBar.from_links(links=links, **parameters)
 
 
 def _link(name, link):

@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from .pose import Pose
 
 
+def raise_or_nan(unreachable: object) -> str:
+    """What a model does where a pose does not close, checked."""
+    if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
+        raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
+    return unreachable
+
+
 def refuse_open(open_: np.ndarray, pose: Pose) -> None:
     """Raise for the first pose of a batch that does not close, where `open_` is true."""
     count, index = first_index(open_)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import modes, optional, shown, takes, text
+from ..checks import modes, number, optional, positive, shown, takes, text
 from ..checks import robot as must_be_robot
 from ..models.geometry import Pose, igm
 from ..singularities.keep import Keep
@@ -26,7 +25,6 @@ from .problem import (
     checked_stops,
     checked_weights,
     limit_of,
-    number,
     point_of,
     refuse_broken,
     refuse_massless,
@@ -94,8 +92,8 @@ def plan(
     limits = Limits(
         limit_of(torque_limit, "torque_limit", (1, 2)), limit_of(joint_speed_limit, "joint_speed_limit", (1, 2)),
         limit_of(acceleration_limit, "acceleration_limit", (1,)), box(workspace),
-        None if serial_margin is None else number(serial_margin, "serial_margin", 1e-3, 1),
-        None if parallel_margin is None else number(parallel_margin, "parallel_margin", 1e-9, 1),
+        None if serial_margin is None else number(serial_margin, "plan: serial_margin", 1e-3, 1),
+        None if parallel_margin is None else number(parallel_margin, "plan: parallel_margin", 1e-9, 1),
     )  # fmt: skip
     weights = checked_weights(objective)
     if duration is None and not weights["time"]:
@@ -107,7 +105,7 @@ def plan(
     for name, value, low, high in (("degree", degree, 2, 7), ("intervals", intervals, 2, MOST_INTERVALS)):
         if type(value) is bool or not (isinstance(value, int) and low <= value <= high):
             raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {shown(value)}")
-    tolerance, max_time = number(tolerance, "tolerance", 1e-9, 1), number(max_time, "max_time", 0, math.inf)
+    tolerance, max_time = number(tolerance, "plan: tolerance", 1e-9, 1), positive(max_time, "plan: max_time")
     rule = scheme(method, degree)
     if free:
         if limits.serial is not None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import HUGE, real_numbers
-from ..checks import shown
+from .._backend import finite_numbers, real_numbers
+from ..checks import not_negative, number, positive, shown, two_numbers
 from ..errors import SingularityError, UnreachableError
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
@@ -216,36 +215,30 @@ def stop_names(count: int) -> list[str]:
     return ["start", *(f"via[{k}]" for k in range(count - 2)), "goal"]
 
 
-def pairs_of(via: Iterable) -> list[tuple]:
-    """[(time or None, point), ...], checked to be that."""
+def timed(start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
+    """[(what it is called, time or None, point), ...] of all stops, in the order of their times."""
     try:
-        return [(t, point) for t, point in via]
+        via = [(t, point) for t, point in via]
     except (TypeError, ValueError):
         raise ValueError(f"plan: via must be [(time or None, point), ...], not {shown(via)}") from None
+    found, last = [("start", 0.0, start)], 0.0
+    for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
+        if t is not None:
+            words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
+            t = last = number(positive(t, words), words, last, above=True)
+        found.append((name, t, point))
+    return found
 
 
 def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
     """((conditions, time or None), ...), checked."""
-    via = pairs_of(via)
-    times = [0.0, *(t for t, _ in via), duration]
-    given = [start, *(point for _, point in via), goal]
-    last, stops = -1.0, []
-    for name, t, point in zip(stop_names(len(given)), times, given):
-        if t is not None:
-            words = "duration" if name == "goal" else f"the time of {name}"
-            t = 0.0 if name == "start" else number(t, words, max(last, 0.0), math.inf)
-            last = t
+    stops = []
+    for name, t, point in timed(start, goal, duration, via):
         if not isinstance(point, dict):
             point = {0: point} if name.startswith("via") else {0: point, 1: (0.0, 0.0)}
         if 0 not in point or not set(point) <= {0, 1, 2}:
             raise ValueError(f"plan: {name} needs a position under order 0, and no other orders than 1 and 2")
-        conditions = {}
-        for order, value in point.items():
-            array = _floats(value)
-            if array.shape != (2,) or not (np.abs(array) < HUGE).all():
-                raise ValueError(f"plan: {name}, order {order}, must be two finite numbers (x, y), not {shown(value)}")
-            conditions[order] = tuple(array.tolist())
-        stops.append((conditions, t))
+        stops.append(({k: two_numbers(value, f"plan: {name}, order {k},") for k, value in point.items()}, t))
     if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")
     return tuple(stops)
@@ -255,35 +248,16 @@ def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     weights = {objective: 1.0} if isinstance(objective, str) else objective
     if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
         raise ValueError(f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}")
-    weights = {
-        name: number(weights.get(name, 0.0), f"the weight of {name}", 0.0, math.inf, True) for name in OBJECTIVES
-    }
+    weights = {name: not_negative(weights.get(name, 0.0), f"plan: the weight of {name}") for name in OBJECTIVES}
     if not any(weights.values()):
         raise ValueError("plan: one weight of the objective must be > 0")
     return weights
 
 
-def _floats(value):
-    try:
-        return real_numbers(value, "")
-    except ValueError:
-        return np.array(np.nan)  # fails every check of shape
-
-
-def number(value: float, name: str, low: float, high: float, closed: bool = False) -> float:
-    value = float(value) if isinstance(value, np.floating) else value
-    ok = isinstance(value, Real) and not isinstance(value, bool) and -HUGE < value < HUGE
-    least = low if low or closed else 1 / HUGE
-    if not (ok and (value > least or (closed and value == low)) and value < high):
-        above = f"finite and {'>=' if closed else '>'} {low:g}" + (f" and < {high:g}" if math.isfinite(high) else "")
-        raise ValueError(f"plan: {name} must be {above}, not {shown(value)}")
-    return float(value)
-
-
 def limit_of(value: ArrayLike | None, name: str, sizes: tuple[int, ...]) -> tuple[float, float] | float | None:
     if value is None:
         return None
-    values = [number(v, name, 0.0, math.inf) for v in np.ravel(_floats(value)).tolist()]
+    values = [positive(each, f"plan: {name}") for each in real_numbers(value, f"plan: {name}").ravel().tolist()]
     if len(values) not in sizes:
         raise ValueError(f"plan: {name} must be one number{' or one per joint' if 2 in sizes else ''}, not {value!r}")
     return tuple(values * (3 - len(values))) if 2 in sizes else values[0]
@@ -292,7 +266,7 @@ def limit_of(value: ArrayLike | None, name: str, sizes: tuple[int, ...]) -> tupl
 def box(workspace: ArrayLike | None) -> tuple | None:
     if workspace is None:
         return None
-    box = _floats(workspace)
-    if box.shape != (2, 2) or not (np.abs(box) < HUGE).all() or (box[:, 0] >= box[:, 1]).any():
+    box = finite_numbers(workspace, "workspace")
+    if box.shape != (2, 2) or (box[:, 0] >= box[:, 1]).any():
         raise ValueError(f"plan: workspace must be ((x low, x high), (y low, y high)), finite, not {shown(workspace)}")
     return tuple(map(tuple, box.tolist()))

@@ -16,7 +16,7 @@ from ..models.robots import Robot
 from ..singularities.locus import MODES
 from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
-from .problem import PlanError, number, pairs_of, stop_names
+from .problem import PlanError, timed
 
 IMAGES, DIRECT, ROUTES = 30, 8, 6  # turns of the goal's bars that are tried, straight ways, and routes, at most
 MOST = 6  # ways between two poses
@@ -76,13 +76,8 @@ def _distinct(robot, paths):
 
 def ways_between(robot: Robot, start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
     """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
-    via = pairs_of(via)
-    times, given = [0.0, *(t for t, _ in via), duration], [start, *(pose for _, pose in via), goal]
-    names, last = stop_names(len(given)), 0.0
-    for t, name in zip(times[1:], names[1:]):
-        if t is not None:
-            last = number(t, "duration" if name == "goal" else f"the time of {name}", last, np.inf)
-    choices = [_poses(robot, each, name) for each, name in zip(given, names)]
+    stops = timed(start, goal, duration, via)
+    choices = [_poses(robot, given, name) for name, _, given in stops]
     found, apart = [], None
     for poses in product(*choices):
         try:
@@ -94,6 +89,7 @@ def ways_between(robot: Robot, start: object, goal: object, duration: float | No
     if apart is not None and not found:
         raise apart
     found.sort(key=lambda legs: sum(way.length for way in legs))
+    times = [t for _, t, _ in stops]
     return [(*_stops([way.path for way in legs], times), sum(way.length for way in legs)) for legs in found]
 
 

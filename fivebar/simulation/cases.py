@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,29 +43,16 @@ class Case:
         return simulate(self.plant, controller, self.reference, duration=duration, **self.options)
 
 
-def _task_1():
-    return Case("task 1", line(HOME, TASK_1, 2.0))
+def _task_1(title="task 1", **more):
+    return Case(title, line(HOME, TASK_1, 2.0), **more)
 
 
 def _torque_limit():
     """60 % of the largest torque that the exact inverse model gives along task 1."""
-    reference, robot = line(HOME, TASK_1, 2.0), FiveBar()
-    xi, xi_dot, xi_ddot = reference(np.linspace(0.0, 2.0, 2001))
-    tau = inverse_dynamics(ikm2(ikm(igm(robot, xi), xi_dot), xi_ddot))
-    limit = 0.6 * float(np.abs(tau).max())
-    return Case("task 1, torque limit 60 %", reference, options={"torque_limit": limit})
-
-
-def _mass():
-    return Case("task 1, mass 20 % larger than known", line(HOME, TASK_1, 2.0), plant=FiveBar(m=0.6))
-
-
-def _delay():
-    return Case("task 1, delay 10 ms", line(HOME, TASK_1, 2.0), options={"delay": 1})
-
-
-def _encoder():
-    return Case("task 1, encoders of 4096 steps", line(HOME, TASK_1, 2.0), options={"encoder_resolution": ENCODER})
+    case = _task_1("task 1, torque limit 60 %")
+    xi, xi_dot, xi_ddot = case.reference(np.linspace(0.0, 2.0, 2001))
+    tau = inverse_dynamics(ikm2(ikm(igm(case.model, xi), xi_dot), xi_ddot))
+    return replace(case, options={"torque_limit": 0.6 * float(np.abs(tau).max())})
 
 
 def _crossing():
@@ -75,9 +62,13 @@ def _crossing():
 
 
 CASES = {
-    "task-1": _task_1, "torque-limit": _torque_limit, "mass": _mass, "delay": _delay, "encoder": _encoder,
+    "task-1": _task_1,
+    "torque-limit": _torque_limit,
+    "mass": lambda: _task_1("task 1, mass 20 % larger than known", plant=FiveBar(m=0.6)),
+    "delay": lambda: _task_1("task 1, delay 10 ms", options={"delay": 1}),
+    "encoder": lambda: _task_1("task 1, encoders of 4096 steps", options={"encoder_resolution": ENCODER}),
     "crossing": _crossing,
-}  # fmt: skip
+}
 
 
 def _mpc(case):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..checks import instance, shown
+from ..described import aligned
 from ..models.robots import Robot
 from ..tables import BinaryFile, saved
 from .run import Run
@@ -61,11 +62,7 @@ class Comparison:
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
             lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
-        widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-        return "\n".join(
-            "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(line, widths)))
-            for line in lines
-        )
+        return "\n".join(aligned(lines, 1))
 
     def plot(self, path: BinaryFile | None = None) -> Figure:
         """Matplotlib figure of errors, torques and solve times; written to `path` (PNG, SVG, PDF) if given."""

@@ -49,13 +49,17 @@ class Plant:
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
         self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
-        self._step = Buffered(_compiled_step(type(robot), names_of([robot]), jit))  # its own arrays
+        self._step = self._call(free_step, jit)
         self.length, self.t = FIRST, 0.0
         c, c_dot, _ = Bars().coordinates(start)
         self.state = np.array([*c, *c_dot])
         self._pieces = []  # (t, length, state, polynomial)
 
     moves = True
+
+    def _call(self, make, jit):
+        """One of the compiled functions of `steps` for robots of this kind, with its own arrays."""
+        return Buffered(_compiled(make, type(self.robot), names_of([self.robot]), jit))
 
     @property
     def joints(self):
@@ -155,9 +159,9 @@ def margins_after(plant, states, tau, k, length):
     return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
 
-@lru_cache(maxsize=8)
-def _compiled_step(kind, names, jit):
-    return compiled(free_step(kind, names), jit)
+@lru_cache(maxsize=16)
+def _compiled(make, kind, names, jit):
+    return compiled(make(kind, names), jit)
 
 
 class FixedPlant:

@@ -102,10 +102,10 @@ def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encode
     rows, states = plant.rows(t)
     tau = np.repeat(torques, grid.block, axis=0)[: grid.steps]
     control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
-    after = partial(margins_after, plant, states, tau) if isinstance(plant, Plant) else None
-    xi_ref = None if reference is None else reference(t)[0]
-    lost = partial(friction_loss, plant, t) if isinstance(plant, Plant) else None
-    log = getattr(controller, "log", None)
+    after = lost = None
+    if isinstance(plant, Plant):
+        after, lost = partial(margins_after, plant, states, tau), partial(friction_loss, plant, t)
+    xi_ref, log = None if reference is None else reference(t)[0], getattr(controller, "log", None)
     return assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, log, after, lost=lost)
 
 

@@ -7,14 +7,10 @@ sticks is held at its angle to the last bit, so that it neither creeps nor chatt
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
-from ..models.compiled import Buffered, compiled
 from ..models.dynamics import held_by
 from ..models.four_joints import bars_rates, closed
-from ..models.parameters import names_of
 from ..models.physics import loads_of
 from ..models.sticking import slip_of
 from .plant import Plant
@@ -49,7 +45,7 @@ class StickSlip(Plant):
     def __init__(self, robot, start, tolerance, jit=False):
         super().__init__(robot, start, tolerance, jit)
         self.dry = np.array(robot.physics.coulomb)
-        self._held = Buffered(_holding(type(robot), names_of([robot]), jit))
+        self._held = self._call(holding, jit)
         self.slip = np.ones(2)
 
     @property
@@ -187,8 +183,3 @@ class StickSlip(Plant):
         place = np.array([(t - t0[at]) / lengths[at]])
         a = between(states[at : at + 1], polynomials[at : at + 1], place)[0].tolist()
         return bars_rates(self.robot, tuple(a[:4]), tuple(a[4:]))
-
-
-@lru_cache(maxsize=8)
-def _holding(kind, names, jit):
-    return compiled(holding(kind, names), jit)

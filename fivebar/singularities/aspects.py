@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
 from .faces import SLIVER, faces
+from .leg_circles import size_of
 from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
@@ -54,7 +55,7 @@ class Aspect:
     def _middle(self):
         found = roomiest(self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES)
         exact = found and inside(self.boundary, np.array([found[0][0]]))[0]  # of slivers the samples may tell it wrong
-        return found[0] if exact else off_border(self.boundary, _size(self.robot))
+        return found[0] if exact else off_border(self.boundary, size_of(self.robot))
 
     @property
     def point(self) -> np.ndarray:
@@ -84,6 +85,11 @@ class Aspect:
         return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
 
 
+def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
+    """The aspect as one of a class derived from it, with what that has more."""
+    return kind(*(getattr(aspect, each.name) for each in fields(Aspect)), *more)
+
+
 @takes(robot=instance(FiveBar, Biglide))
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
@@ -109,7 +115,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         for working in MODES
         if working not in loci.everywhere
     ]
-    if areas and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * _size(robot) ** 2:
+    if areas and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * size_of(robot) ** 2:
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
@@ -128,16 +134,12 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
     return found[number - 1]
 
 
-def _size(robot):
-    return robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
-
-
 def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
     """Sorted by working mode, then by falling area, and numbered so."""
     found = list(found)
     if not found:
         return ()
-    size = _size(found[0].robot)
+    size = size_of(found[0].robot)
     area = {id(part): (MODES.index(part.working), -round(part.area / size**2, 7)) for part in found}
     often = Counter(area.values())
 
@@ -172,7 +174,7 @@ def parts(kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, 
 
 def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
     """The parts of one working mode: assembly mode, area, boundary, punctures."""
-    size = _size(robot)
+    size = size_of(robot)
     edges = _edges([piece for piece in pieces if len(piece.points) > 1], touches)
     isolated = np.unique([piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]).astype(complex)
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
@@ -184,7 +186,7 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
 
 def _proved(robot, edges, working, det_A, sin):
     """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one is not wholly."""
-    size, levels = _size(robot), {}
+    size, levels = size_of(robot), {}
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)

@@ -10,7 +10,7 @@ from ..models.dyads import SINGULAR, cross
 from ..models.geometry import Pose, igm
 from ..models.kinematics import ikm, ikm2
 from ..models.loads import asked_for
-from ..models.physics import physics_of
+from ..models.physics import loads_of, physics_of
 from ..models.robots import Robot
 
 SAMPLES = 2049
@@ -20,13 +20,11 @@ FAR = 0.01  # a sine: nearer to Type 1 the bars' own acceleration says nothing o
 def force_at(pose: Pose, xi_dot: np.ndarray, xi_ddot: np.ndarray) -> tuple:
     """m xi'', or with gravity and heavy bars all that the motion asks for, N, on components.
 
-    Where it is singular of Type 1 too, the bars' rates are not known: then m (xi'' - g).
+    Where one of them is singular of Type 1 too, the bars' rates are not known: then m (xi'' - g).
     """
-    robot, physics = pose.robot, physics_of(pose.robot)
-    if physics is None:
-        return tuple(robot.m * xi_ddot)
-    if min(abs(sine) for sine in pose.sines) < SINGULAR:
-        return tuple(robot.m * (xi_ddot - physics.gravity))
+    robot = pose.robot
+    if physics_of(robot) is None or np.min(np.abs(pose.sines)) < SINGULAR:
+        return tuple(robot.m * np.moveaxis(xi_ddot - np.array(loads_of(robot).gravity), -1, 0))
     return asked_for(ikm2(ikm(pose, xi_dot), xi_ddot))[0]
 
 
@@ -41,12 +39,7 @@ def largest_force(robot: Robot, path: Callable, working: tuple[int, int], accele
     if not regular.any():
         return abs(robot.m) * (acceleration + float(np.hypot(*robot.physics.gravity)))
     xi, xi_dot, xi_ddot = (each[regular] for each in motion)
-    return float(np.hypot(*force_at_all(igm(robot, xi, working), xi_dot, xi_ddot)).max())
-
-
-def force_at_all(pose: Pose, xi_dot: np.ndarray, xi_ddot: np.ndarray) -> tuple:
-    """`force_at` of a batch of regular poses of a robot with loads."""
-    return asked_for(ikm2(ikm(pose, xi_dot), xi_ddot))[0]
+    return float(np.hypot(*force_at(igm(robot, xi, working), xi_dot, xi_ddot)).max())
 
 
 def crossing_acceleration(pose: Pose, xi_dot: np.ndarray, along: float) -> tuple[float, float]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from ..checks import instance, number, takes
+from ..checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
-from .aspects import Aspect, aspects, numbered, parts
+from .aspects import Aspect, as_kind, aspects, numbered, parts
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
 from .loci import singularity_loci
@@ -25,14 +25,7 @@ class DexterousRegion(Aspect):
     sin: float = 0.0
 
 
-def _share(value, name):
-    found = number(value, name)
-    if not 0 <= found <= 1:
-        raise ValueError(f"{name} must be from 0 to 1, as the sine of an angle is, not {found:g}")
-    return found
-
-
-@takes(robot=instance(FiveBar, Biglide), det_A=_share, sin=_share)
+@takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
     """The connected regions with |det A| >= det_A and |sin q_12|, |sin q_22| >= sin: a tuple of DexterousRegion.
 
@@ -51,8 +44,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     if max(det_A, sin) >= 1:
         return ()  # curves alone
     if det_A == sin == 0:
-        own = [each.name for each in fields(Aspect)]
-        return tuple(DexterousRegion(*(getattr(part, name) for name in own)) for part in aspects(robot))
+        return tuple(as_kind(DexterousRegion, part) for part in aspects(robot))
     circles = LegCircles(robot, sin)
     levels = LevelCurves(robot, det_A, circles)
     singular = singularity_loci(robot).everywhere

@@ -6,13 +6,13 @@ It is searched on samples of the whole aspect, for the global optimum, then solv
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from ..checks import instance, not_negative, optional, takes
-from .aspects import Aspect
+from .aspects import Aspect, as_kind
 from .keep import Keep
 from .regions import Arc, roomiest
 from .walls import kept_at, walls
@@ -40,9 +40,8 @@ def walled(aspect: Aspect, keep: Keep | None) -> Aspect:
     """The aspect with the walls of what must be kept in it."""
     if keep is None:
         return aspect
-    own = [getattr(aspect, each.name) for each in fields(Aspect)]
-    arcs = walls(aspect.robot, aspect.working, keep)
-    return Walled(*own, tuple(arcs), kept_at(aspect.robot, aspect.working, keep))
+    own = aspect.robot, aspect.working, keep
+    return as_kind(Walled, aspect, tuple(walls(*own)), kept_at(*own))
 
 
 @takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))

@@ -7,6 +7,7 @@ leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors ar
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -112,26 +113,12 @@ class FiveBarLoci:
     @cached_property
     def _chains(self):
         """(kind, CouplerCurve) of the two sides of Type 2, self-motions included."""
-        robot, chains = self.robot, []
-        for kind, reach, side in (
-            ("stretched", robot.l12 + robot.l22, -1),
-            ("folded", robot.l12 - robot.l22, 1),
-        ):
-            equal = abs(reach) <= 8 * EPS * (robot.l12 + robot.l22)
-            sign = -1 if reach < 0 else 1
-            bars = (0, 1), (2, sign), (1, 1), (2, side * sign)
-            motions = closures(robot.d, robot.l11, 0.0 if equal else abs(reach), robot.l21)
-            chains += [("self-motion" if equal else kind, CouplerCurve(robot, motion, bars)) for motion in motions]
-        return chains
-
-    @property
-    def _scale(self):
-        return self.robot.l11 + self.robot.l12 + self.robot.l21 + self.robot.l22 + self.robot.d
+        return [chain for side in (-1, 1) for chain in distal_chains(self.robot, side)]
 
     @cached_property
     def everywhere(self) -> tuple:
         differences = self.robot.d, self.robot.l11 - self.robot.l21, self.robot.l12 - self.robot.l22
-        return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self._scale else ()
+        return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self.circles.scale else ()
 
     @cached_property
     def circles(self) -> LegCircles:
@@ -149,8 +136,8 @@ class FiveBarLoci:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
             label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
-            vertices = chain.vertices(self.touches, NEAR * self._scale) if chain.motion.aligned else None
-            pieces += pieces_of(chain.task, chain.edges, label, self._scale, chain.corners, vertices=vertices)
+            vertices = chain.vertices(self.touches, NEAR * self.circles.scale) if chain.motion.aligned else None
+            pieces += pieces_of(chain.task, chain.edges, label, self.circles.scale, chain.corners, vertices=vertices)
         return tuple(pieces)
 
     @cached_property
@@ -186,6 +173,27 @@ class FiveBarLoci:
                 q.append(pairs(chain.joint(t)[0]))
                 working.append(-np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines)).astype(int))
         return TypeThree(*map(np.concatenate, (xi, q, working)))
+
+
+def distal_chains(robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1) -> list[tuple[str, CouplerCurve]]:
+    """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions included.
+
+    side: of the distal bars, 1 where they lie back on each other, -1 where they go on in line, turned from there.
+    """
+    cosine = math.sqrt((1 - det_A) * (1 + det_A))
+    turn = complex(side * cosine, sign * det_A)
+    # The way between the elbows, l12 - l22 exp(i theta), without the cancellation of a small angle.
+    along = robot.l12 + robot.l22 * cosine
+    if side > 0:
+        along = robot.l12 - robot.l22 + robot.l22 * det_A * det_A / (1 + cosine)
+    elbows = complex(along, -sign * robot.l22 * det_A)
+    apart, kind = abs(elbows), "folded" if side > 0 else "stretched"
+    if apart <= 8 * EPS * (robot.l12 + robot.l22):
+        apart, elbows, kind = 0.0, complex(1.0), kind if det_A else "self-motion"
+    first = elbows.conjugate() / abs(elbows)
+    bars = (0, 1), (2, first), (1, 1), (2, first * turn)
+    kind += f" {'+' if sign > 0 else '-'}" if det_A else ""
+    return [(kind, CouplerCurve(robot, each, bars)) for each in closures(robot.d, robot.l11, apart, robot.l21)]
 
 
 def _serial_chains(robot, leg, side):

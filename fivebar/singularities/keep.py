@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._backend import finite_numbers
-from ..checks import number, shown
+from ..checks import share, shown
 from ..described import one_line
 from ..models.geometry import Pose
-from .bars import Bars, apart
+from .bars import Bars, apart, off
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Keep:
         put(self, "half_planes", _half_planes(self.half_planes))
         put(self, "region", None if self.region is None else _polygon(self.region))
         for name in ("det_A", "sin"):
-            put(self, name, number(getattr(self, name), f"Keep: {name}", 0, 1))
+            put(self, name, share(getattr(self, name), f"Keep: {name}"))
         if not (self.bars is None or isinstance(self.bars, Bars)):
             raise TypeError(f"Keep: bars must be Bars, not {shown(self.bars)}")
 
@@ -111,8 +111,7 @@ class Keep:
 def off_sides(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Distance of points (*batch,) from the sides of a polygon, corners (n,) complex; less than 0 outside."""
     a, b, p = corners, np.roll(corners, -1), np.asarray(z)[..., None]
-    part = np.clip(((p - a) * (b - a).conj()).real / np.abs(b - a) ** 2, 0, 1)
-    distance = np.abs(p - a - part * (b - a)).min(axis=-1)
+    distance = off(p, a, b).min(axis=-1)
     spans = (a.imag > p.imag) != (b.imag > p.imag)
     with np.errstate(divide="ignore", invalid="ignore"):
         x = a.real + (p.imag - a.imag) / (b.imag - a.imag) * (b.real - a.real)

@@ -18,6 +18,11 @@ from .margins import Singularity
 TOUCH = 1e-14  # lengths whose sum is a smaller share of the robot's size are one length: circles touch then
 
 
+def size_of(robot: FiveBar) -> float:
+    """Of the whole robot, m: tolerances are shares of it."""
+    return robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
+
+
 @dataclass(frozen=True, eq=False)
 class Circle:
     """Circle that the end-effector follows: `task` as that of a CouplerCurve."""
@@ -51,7 +56,7 @@ class LegCircles:
 
     @cached_property
     def scale(self) -> float:
-        return self.robot.l11 + self.robot.l12 + self.robot.l21 + self.robot.l22 + self.robot.d
+        return size_of(self.robot)
 
     def radius(self, leg: int, side: int) -> float:
         """m; 0 where equal bars fold."""

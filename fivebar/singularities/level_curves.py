@@ -8,7 +8,6 @@ itself where the proximal bars and the way between the elbows are in line.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -17,8 +16,8 @@ import numpy as np
 
 from .._backend import EPS
 from ..models.robots import FiveBar
-from .five_bar_loci import NEAR, SHORTEST, CouplerCurve
-from .four_bar_motion import Turning, closures
+from .five_bar_loci import NEAR, SHORTEST, CouplerCurve, distal_chains
+from .four_bar_motion import Turning
 from .leg_circles import LegCircles
 from .locus import Locus, Vertex, pieces_of
 from .margins import Singularity
@@ -38,24 +37,13 @@ class LevelCurves:
     @cached_property
     def chains(self) -> tuple[tuple[str, CouplerCurve], ...]:
         """(kind, curve) of all angles: "folded +" has its distal bars side by side and det A > 0, and so on."""
-        robot, k, found = self.robot, self.det_A, []
-        cosine = math.sqrt((1 - k) * (1 + k))
-        for (word, side), sign in product((("folded", 1), ("stretched", -1)), (1, -1)[: 2 if k else 1]):
-            turn = complex(side * cosine, sign * k)
-            # l12 - l22 exp(i theta), without the cancellation of a small angle
-            along = (
-                robot.l12 - robot.l22 + robot.l22 * k * k / (1 + cosine) if side > 0 else robot.l12 + robot.l22 * cosine
-            )
-            elbows = complex(along, -sign * robot.l22 * k)
-            apart = abs(elbows)
-            if apart <= 8 * EPS * (robot.l12 + robot.l22):
-                apart, elbows = 0.0, 1.0
-            first = complex(elbows).conjugate() / abs(elbows)
-            bars = (0, 1), (2, first), (1, 1), (2, first * turn)
-            kind = f"{word} {'+' if sign > 0 else '-'}" if k else word if apart else "self-motion"
-            motions = closures(robot.d, robot.l11, apart, robot.l21)
-            found += [(kind, CouplerCurve(robot, each, bars)) for each in motions if not (k and _extreme(each))]
-        return tuple(found)
+        k = self.det_A
+        found = [
+            chain
+            for side, sign in product((1, -1), (1, -1) if k else (1,))
+            for chain in distal_chains(self.robot, side, k, sign)
+        ]
+        return tuple((kind, chain) for kind, chain in found if not (k and _extreme(chain.motion)))
 
     def pieces(self, working: tuple[int, int]) -> list[Locus]:
         """Those of a working mode, from circle to circle."""

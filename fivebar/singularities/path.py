@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from .._backend import EPS, check_modes
-from ..checks import instance, optional, shown, takes
+from ..checks import instance, not_negative, optional, shown, takes
 from ..checks import robot as must_be_robot
 from ..described import one_line
 from ..models.dyads import cross, dot
@@ -68,7 +68,7 @@ class PathCheck:
         return one_line("PathCheck", *words, f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s")
 
 
-@takes(robot=must_be_robot, keep=optional(instance(Keep)))
+@takes(robot=must_be_robot, tolerance=optional(not_negative), keep=optional(instance(Keep)))
 def check_path(
     robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None,
     keep: Keep | None = None,
@@ -88,8 +88,6 @@ def check_path(
     tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
     path = _finite(path)
     start, stop, largest = _times(path)
-    if not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
-        raise ValueError(f"tolerance must be finite and >= 0, not {tolerance!r}")
     working = check_modes(working, "working")
     if working.shape != (2,):
         raise ValueError(f"working must have shape (2,), not {working.shape}")

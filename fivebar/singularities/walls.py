@@ -8,9 +8,8 @@ import numpy as np
 
 from ..models.geometry import task_pose
 from ..models.robots import FiveBar
-from .aspects import _size
 from .keep import Keep
-from .leg_circles import LegCircles
+from .leg_circles import LegCircles, size_of
 from .level_curves import LevelCurves
 from .locus import Locus, divided, pairs, pieces_of
 from .margins import Singularity
@@ -67,7 +66,7 @@ def kept_at(robot: FiveBar, working: tuple[int, int], keep: Keep) -> Callable:
 
 
 def _of_lines(robot, keep) -> Iterator[Locus]:
-    reach = 2 * _size(robot)
+    reach = 2 * size_of(robot)
     for a, b, c in keep.half_planes:
         foot = c * complex(a, b)
         if abs(foot) < reach:
@@ -98,7 +97,7 @@ def _of_joints(robot, working, keep) -> Iterator[Locus]:
 
             span = np.array([q, q - working[leg] * np.pi])
             label = Singularity.NONE, "joint limit", (working,), ()
-            yield from pieces_of(curve, np.sort(span), [label], _size(robot))
+            yield from pieces_of(curve, np.sort(span), [label], size_of(robot))
 
 
 def _of_bars(robot, working, keep) -> list[Locus]:

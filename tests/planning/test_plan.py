@@ -414,7 +414,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(acceleration_limit=(1, 1)), "acceleration_limit must be one number"),
         (dict(workspace=((0, 0), (0, 1))), "workspace must be"),
         (dict(serial_margin=0.0), "serial_margin must be"),
-        (dict(parallel_margin=1.5), "parallel_margin must be finite and > 1e-09 and < 1"),
+        (dict(parallel_margin=1.5), "parallel_margin must be finite and from 1e-09 to 1"),
         (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
         (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
         (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),

@@ -10,11 +10,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from ...models.geometry import igm
-from ...singularities.loci import singularity_loci
-from ...singularities.margins import Singularity
 from ..skeleton import pose_body
 from ..style import GUIDE, INK, REFERENCE, finish, readable
-from .plans import LOCI
+from .plans import draw_loci
 from .pose_panels import draw_robot
 
 if TYPE_CHECKING:
@@ -90,13 +88,7 @@ def _place(axes, robot, working, asked):
     draw_robot(axes, pose_body([start]), 0)
     for stroke in asked:
         axes.plot(*(1e3 * stroke.T), color=REFERENCE, lw=1.0, zorder=5)
-    known = set()
-    for piece in singularity_loci(robot).task:
-        if tuple(working) in piece.working and len(piece.points) > 1 and not piece.unbounded:
-            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
-            label = style["label"] if style["label"] not in known else None
-            known.add(style["label"])
-            axes.plot(*(1e3 * piece.points.T), **(style | {"label": label}), zorder=0)
+    draw_loci(axes, robot, tuple(working))
     axes.plot(*(1e3 * start.xi), "o", color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins")
     axes.set_aspect("equal")
     signs = ", ".join(f"{sign:+d}" for sign in working).replace("-", "−")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,6 +14,9 @@ from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
 from .pose_panels import around, draw_robot
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...models.robots import Robot, Words
     from ..motions import Plan
 
 LOCI = {
@@ -73,14 +76,7 @@ def _path(axes, plan, pose, crossings):
     draw_robot(axes, body, -1)
     low, high = around(np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    known = set()
-    for piece in singularity_loci(plan.robot).task:
-        if plan.problem.working in (None, *piece.working) and len(piece.points) > 1:
-            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
-            label = style["label"] if style["label"] not in known else None
-            known.add(style["label"])
-            points = 1e3 * piece.drawn(low[1] / 1e3, high[1] / 1e3)
-            axes.plot(*points.T, **(style | {"label": label}), zorder=0)
+    draw_loci(axes, plan.robot, plan.problem.working, (low[1], high[1]))
     axes.plot(*(1e3 * xi.T), color=REFERENCE, lw=2.2, label="planned path", zorder=3)
     axes.plot(*(1e3 * xi[0]), "o", color=REFERENCE, mec="white", ms=8, zorder=4)
     axes.plot(*(1e3 * xi[-1]), "s", color=REFERENCE, mec="white", ms=8, zorder=4)
@@ -102,6 +98,19 @@ def _path(axes, plan, pose, crossings):
     )
 
 
+def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | None = None) -> None:
+    """The loci of these working modes (None: of all), each type named once; ends: y, mm, of those that have no ends,
+    which are left out without."""
+    known = set()
+    for piece in singularity_loci(robot).task:
+        if working in (None, *piece.working) and len(piece.points) > 1 and (ends or not piece.unbounded):
+            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
+            label = style["label"] if style["label"] not in known else None
+            known.add(style["label"])
+            points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3) if ends else piece.points
+            axes.plot(*(1e3 * points).T, **(style | {"label": label}), zorder=0)
+
+
 def _point(plan, at):
     """The end-effector at a stop, which is a point or the four bars."""
     at = np.array(at)
@@ -109,15 +118,21 @@ def _point(plan, at):
     return plan.problem.accelerations(motion).rates.pose.xi
 
 
-def _torques(axes, plan, t, tau):
-    limits = plan.problem.limits.torque or (0.0, 0.0)
-    own = plan.robot.words
-    scale, unit = readable(max(np.abs(tau).max(), *limits), own.effort_unit)
+def draw_torques(axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str) -> str:
+    """Torques (n, 2) and their limits, the first of these named `limit`; gives the unit."""
+    most = limits.torque or (0.0, 0.0)
+    scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
     for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
         axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
-        for side in (-1, 1) if limits[leg] else ():
-            label = f"limit, met {100 * plan.saturated:.0f} % of the time" if (leg, side) == (0, 1) else None
-            axes.axhline(side * scale * limits[leg], color=INK, lw=1, ls=":", label=label)
+        for side in (-1, 1) if most[leg] else ():
+            label = limit if (leg, side) == (0, 1) else None
+            axes.axhline(side * scale * most[leg], color=INK, lw=1, ls=":", label=label)
+    return unit
+
+
+def _torques(axes, plan, t, tau):
+    own = plan.robot.words
+    unit = draw_torques(axes, own, t, tau, plan.problem.limits, f"limit, met {100 * plan.saturated:.0f} % of the time")
     for knot in plan.pieces.knots:
         axes.plot([knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform())
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}

@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from ..skeleton import robot_body
 from ..style import INK, LEFT, RIGHT, finish, readable
-from .plans import LOCI
+from .plans import LOCI, draw_loci, draw_torques
 from .pose_panels import around, draw_robot
 
 if TYPE_CHECKING:
@@ -41,13 +40,7 @@ def _drawing(figure, axes, motion, t):
     draw_robot(axes, body, 0, alpha=0.35)
     low, high = around(np.concatenate([*body.points[[0]][:, body.joints], xi]))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    known = set()
-    for piece in singularity_loci(motion.robot).task:
-        if motion.working in piece.working and len(piece.points) > 1:
-            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
-            label = style["label"] if style["label"] not in known else None
-            known.add(style["label"])
-            axes.plot(*(1e3 * piece.drawn(low[1] / 1e3, high[1] / 1e3)).T, **(style | {"label": label}), zorder=0)
+    draw_loci(axes, motion.robot, motion.working, (low[1], high[1]))
     points = 1e3 * xi
     parts = np.stack([points[:-1], points[1:]], axis=1)
     drawn = motion.pen(t[:-1])
@@ -87,14 +80,8 @@ def _phase_plane(axes, motion, t):
 
 
 def _torques(axes, motion, t):
-    tau, own = motion.tau(t), motion.robot.words
-    limits = motion.limits.torque or (0.0, 0.0)
-    scale, unit = readable(max(np.abs(tau).max(), *limits), own.effort_unit)
-    for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
-        axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
-        for side in (-1, 1) if limits[leg] else ():
-            label = "limit" if (leg, side) == (0, 1) else None
-            axes.axhline(side * scale * limits[leg], color=INK, lw=1, ls=":", label=label)
+    own = motion.robot.words
+    unit = draw_torques(axes, own, t, motion.tau(t), motion.limits, "limit")
     for place in motion.times[motion.crossing]:
         axes.axvline(place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK))
     axes.margins(x=0)
