@@ -117,13 +117,11 @@ def listed() -> str:
     """All figures and motors, each with its words below it."""
     from ..designing import FIGURES, MOTORS
 
-    heads = {
-        f"{each.label}, {'max' if each.better == 'large' else 'min'}"
-        + (
-            f"; needs {', '.join(OPTIONS.get(need, f'--{need}') for need in each.needs)}" if each.needs else ""
-        ): each.words
-        for each in FIGURES.values()
-    }
+    heads = {}
+    for each in FIGURES.values():
+        needs = ", ".join(OPTIONS.get(need, f"--{need}") for need in each.needs)
+        head = f"{each.label}, {'max' if each.better == 'large' else 'min'}"
+        heads[f"{head}; needs {needs}" if needs else head] = each.words
     heads |= {f"motor {name}: {m.torque:g} N m, {m.speed:.4g} rad/s": m.source for name, m in MOTORS.items()}
     width = min(get_terminal_size().columns, 100)
     return "\n".join(f"{head}\n{fill(words, width, initial_indent='    ', subsequent_indent='    ')}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import modes, number, optional, positive, shown, takes, text
+from ..checks import instance, modes, number, one_of, optional, positive, takes, whole
 from ..checks import robot as must_be_robot
 from ..models.geometry import Pose, igm
 from ..singularities.keep import Keep
@@ -45,7 +45,11 @@ BETTER = 0.01  # of the objective
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 
 
-@takes(robot=must_be_robot, working=optional(modes(2)), method=text)
+@takes(
+    robot=must_be_robot, working=optional(modes(2)), method=one_of(*METHODS), degree=whole(2, 7),
+    intervals=whole(2, MOST_INTERVALS), tolerance=lambda value, name: number(value, name, 1e-9, 1.0), max_time=positive,
+    keep=optional(instance(Keep)),
+)  # fmt: skip
 def plan(
     robot: Robot, start: ArrayLike | dict | Pose, goal: ArrayLike | dict | Pose, duration: float | None = None, *,
     via: Iterable = (),
@@ -85,8 +89,6 @@ def plan(
     if serial_margin is None and not free:
         serial_margin = 0.05
     if keep is not None:
-        if not isinstance(keep, Keep):
-            raise TypeError(f"plan: keep must be a Keep, not {shown(keep)}")
         serial_margin = max(serial_margin or 0.0, keep.sin) or None
         parallel_margin = max(parallel_margin or 0.0, keep.det_A) or None
     limits = Limits(
@@ -100,12 +102,6 @@ def plan(
         raise ValueError('plan: a free duration needs a weight on "time": the longer, the less effort and jerk')
     if duration is None and not (weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration):
         raise ValueError("plan: minimum time needs a torque_limit or an acceleration_limit: without, it is 0")
-    if method not in METHODS:
-        raise ValueError(f"plan: method must be {' or '.join(METHODS)}, not {method!r}")
-    for name, value, low, high in (("degree", degree, 2, 7), ("intervals", intervals, 2, MOST_INTERVALS)):
-        if type(value) is bool or not (isinstance(value, int) and low <= value <= high):
-            raise ValueError(f"plan: {name} must be a whole number from {low} to {high}, not {shown(value)}")
-    tolerance, max_time = number(tolerance, "plan: tolerance", 1e-9, 1), positive(max_time, "plan: max_time")
     rule = scheme(method, degree)
     if free:
         if limits.serial is not None:

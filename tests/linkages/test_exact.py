@@ -1,14 +1,10 @@
 """Linkages against positions written independently and differentiated with 50 digits, and across backends."""
 
 import itertools
-import math
 
-import casadi
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.linkages import (
@@ -24,7 +20,6 @@ from fivebar.linkages import (
     move,
     potential,
 )
-from fivebar.models.dyads import RRP, RRR
 from tests.conftest import UNEQUAL
 
 REL = 1e-12
@@ -235,118 +230,6 @@ def test_press_inertia_and_potential_against_fifty_digits():
             motion = move(REPAIRED, q)
             for got, f in ((equivalent_inertia(motion), inertia), (potential(motion, GRAVITY), energy)):
                 assert got == pytest.approx([float(f(mpmath.mpf(q))), float(mpmath.diff(f, q))], rel=REL)
-
-
-@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.5, 2), st.sampled_from([1, -1]), st.floats(0, 6.28))
-def test_rrp_is_rrr_in_the_limit_of_an_infinite_bar(x, y, r, branch, turn):
-    """The vector method paper's remark: the error falls with the bar's length until rounding takes over."""
-    guide = math.cos(turn), math.sin(turn)
-    rrp = RRP((x, y), r, guide, branch)
-    if not abs(rrp.height) < 0.9 * r:
-        return
-    errors = []
-    for length in (1e2, 1e4, 1e6):
-        pivot = x + length * guide[1], y - length * guide[0]  # far on the guide's right
-        rrr = RRR(pivot, r, length, branch)
-        errors.append(math.dist(rrr.first, rrp.first) + math.dist(rrr.second, rrp.second) + abs(rrr.sine - rrp.sine))
-    assert errors[1] < 0.03 * errors[0] + 1e-9 and errors[2] < 0.03 * errors[1] + 1e-9
-    assert errors[2] < 1e-3
-
-
-def test_rrp_reaches_its_guide_and_nothing_beyond():
-    rrp = RRP((0.3, 0.1), 0.5, (0.6, 0.8), np.array([1, -1]))
-    ux, uy = rrp.first
-    on_guide = (0.5 * ux - 0.3) * 0.8 - (0.5 * uy - 0.1) * 0.6
-    assert ux**2 + uy**2 == pytest.approx(1, rel=1e-15) and on_guide == pytest.approx(0, abs=1e-16)
-    assert (0.5 * ux - 0.3) * 0.6 + (0.5 * uy - 0.1) * 0.8 == pytest.approx(rrp.slide, rel=1e-15)
-    assert rrp.sine[0] > 0 > rrp.sine[1]
-    assert math.isnan(RRP((0.0, 1.0), 0.5, (1.0, 0.0), 1).slide)
-    for turn in np.linspace(0, 6.28, 500):  # perpendicular to the guide: reachable in spite of rounding, and singular
-        c, s = math.cos(turn), math.sin(turn)
-        rrp = RRP((-0.7 * s, 0.7 * c), 0.7, (c, s), 1)
-        assert abs(rrp.sine) < 1e-7 and abs(rrp.slide) < 1e-7
-
-
-def test_rrp_keeps_its_digits_close_to_its_singularity():
-    """|error| <= 16 eps (|f| + sum_j |df/dp_j| |p_j|), as for the robot's own models; measured 0.7."""
-    rng, worst = np.random.default_rng(5), 0.0
-
-    def exact(x, y, r, gx, gy, branch):
-        height = gy * x - gx * y
-        reach = branch * mpmath.sqrt(r * r - height * height)
-        return (reach * gx + height * gy) / r, (reach * gy - height * gx) / r, reach / r, reach - gx * x - gy * y
-
-    def condition(p, branch, i):
-        """Of output i, the number itself included: the sine is all but constant where it is 1."""
-        total = abs(exact(*p, branch)[i])
-        for j, own in enumerate(p):
-            total += abs(own * mpmath.diff(lambda x: exact(*p[:j], x, *p[j + 1 :], branch)[i], own))  # noqa: B023
-        return total
-
-    with mpmath.workdps(50):
-        for k in range(300):
-            turn, r, branch = rng.uniform(0, 6.28), rng.uniform(0.2, 2), int(rng.choice([1, -1]))
-            share = 1 - 10.0 ** rng.uniform(-12, -2) if k % 3 == 0 else rng.uniform(-0.99, 0.99)
-            (gx, gy), along = (math.cos(turn), math.sin(turn)), rng.uniform(-2, 2)
-            x, y = along * gx + share * r * gy, along * gy - share * r * gx
-            rrp, given = RRP((x, y), r, (gx, gy), branch), [mpmath.mpf(value) for value in (x, y, r, gx, gy)]
-            for i, got in enumerate((*rrp.first, rrp.sine, rrp.slide)):
-                error = abs(got - exact(*given, branch)[i])
-                worst = max(worst, float(error / (2.0**-52 * condition(given, branch, i))))
-    assert worst < 16, worst
-
-
-LINKAGES = [case[0] for case in CASES] + [FiveBarLinkage(UNEQUAL, (1, 3)), FiveBarLinkage(UNEQUAL, (2, 4))]
-
-
-def outputs(motion):
-    """Everything a motion knows but torques."""
-    for name in motion.points:
-        yield from (motion.position(name), motion.velocity(name), motion.acceleration(name))
-    for name in motion.links:
-        yield from (motion.angle(name), motion.rate(name), motion.angular_acceleration(name))
-    for name in motion.coordinates:
-        yield from motion.coordinate(name)
-    yield motion.transmission_angle()
-
-
-@pytest.mark.parametrize("linkage", LINKAGES, ids=lambda x: x.title)
-@pytest.mark.parametrize("symbol", [casadi.SX, casadi.MX], ids=["SX", "MX"])
-def test_floats_batches_and_casadi_agree(linkage, symbol):
-    two = isinstance(linkage, FiveBarLinkage)
-    case = next((case for case in CASES if case[0] is linkage), None)
-    q = np.array([[linkage.home[k] + x for k in linkage.motors] for x in (0.0, 0.05)]) if two else np.array(case[2][:2])
-    branch = linkage.usual_branch if two else case[1][0]
-    q_dot, q_ddot = (q * 0 + 1.3, q * 0 - 0.7) if two else (1.3, -0.7)
-    batch = move(linkage, q, q_dot, q_ddot, branch)
-    s = symbol.sym("q", *((2, 1) if two else (1, 1)))
-    given = (casadi.DM([1.3, 1.3]), casadi.DM([-0.7, -0.7])) if two else (1.3, -0.7)
-    made = list(outputs(move(linkage, s, *given, branch)))
-    function = casadi.Function("f", [s], [symbol(x) for x in made])
-    for k, angle in enumerate(q):
-        one = move(linkage, angle if two else float(angle), *((q_dot[k], q_ddot[k]) if two else (1.3, -0.7)), branch)
-        for single, many, symbolic in zip(outputs(one), outputs(batch), function(angle)):
-            assert np.shape(many) == (2, *np.shape(single))
-            assert single == pytest.approx(many[k], rel=1e-13, abs=1e-14)
-            assert np.array(symbolic).ravel() == pytest.approx(np.ravel(single), rel=1e-9, abs=1e-12)
-
-
-def test_torque_by_casadi():
-    q = casadi.SX.sym("q")
-    torque = driving_torque(move(REPAIRED, q, 2.0), {"E": (0.0, 1e5)}, GRAVITY)
-    value = casadi.Function("f", [q], [torque])(0.7)
-    assert float(value) == pytest.approx(driving_torque(move(REPAIRED, 0.7, 2.0), {"E": (0.0, 1e5)}, GRAVITY), rel=1e-9)
-
-
-def test_batches_of_any_shape_and_batches_of_branches():
-    q = np.linspace(0, 6, 12).reshape(3, 4)
-    branch = np.where(q > 3, 1, -1)
-    motion = move(FOUR_BAR, q, branch=branch)
-    assert motion.position("M").shape == (3, 4, 2) and motion.rate("crank").shape == (3, 4)
-    for k in ((0, 1), (2, 3)):
-        single = move(FOUR_BAR, float(q[k]), branch=int(branch[k]))
-        assert motion.acceleration("M")[k] == pytest.approx(single.acceleration("M"), rel=1e-13)
-    assert move(FOUR_BAR, np.zeros((0,))).position("M").shape == (0, 2)
 
 
 @pytest.mark.parametrize("held", ["guide", "crank", "rod", "slider"])

@@ -15,7 +15,6 @@ from fivebar.pictures import view
 from fivebar.pictures.skeleton import Skeleton
 from fivebar.pictures.view.frames import choose
 from fivebar.pictures.view.machine import Machine
-from fivebar.study.pitfalls import crossing
 from tests.helpers import DATA
 
 from ..helpers.browsing import chromium, offline, settle, until
@@ -61,9 +60,8 @@ def opened(browser, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def run():
-    reference = crossing.compliant(ROBOT)
-    return fb.simulate(ROBOT, crossing.OpenLoop(ROBOT, 0.002), reference, control_period=0.002)
+def run(crossing_run):
+    return crossing_run
 
 
 def picture(page):

@@ -1,8 +1,6 @@
 """The closed-form loci against definitions that share nothing with them: the sextic, and the signs of det A."""
 
-import dataclasses
 import itertools
-import json
 
 import numpy as np
 import pytest
@@ -11,11 +9,10 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.singularities.distance import locus_distance
+from fivebar.singularities.leg_circles import size_of
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
-from tests.helpers import DATA
 
-REFERENCE = json.loads((DATA / "workspace.json").read_text())
 MODES = tuple(itertools.product((-1, 1), repeat=2))
 GENERIC = {
     "amoro": fb.FiveBar(),
@@ -44,10 +41,6 @@ DEGENERATE = {
     "long base": fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4),
 }
 ROBOTS = GENERIC | DEGENERATE
-
-
-def size(robot):
-    return robot.l11 + robot.l12 + robot.l21 + robot.l22 + robot.d
 
 
 def det_a(robot, xi, working):
@@ -128,7 +121,7 @@ def test_det_a_changes_sign_on_the_loci_only(robot, mode):
     points = sign_changes(lambda x: det_a(robot, x, mode), *segments(robot, 1000, 1))
     if len(points):
         distance, kind = locus_distance(robot, points, working=mode)
-        assert distance.max() <= 1e-10 * max(1, size(robot)), points[np.argmax(distance)]
+        assert distance.max() <= 1e-10 * max(1, size_of(robot)), points[np.argmax(distance)]
 
 
 @pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
@@ -139,7 +132,7 @@ def test_every_type_2_piece_is_one_in_its_modes_and_no_other(robot):
         s = np.linspace(*locus.interval, 27)[1:-1]
         xi, tangent = locus.at(s), locus.tangent(s)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
-        normal *= 1e-7 * size(robot) / np.linalg.norm(tangent, axis=1, keepdims=True)
+        normal *= 1e-7 * size_of(robot) / np.linalg.norm(tangent, axis=1, keepdims=True)
         assert len(locus.working) == 1
         for mode in MODES:
             sides = det_a(robot, xi + normal, mode) * det_a(robot, xi - normal, mode)
@@ -213,8 +206,8 @@ def test_the_workspace_ends_on_type_1_only(robot):
     points = sign_changes(lambda x: np.where(reachable(robot, x), 1, -1), *segments(robot, 300, 2))
     circles = [p.points for p in singularity_loci(robot).task if p.kind.startswith(("left", "right"))]
     if len(points):
-        assert polyline_distance(circles, points).max() <= 1e-9 * size(robot)
-        assert locus_distance(robot, points)[0].max() <= 1e-10 * max(1, size(robot))
+        assert polyline_distance(circles, points).max() <= 1e-9 * size_of(robot)
+        assert locus_distance(robot, points)[0].max() <= 1e-10 * max(1, size_of(robot))
 
 
 @pytest.mark.parametrize("assembly", (-1, 1))
@@ -243,7 +236,7 @@ def test_joint_space(robot, assembly):
     for locus in chosen:
         reach = robot.l12 + robot.l22 if locus.kind == "stretched" else abs(robot.l12 - robot.l22)
         elbows = [d.pivot((np.cos(q), np.sin(q))) for d, q in zip(robot.drives, locus.points.T)]
-        np.testing.assert_allclose(np.hypot(*np.subtract(*elbows)), reach, rtol=0, atol=1e-14 * max(1, size(robot)))
+        np.testing.assert_allclose(np.hypot(*np.subtract(*elbows)), reach, rtol=0, atol=1e-14 * max(1, size_of(robot)))
 
 
 @pytest.mark.parametrize("space", ("task", "joint"))
@@ -253,7 +246,7 @@ def test_points(robot, space):
     ends = {}
     for locus in getattr(singularity_loci(robot), space):
         chord = np.diff(locus.points, axis=0) @ (1, 1j)
-        scale = size(robot) if space == "task" else 2 * np.pi
+        scale = size_of(robot) if space == "task" else 2 * np.pi
         exact = np.abs(chord) > 1e-7 * scale
         turn = np.abs(np.angle(chord[1:] * chord[:-1].conj()))[exact[1:] & exact[:-1]]
         assert turn.max(initial=0) < np.radians(1)
@@ -274,41 +267,6 @@ def test_points(robot, space):
         assert all(count % 2 == 0 for count in ends.values())
 
 
-def test_self_motion_circles_of_the_amoro_robot():
-    circles = [p for p in singularity_loci(fb.FiveBar()).task if p.kind == "self-motion"]
-    reference = REFERENCE["self_motion_circles"]
-    height, radius = float(reference["centre"][1].removeprefix("+-")), float(reference["radius"])
-    for locus in circles:
-        distance = [np.hypot(locus.points[:, 0], locus.points[:, 1] - y) for y in (height, -height)]
-        assert min(np.abs(d - radius).max() for d in distance) < 1e-16
-    length = sum(np.linalg.norm(np.diff(p.points, axis=0), axis=1).sum() for p in circles)
-    assert length == pytest.approx(4 * np.pi * radius, rel=1e-4)
-
-
-@pytest.mark.parametrize("robot", (fb.FiveBar(), fb.FiveBar(d=0.05), fb.FiveBar(d=0.15)))
-def test_polar_formula_of_equal_bars(robot):
-    d, length = robot.d, robot.l11
-    for locus in singularity_loci(robot).task:
-        if locus.kind == "stretched":
-            x, y = locus.points.T
-            phi = np.arctan2(y, x)
-            root = 2 * d * np.sin(phi) * np.sqrt(4 * length**2 - (d * np.cos(phi)) ** 2)
-            square = [(d**2 * np.cos(2 * phi) + sign * root) / 4 for sign in (1, -1)]
-            assert np.min(np.abs(np.array(square) - (x * x + y * y)), axis=0).max() < 1e-15
-
-
-def test_a_robot_without_type_2():
-    loci = singularity_loci(fb.ROBOTS["hoang-2015"].robot)
-    assert all(p.type == Singularity.SERIAL for p in loci.task + loci.joint)
-    assert len(loci.task) == 8 and len(loci.type3.xi) == 0
-
-
-def test_folded_leg_of_equal_bars_is_a_point():
-    points = [p for p in singularity_loci(fb.FiveBar()).task if p.kind.endswith("folded")]
-    assert [p.points.tolist() for p in points] == [[[-0.059, 0]], [[0.059, 0]]]
-    assert [p.kind for p in points] == ["left folded", "right folded"]
-
-
 @pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
 def test_type_3_points(robot):
     """Each lies on a circle of its leg, and there the distal bars are in line in the modes that meet."""
@@ -318,29 +276,10 @@ def test_type_3_points(robot):
         for leg in np.flatnonzero(working == 0):
             l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[leg]
             distance = np.hypot(xi[0] - base, xi[1])
-            assert min(abs(distance - l1 - l2), abs(distance - abs(l1 - l2))) <= 1e-14 * max(1, size(robot))
+            assert min(abs(distance - l1 - l2), abs(distance - abs(l1 - l2))) <= 1e-14 * max(1, size_of(robot))
         elbows = np.array([d.pivot((np.cos(a), np.sin(a))) for d, a in zip(robot.drives, q)])
         (ax, ay), (bx, by) = (xi - elbows) / np.array(robot.distal)[:, None]
         assert abs(ax * by - ay * bx) <= 1e-13
-
-
-def test_coaxial_robot_with_equal_legs():
-    """Both legs coincide in two modes: singular everywhere, which is no curve."""
-    robot = fb.ROBOTS["liu-2006-e"].robot
-    loci = singularity_loci(robot)
-    assert set(loci.everywhere) == {(1, 1), (-1, -1)}
-    assert not any(p.kind == "self-motion" for p in loci.task)
-    assert np.abs(det_a(robot, np.random.default_rng(4).uniform(-2, 2, (100, 2)), (1, 1))).max() < 1e-15
-    assert singularity_loci(fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0)).everywhere == ()
-
-
-def test_parts_that_a_kite_leaves_free():
-    """l11 = l12 + l22, d = l21: with the right elbow on the left base joint all bars but one turn in line about it."""
-    pieces = [p for p in singularity_loci(DEGENERATE["kite, left"]).task if p.type == 3]
-    assert pieces and all(p.kind == "stretched" for p in pieces)
-    for p in pieces:
-        np.testing.assert_allclose(np.hypot(p.points[:, 0] + 0.1, p.points[:, 1]), 0.2, rtol=1e-14)
-        assert {m[1] for m in p.working} != {1, -1} and {m[0] for m in p.working} == {1, -1}
 
 
 lengths = st.floats(0.05, 1)
@@ -372,54 +311,3 @@ def test_any_robot(l11, l12, l21, l22, d):
 def test_bad_input():
     with pytest.raises(TypeError, match="needs a FiveBar or a Biglide, not str"):
         singularity_loci("amoro")
-
-
-def random_robots(count):
-    """Of all proportions: bars alike and to 1 : 1000, legs of nearly equal bars, decimal lengths."""
-    draw = np.random.default_rng(5)
-    while count:
-        bars = [draw.uniform(0.05, 1, 4), 10 ** draw.uniform(-3, 0, 4), np.round(draw.uniform(0.01, 1, 4), 2)][
-            count % 3
-        ]
-        if count % 7 == 0:
-            bars[1] = bars[0] * (1 + 10 ** draw.uniform(-12, -1))
-        try:
-            yield fb.FiveBar(*bars, np.round(draw.uniform(0, 2), 2 + 12 * (count % 3)))
-        except ValueError:
-            continue
-        count -= 1
-
-
-def test_the_models_accept_every_point_of_the_loci():
-    """A limit of reach is reached to the rounding of its coordinates, and the bars keep their lengths there."""
-    for robot in random_robots(200):
-        loci, whole = singularity_loci(robot), size(robot)
-        joint = [fb.dgm(robot, p.points, mode, unreachable="nan") for p in loci.joint for mode in p.assembly]
-        task = [fb.igm(robot, p.points, mode, unreachable="nan") for p in loci.task for mode in p.working]
-        for pose in joint + task:
-            closed = ~np.isnan(pose.xi[:, 0] + pose.q[:, 0] + pose.q[:, 1])
-            apart = np.min([np.sqrt(dyad.span_squared) for dyad in pose._dyads], axis=0)
-            assert (closed | (apart < 1e-11 * whole)).all(), "only a leg that is free to turn is refused"
-            bars = np.linalg.norm(pose.xi[:, None] - pose.elbows, axis=-1)
-            np.testing.assert_allclose(
-                bars[closed], np.broadcast_to(robot.distal, bars[closed].shape), 0, 4e-16 * whole
-            )
-
-
-@pytest.mark.parametrize("robot", list(random_robots(40)), ids=range(40))
-def test_what_is_beyond_the_limit_by_1e_12_is_refused(robot):
-    gap = 1e-12 * size(robot)
-    u = np.exp(1j * np.linspace(0, 6, 50))
-    for base, l1, l2 in ((-robot.d / 2, robot.l11, robot.l12), (robot.d / 2, robot.l21, robot.l22)):
-        for radius in (l1 + l2 + gap, abs(l1 - l2) - gap):
-            z = base + radius * u
-            assert radius <= 0 or np.isnan(fb.igm(robot, _xy(z), unreachable="nan").q).any(axis=-1).all()
-    span = robot.l11 + robot.d + robot.l21
-    reaches = [dataclasses.replace(robot, l12=0.3 * span, l22=0.7 * span - by) for by in (0, gap)]
-    assert not np.isnan(fb.dgm(reaches[0], (np.pi, 0)).xi).any()
-    with pytest.raises(fb.UnreachableError, match="gap"):
-        fb.dgm(reaches[1], (np.pi, 0))
-
-
-def _xy(z):
-    return np.stack([z.real, z.imag], axis=-1)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.aspects import _size
 from fivebar.singularities.disc import walled
 from fivebar.singularities.keep import off_sides
+from fivebar.singularities.leg_circles import size_of
 from fivebar.singularities.walls import _polyline, _put, facing, kept_at, walls
 from tests.helpers.curves import polygon
 
@@ -102,7 +102,7 @@ def test_lines_cross_all_that_is_reached():
         assert min(along[0], along[-1]) < -reach and max(along[0], along[-1]) > reach
     far = fb.Keep(half_planes=[(1, 0, -1e9)])
     assert walls(UNEQUAL, (1, 1), far) == []
-    assert len(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=[(1, 0, 1.9 * _size(UNEQUAL))]))) == 1
+    assert len(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=[(1, 0, 1.9 * size_of(UNEQUAL))]))) == 1
     corners = [(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09)]
     sides = walls(UNEQUAL, (1, 1), fb.Keep(region=corners))
     np.testing.assert_allclose([side.z[0] for side in sides], np.array(corners) @ (1, 1j), rtol=1e-15)

@@ -1,0 +1,123 @@
+"""Plans that cannot be asked or found say why, and by how much."""
+
+import time
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.planning import plan as planner
+from fivebar.planning import program as transcription
+from fivebar.planning.plan import plan
+from fivebar.planning.problem import PlanError
+
+from .conftest import HOME, ROBOT, TASK_1, TASK_2, fine
+
+
+def test_too_little_torque_is_named_with_its_amount(fastest):
+    with pytest.raises(PlanError, match=r"infeasible; violated: torque by 0\.06\d+ N m \(limit 0\.02\)") as caught:
+        plan(ROBOT, HOME, TASK_1, 0.5, torque_limit=0.02)
+    needed = 0.02 * (fastest.duration / 0.5) ** 2  # exact: without gravity torque goes as 1 / time^2
+    assert set(caught.value.violations) == {"torque"}
+    assert 0.02 + caught.value.violations["torque"] == pytest.approx(needed, rel=5e-3)
+    best = caught.value.plan
+    assert best.duration == pytest.approx(0.5) and np.abs(best.tau(fine(best))).max() == pytest.approx(needed, rel=5e-3)
+    np.testing.assert_allclose(best(0.5)[0], TASK_1, atol=1e-7)
+
+
+def test_too_little_acceleration_is_named_with_its_amount():
+    with pytest.raises(PlanError, match=r"infeasible; violated: acceleration by") as caught:
+        plan(ROBOT, (0, 0.1), (0, 0.15), 0.3, acceleration_limit=0.1)
+    needed = 4 * 0.05 / 0.3**2  # half the way up at full, half down
+    assert 0.1 + caught.value.violations["acceleration"] == pytest.approx(needed, rel=0.02)
+
+
+def test_points_out_of_reach_and_beyond_limits():
+    with pytest.raises(fb.UnreachableError, match=r"plan: goal: unreachable.*gap 0\.126 m") as caught:
+        plan(ROBOT, HOME, (0, 0.3), 2.0)
+    assert caught.value.gap == pytest.approx(np.hypot(0.059, 0.3) - 0.18)
+    with pytest.raises(fb.UnreachableError, match=r"via\[0\]"):
+        plan(ROBOT, HOME, TASK_1, 2.0, via=[(None, (0.5, 0.1))])
+    with pytest.raises(PlanError, match=r"goal itself breaks limits; violated: parallel by 0\.6") as caught:
+        plan(ROBOT, HOME, TASK_2, 4.0, parallel_margin=0.1)
+    assert caught.value.plan is None and caught.value.violations["parallel"] == pytest.approx(0.665, abs=1e-3)
+    with pytest.raises(PlanError, match="goal itself breaks limits; violated: workspace by 0.01 m"):
+        plan(ROBOT, HOME, TASK_1, 2.0, workspace=((-0.1, 0.1), (0, 0.09)))
+    narrow = fb.FiveBar(l11=0.05, l12=0.2, l21=0.05, l22=0.2, d=0.1)
+    with pytest.raises(PlanError, match=r"not connected in working modes \(-1, -1\).*by 0\.\d+ m near") as caught:
+        plan(narrow, (0, 0.2), (0, -0.2), 2.0)
+    assert caught.value.violations["reach"] > 0
+
+
+def test_no_answer_after_max_time():
+    began = time.process_time()
+    with pytest.raises(PlanError, match="no solution within max_time = 0.05 s") as caught:
+        plan(ROBOT, HOME, TASK_2, 4.0, max_time=0.05)
+    assert time.process_time() - began <= 1.0
+    np.testing.assert_allclose(caught.value.plan(0.0)[0], HOME, atol=1e-6)
+
+
+def test_what_did_not_converge_is_not_returned(monkeypatch):
+    monkeypatch.setattr(transcription, "MOST_ITERATIONS", 3)
+    with pytest.raises(PlanError, match="IPOPT did not converge .*Maximum_Iterations_Exceeded") as caught:
+        plan(ROBOT, HOME, TASK_2, 4.0)
+    assert caught.value.status == "Maximum_Iterations_Exceeded" and caught.value.plan.duration == 4.0
+    monkeypatch.undo()
+    monkeypatch.setattr(planner, "REFINEMENTS", 1)
+    with pytest.raises(
+        PlanError, match=r"not accurate: error 0\.0\d+ between nodes on 20 intervals, 0\.001 is allowed"
+    ):
+        plan(ROBOT, HOME, TASK_2, 4.0)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (dict(duration=0.0), "duration must be finite and > 0"),
+        (dict(duration=float("nan")), "duration must be finite"),
+        (dict(duration=None), 'needs a weight on "time"'),
+        (dict(duration=None, objective="time"), "minimum time needs a torque_limit"),
+        (dict(duration=None, goal=HOME, objective="time", torque_limit=1.0), "start and goal are the same"),
+        (dict(objective="speed"), "objective must be of effort, time, jerk"),
+        (dict(objective={}), "objective must be of"),
+        (dict(objective={"effort": -1.0}), "weight of effort must be finite and >= 0"),
+        (dict(objective={"effort": 0.0}), "one weight of the objective must be > 0"),
+        (dict(goal=TASK_2, objective="jerk"), "must cross a Type-2 singularity"),
+        (dict(torque_limit=0.0), "torque_limit must be finite and > 0"),
+        (dict(torque_limit=(1, 2, 3)), "one number or one per joint"),
+        (dict(joint_speed_limit=-1), "joint_speed_limit must be"),
+        (dict(acceleration_limit=(1, 1)), "acceleration_limit must be one number"),
+        (dict(workspace=((0, 0), (0, 1))), "workspace must be"),
+        (dict(serial_margin=0.0), "serial_margin must be"),
+        (dict(parallel_margin=1.5), "parallel_margin must be finite and from 1e-09 to 1"),
+        (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
+        (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
+        (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),
+        (dict(via=[(3.0, TASK_1)]), "duration must be finite and > 3"),
+        (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
+        (dict(method="euler"), "method must be one of hermite-simpson, legendre-gauss"),
+        (dict(degree=1), "degree must be a whole number >= 2"),
+        (dict(intervals=2.5), "intervals must be a whole number"),
+        (dict(tolerance=0), "tolerance must be"),
+        (dict(max_time=0), "max_time must be"),
+        (dict(working=-1), "working must be two modes"),
+        (dict(via=[(1.0,)]), r"via must be \[\(time or None"),
+        (dict(objective=3), "objective must be of"),
+        (dict(goal="ab"), "goal, order 0, must be two finite numbers"),
+        (dict(workspace=3), "workspace must be"),
+        (dict(working=(-1, 2)), r"working must be \+1 or -1"),
+        (dict(robot=fb.ROBOTS["liu-2006-a"].robot), "no inertia"),
+    ],
+)
+def test_bad_input(options, words):
+    given = dict(robot=ROBOT, start=HOME, goal=TASK_1, duration=2.0) | options
+    with pytest.raises(ValueError, match=words):
+        plan(given.pop("robot"), given.pop("start"), given.pop("goal"), **given)
+
+
+def test_a_jerk_plan_that_nothing_bounds_at_type_2_says_why_it_fails():
+    """Both ends on one side of Type 2, which it crosses twice: its torque has no bound there, so no plan is found."""
+    given = (0.09773945, -0.07449895), (-0.06938526, 0.10383429), 2.0
+    why = r"within max_time = 0.5 s; it crosses Type 2 \(2 times\), where without a torque_limit.* parallel_margin"
+    with pytest.raises(PlanError, match=why):
+        plan(ROBOT, *given, objective="jerk", max_time=0.5)

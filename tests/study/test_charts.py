@@ -1,0 +1,143 @@
+"""A bit of each chart of speed against accuracy, and the orders that its methods show."""
+
+import numpy as np
+import pytest
+
+from fivebar.study.chart_names import PEERS
+from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
+from fivebar.study.speed_accuracy import chart as declared
+from fivebar.study.speed_accuracy import making
+from fivebar.study.speed_accuracy.charts import chip, contours, derivatives, geometry, integrators, motions
+from fivebar.study.speed_accuracy.findings import observed_order, orders
+from fivebar.study.speed_accuracy.runner import measure, row_of
+from fivebar.study.speed_accuracy.store import BASE, Result
+from tests.helpers import needs
+
+
+def test_observed_order():
+    steps = 2.0 ** -np.arange(12)
+    for order in (1, 2, 4, 8):
+        errors = steps**order
+        assert observed_order(steps, errors, 1e-16) == pytest.approx(order)
+        assert observed_order(steps, errors + 1e-12 / steps, 1e-16) == pytest.approx(order, abs=0.1)  # rounding grows
+        assert observed_order(steps[::-1], np.maximum(errors, 1e-9)[::-1], 1e-9) == pytest.approx(order)
+    assert np.isnan(observed_order([1.0], [1.0], 0.0)) and np.isnan(observed_order(steps, 0 * steps + 1.0, 1.0))
+
+
+def measured_order(chart, problem, name, panel, knobs):
+    rows = []
+    method = chart.method(name)
+    for knob in knobs or method.knobs_of(problem, quick=False):
+        attempt = method.prepare(problem, knob)
+        row = dict.fromkeys(BASE, 0.0) | {"problem": problem, "method": name, "knob": knob, "status": "ok"}
+        rows.append(row | attempt.judge(attempt.call()))
+    return orders(Result(chart, {}, rows), panel)[name]
+
+
+@pytest.mark.parametrize(
+    "name, knobs",
+    [
+        ("fivebar: order 8, four bars, VM", slice(None)), ("fivebar: order 8, task chart, compiled", slice(1, 6)),
+        ("fivebar.simulate: steps of order 8", slice(None)),
+        ("fivebar: RK4, four bars, compiled", slice(4, 10, 2)),
+        ("explicit Euler, Python", slice(6)), ("semi-implicit Euler, Python", slice(6)), ("RK4, Python", slice(6)),
+        ("CasADi collocation, Radau of degree 3", slice(None)), ("redundant DAE, RK4, Python", slice(6)),
+        ("redundant DAE, Baumgarte 10/s", slice(4, 8)), ("redundant DAE, Baumgarte 1/step", slice(3, 7)),
+    ],
+)  # fmt: skip
+def test_integrators_have_their_orders(name, knobs, compiler):
+    chart = integrators.chart()
+    method = chart.method(name)
+    order = measured_order(chart, "regular", name, chart.panels[0][0], method.knobs_of("regular", False)[knobs])
+    assert order == pytest.approx(method.order, abs=0.1)
+
+
+@pytest.mark.parametrize("row, column", [(0, 0), (0, 1)])
+def test_differences_have_their_orders(row, column):
+    chart = derivatives.chart()
+    for method in (m for m in chart.methods if m.order):
+        order = measured_order(chart, "swing", method.name, chart.panels[row][column], None)
+        assert order == pytest.approx(method.order, abs=0.1), method.name
+
+
+def test_contours_have_their_order():
+    chart = contours.chart()
+    knobs = (100, 200, 400)
+    assert measured_order(chart, "task", "grid by NumPy, contoured", chart.panels[0][0], knobs) == pytest.approx(
+        2, abs=0.1
+    )
+
+
+@pytest.mark.parametrize("name", list(declared.MODULES))
+def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
+    if name in PEERS:  # the usual cache: the loop around Pinocchio takes half a minute to compile
+        monkeypatch.undo()
+    chart = declared.load(declared.module_of(name))
+    assert chart.name == name
+    rows, jobs = [], {}
+    for problem, method, knob in chart.jobs(quick=True):
+        jobs.setdefault((problem, method.name), []).append((problem, method, knob))
+    for several in jobs.values():
+        problem, method, knob = several[min(1, len(several) - 1)]
+        rows.append(row_of(problem, method, knob, lambda *job: measure(chart, *job, budget=0.0)))
+    result = Result(chart, {"quick": True}, rows)
+    wanted = {panel.problem: {p.y for row in chart.panels for p in row if p.problem == panel.problem}
+              for row in chart.panels for panel in row}  # fmt: skip
+    made = rows
+    if name == "chip" and not needs.NEEDED["ARM compilers"][0]():
+        made = [row for row in rows if row["status"] != "left out"]
+    if name in PEERS:  # some have no wheels on some platforms, but none fails on the regular motion
+        made = [row for row in rows if row["status"] != "left out"]
+        assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
+    for row in made:
+        assert row["status"] in ("ok", "failed") and row["seconds"] > 0 and (row["word"] or row["status"] == "ok")
+        if row["status"] == "ok":
+            assert wanted[row["problem"]] <= set(row) and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+    succeeded = {row["method"] for row in rows if row["status"] == "ok"}
+    assert all(method.name in succeeded for method in chart.methods if method.family == declared.OURS)
+    result.to_csv(tmp_path / "again.csv")
+    again = making.redraw(tmp_path / "again.csv", name)
+    assert again.rows == rows and making.module_with(chart).caption(again) == making.module_with(chart).caption(result)
+    monkeypatch.setattr(making, "DPI", 50)
+    assert making.draw(again, tmp_path).startswith(b"\x89PNG")
+    assert (tmp_path / f"{name}.svg").stat().st_size > 20_000
+
+
+def test_geometry_knows_right_from_wrong(compiler):
+    """The routes agree with the dyad but in the branch that arctg loses."""
+    chart = geometry.chart()
+    rows = {m.name: measure(chart, "batch", m.name, 0, 0.0) for m in chart.methods if m.knobs_of("batch", True)}
+    words = {name: row.get("word") for name, row in rows.items() if "error" not in row}
+    assert list(words) == ["arctg angles (vector method eq. 9)"] and "wrong branch" in words.popitem()[1]
+    assert all(row["error"] < 1e-15 for row in rows.values() if "error" in row)
+
+
+def test_single_precision_costs_a_chip_digits_and_saves_it_instructions():
+    """Errors are those of ARM's own results; a chip without double precision pays for it in instructions."""
+    needs.need("ARM compilers")
+    found = chip.chart()
+    rows = {
+        (size, hardware): measure(found, chip.ARM, f"{size}, ARM with {hardware} precision", chip.DIRECT, 0.0)
+        for size in ("float", "double") for hardware in ("single", "double")
+    }  # fmt: skip
+    for (size, hardware), row in rows.items():
+        assert row["error"] < (1e-6 if size == "float" else 1e-15), (size, hardware)
+    assert rows["double", "single"]["executed"] > 3 * rows["float", "single"]["executed"]
+    assert rows["double", "double"]["executed"] < 2 * rows["float", "double"]["executed"] < 1000
+
+
+@pytest.mark.parametrize("p, q, delay", [(1.0, 1.0, 0), (0.4, 1.6, 0), (0.1, 0.5, 1)])
+def test_gain_of_noise(p, q, delay):
+    """Against the sum over the response to one disturbed measurement, and against the robot."""
+    x, held, total = np.zeros(2), 0.0, 0.0
+    for noise in ((1.0, 0.0), (0.0, 1.0)):
+        x, held = np.zeros(2), 0.0
+        for k in range(400):
+            command = -np.dot((p, q), x + (noise if k == 0 else 0))
+            push, held = (held, command) if delay else (command, 0.0)
+            x = np.array([x[0] + x[1] + push / 2, x[1] + push])
+            total += x[0] ** 2
+    assert exact_noise_gain(p, q, delay) == pytest.approx(np.sqrt(total), rel=1e-9)
+    robot = motions.ROBOT
+    assert noise_gain(robot, p, q, delay) == pytest.approx(np.sqrt(total), rel=0.25)
+    assert exact_noise_gain(5.0, 1.0, delay) == np.inf

@@ -1,0 +1,77 @@
+"""Peers on the charts: the same robot, their orders, and what their traps cost."""
+
+import platform
+import sys
+
+import numpy as np
+import pytest
+
+from fivebar.study.speed_accuracy import chart as declared
+from fivebar.study.speed_accuracy import machine, making
+from fivebar.study.speed_accuracy.charts import motions, simulators
+from fivebar.study.speed_accuracy.runner import measure
+from tests.helpers.needs import need
+
+from .test_charts import measured_order
+
+
+@pytest.fixture
+def peers():
+    need("other simulators")
+
+
+@pytest.mark.parametrize("problem", list(motions.DRIVEN))
+def test_peers_are_the_same_robot(problem, peers):
+    """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
+    chart = simulators.chart()
+    for name, knob, bound in (
+        ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback, Python", 400, 1e-3),
+        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, RK4, C loop and torque", 400, 1e-3),
+        ("heyoka, Taylor series, C++ loop", 1e-12, 1e-11), ("Pinocchio, order 8, C++ loop", 64, 1e-9),
+        ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, C++ loop", 1e5, 3e-3),
+        ("Exudyn as it comes, C++ loop", 1000, 2e-3),
+        ("Exudyn tuned, stiff springs, C++ loop", 1e6, 2e-3),
+    ):  # fmt: skip
+        row = measure(chart, problem, name, knob, 0.0)
+        assert row["error"] < bound and row["gap"] < 3e-6, name
+
+
+@pytest.mark.parametrize(
+    "name, knobs",
+    [("Drake as it comes, C++ loop", (200, 400)),
+     ("Exudyn as it comes, C++ loop", (200, 400)),
+     ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
+)  # fmt: skip
+def test_peers_have_their_orders(name, knobs, peers):
+    chart = simulators.chart()
+    order = measured_order(chart, "forced", name, chart.panels[0][0], knobs)
+    assert order == pytest.approx(chart.method(name).order, abs=0.1)
+
+
+def test_the_traps_cost_digits(peers):
+    """At the same settings: torque held over a step, a light body in the loop, and the nearest branch."""
+    chart = simulators.chart()
+    tuned, held, light = (
+        measure(chart, "forced", f"MuJoCo tuned, {how}", 400, 0.0)["error"]
+        for how in ("RK4, torque by callback, Python", "but the torque held over a step", "but tied by a body of 1 mg")
+    )
+    assert 1e5 * tuned == pytest.approx(held, rel=0.3) and light > 1e5 * tuned
+    shares = [measure(chart, "positions", "pylinkage step", turn, 0.0)["wrong"] for turn in (5.0, 60.0)]
+    assert shares == [0.0, 0.5]
+
+
+def test_a_diverging_peer_fails():
+    judge = simulators.judged("forced")
+    for q, word in ((np.full(2, np.nan), "nan"), (np.full(2, 1e20), "diverges")):
+        with pytest.raises(declared.Failed, match=word):
+            judge((q, 0.0))
+
+
+def test_all_peers_are_installed_where_they_have_wheels():
+    linux = (sys.platform, platform.machine()) == ("linux", "x86_64")
+    wanted = (*machine.PEERS, "C++ compiler", "Pinocchio's headers") if linux else ()
+    assert [machine.missing((name,)) for name in wanted] == [None] * len(wanted)
+
+
+def test_simulators_only_when_asked_for():
+    assert set(making.chart_names(peers=True)) - set(making.chart_names()) == {"simulators"}
