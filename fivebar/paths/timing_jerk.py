@@ -39,7 +39,8 @@ def refuse_kinks(path) -> None:
     before, after = np.arange(n - 1), np.arange(1, n)
     ends = np.array([piece.length for piece in path.pieces[:-1]])
     bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
-    largest = max(np.abs(bends[0]).max(), np.abs(bends[1]).max())
+    inner = path.on(np.arange(n), np.array([piece.length for piece in path.pieces]) / 2)[2]
+    largest = max(np.abs(each).max() for each in (*bends, inner))
     rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
     bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
     if bad.any():
@@ -86,7 +87,8 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
 
 def _paced(motion):
     """At the pace at which it keeps its limits."""
-    edges = motion.clock.breaks
+    turns = np.flatnonzero(np.diff(motion.piece)) + 1  # nodes where xi_sss jumps
+    edges = np.union1d(motion.clock.breaks, motion.clock.times[turns])
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
     inside = np.concatenate([[1e-6], np.linspace(0, 1, PLACES + 2)[1:-1], [1 - 1e-6]])
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()

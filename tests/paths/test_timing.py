@@ -243,6 +243,9 @@ def test_a_jerk_limit_with_a_stop_on_the_way():
     motion.to_csv(file)
     file.seek(0)
     assert (fb.TimedPath.from_csv(file)(t)[2] == motion(t)[2]).all()
+    # A corner that is blended: where the curvature should be 0, on both sides of a blend, rounding is no jump of it.
+    blended = fb.path([(0.05, 0.07), (0.08, 0.07), (0.08, 0.1)], deviation=1e-3, curvature=True)
+    assert jerks(fb.time_path(ROBOT, blended, jerk_limit=50.0, **limits)).max() <= 50
 
 
 REFUSED = [
