@@ -7,11 +7,12 @@ from functools import cached_property
 from math import factorial
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from .timing_lower import duration
 
 NEVER = 1e-12  # s
-SERIES = 9  # terms of Stumpff's functions where they are small
+COEFFICIENTS = np.array([[1 / factorial(2 * j + k) for k in (2, 3)] for j in range(9)])  # of Stumpff's c2 and c3
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,19 +106,20 @@ class Clock:
 
     def _sum(self, t, k, gone):
         """The integral of s from the begin of the motion to t."""
-        begins, taken = self._starts[:-1], self.taken
-        v0, u0 = np.sqrt(self.x[:-1]), self._push
+        since = np.maximum(t - self._starts[k], 0.0)
+        dt = np.minimum(since, self.taken[k])
+        return self._sums[k] + self._own_sum(k, dt) + (since - dt) * self.s[k + 1]
 
-        def own(k, dt):
-            _, _, c2, c3 = _stumpff(self.bent[k] * dt * dt)
-            return dt * (self.s[k] + dt * (v0[k] * c2 + dt * u0[k] * c3))
+    @cached_property
+    def _sums(self):
+        """That up to where each stretch begins."""
+        n, taken = np.arange(len(self.taken)), self.taken
+        after = np.diff(self._starts) - taken  # rest at the stretch's end
+        return np.cumsum(np.insert(self._own_sum(n, taken) + after * self.s[1:], 0, 0.0))
 
-        n = np.arange(len(taken))
-        after = np.append(begins[1:], self.end) - begins - taken  # rest at the stretch's end
-        whole = np.cumsum(np.insert(own(n, taken) + after * self.s[1:], 0, 0.0))
-        since = np.maximum(t - begins[k], 0.0)
-        dt = np.minimum(since, taken[k])
-        return whole[k] + own(k, dt) + (since - dt) * self.s[k + 1]
+    def _own_sum(self, k, dt):
+        _, _, c2, c3 = _stumpff(self.bent[k] * dt * dt)
+        return dt * (self.s[k] + dt * (np.sqrt(self.x[k]) * c2 + dt * self._push[k] * c3))
 
 
 def _stumpff(z):
@@ -131,5 +133,6 @@ def _stumpff(z):
     sign = np.where(z > 0, 1.0, -1.0)
     c2, c3 = sign * (c0 - 1) / r**2, sign * (c1 - 1) / r**2
     near = np.where(small, z, 0.0)
-    series = [sum(near**j / factorial(2 * j + k) for j in range(SERIES)) for k in range(4)]
+    c, d = polyval(near, COEFFICIENTS)
+    series = 1 + near * c, 1 + near * d, c, d
     return tuple(np.where(small, a, b) for a, b in zip(series, (c0, c1, c2, c3)))
