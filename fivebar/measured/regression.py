@@ -12,10 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve
 
 from .filtering import Rows
 
+BLOCK = 64  # rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine
 FINEST = 1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
 
 
@@ -39,13 +40,13 @@ def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
     sigma = size.copy()
     free = np.maximum(rows.counts.sum(axis=0) - len(columns) / 2, 1)
     # each motor's rows as a triangle: weights are put on that
-    halves = [np.linalg.qr(np.column_stack([W[:, k], tau[:, k]]), mode="r") for k in (0, 1)]
+    halves = [triangle(np.column_stack([W[:, k], tau[:, k]])) for k in (0, 1)]
     for _ in range(3):
         theta, R, scales = _solve(np.concatenate([half / each for half, each in zip(halves, sigma)]))
         missed = np.array([np.linalg.norm(half[:, -1] - half[:, :-1] @ theta) for half in halves])
         sigma = np.maximum(missed / np.sqrt(free), FINEST * size)
     residual = np.where(rows.counts, tau - W @ theta, 0.0)
-    inverse = solve_triangular(R, np.eye(len(columns))) / scales[:, None]
+    inverse = np.linalg.inv(R) / scales[:, None]
     bread = inverse @ inverse.T
     scores = np.einsum("nmp,nm->np", W / sigma[:, None], residual / sigma)
     robust = bread @ _meat(scores, rows.breaks) @ bread * (free.sum() + len(columns)) / free.sum()
@@ -58,7 +59,18 @@ def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
 def _solve(flat):
     scales = np.maximum(np.linalg.norm(flat[:, :-1], axis=0), 1e-300)
     Q, R = np.linalg.qr(flat[:, :-1] / scales)
-    return solve_triangular(R, Q.T @ flat[:, -1]) / scales, R, scales
+    return np.linalg.solve(R, Q.T @ flat[:, -1]) / scales, R, scales
+
+
+def triangle(flat: np.ndarray) -> np.ndarray:
+    """R of the QR decomposition of a tall matrix (n, p): of blocks of rows first, then of their triangles."""
+    rows, columns = flat.shape
+    if rows <= max(BLOCK, 2 * columns):
+        return np.linalg.qr(flat, mode="r")
+    size = max(BLOCK, 2 * columns)
+    padded = np.zeros((-(-rows // size), size, columns))
+    padded.reshape(-1, columns)[:rows] = flat
+    return triangle(np.linalg.qr(padded, mode="r").reshape(-1, columns))
 
 
 def _meat(scores, breaks):
