@@ -205,9 +205,8 @@ class _Search:
         for values, limit in zip((q_dot, q_ddot), self.limits):
             if limit is not None and np.abs(values).max() > limit:
                 return False
-        rows = -(-len(q) // SAMPLES) * SAMPLES
-        whole = (np.resize(each, (rows, 2)) for each in (q, q_dot, q_ddot))
-        for part in zip(*(np.split(each, rows // SAMPLES) for each in whole)):
+        shape = -(-len(q) // SAMPLES), SAMPLES, 2
+        for part in zip(*(np.resize(each, shape) for each in (q, q_dot, q_ddot))):
             (found,) = self.call(*part)
             if not (found[:, 0] * -self.assembly >= self.margin).all():  # nan too, where it does not close
                 return False
@@ -220,11 +219,17 @@ class _Search:
     def amplitude(self, shape):
         """The largest that keeps to the limits, 0 where none does; the motion grows with it."""
         low, high = 0.0, WIDEST if self.robot.turns else sum(self.robot.distal)
-        if not self.keeps(*self.series(shape, 1e-9).joints(self.t)):
+        whole, centre = np.array(self.series(shape, 1.0).joints(self.t)), np.zeros((3, 1, 2))
+        centre[0] = shape[:2]
+
+        def keeps(amplitude):
+            return self.keeps(*(centre + amplitude * (whole - centre)))
+
+        if not keeps(1e-9):
             return 0.0
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            low, high = (middle, high) if self.keeps(*self.series(shape, middle).joints(self.t)) else (low, middle)
+            low, high = (middle, high) if keeps(middle) else (low, middle)
         return low
 
     def condition(self, q, q_dot, q_ddot):

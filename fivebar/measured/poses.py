@@ -247,8 +247,9 @@ def _for_the_tip(jacobian, chosen):
         # Each candidate j lowers pose w by |L^-1 J_j C J_w'|^2 with L L' = I + J_j C J_j'.
         across = some @ covariance
         lower = np.linalg.inv(np.linalg.cholesky(np.eye(2) + across @ some.transpose(0, 2, 1)))
-        touched = (lower @ across).reshape(-1, len(rest)) @ flat.T
-        less = (touched**2).reshape(len(some), 2, len(judged), 2).sum(axis=(1, 3))
+        touched = ((lower @ across).reshape(-1, len(rest)) @ flat.T) ** 2
+        touched = touched[::2] + touched[1::2]
+        less = touched[:, ::2] + touched[:, 1::2]
         ends = (_spread(judged, covariance) - less).max(axis=1)
         ends[np.isin(offered, chosen)] = np.inf
         best = int(np.argmin(ends))

@@ -46,12 +46,16 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarra
     """W of motions through poses all over the workspace in these modes, of all rates and accelerations of size 1."""
     rng = np.random.default_rng(SEED)
     reach = sum(robot.distal) + 1e-9
-    q = rng.uniform(-1, 1, (60 * POSES, 2)) * (np.pi if robot.turns else reach)
-    pose = dgm(robot, q, assembly, unreachable="nan")
-    good = np.isfinite(pose.xi).all(axis=1) & (np.abs(np.nan_to_num(pose.det_A)) > 0.2)
-    for mode, sine in zip(working, pose.sines):
-        good &= -mode * np.nan_to_num(sine) > AWAY
-    q = q[good][:POSES]
+    found = [np.empty((0, 2))]
+    for q in rng.uniform(-1, 1, (20, 3 * POSES, 2)) * (np.pi if robot.turns else reach):
+        pose = dgm(robot, q, assembly, unreachable="nan")
+        good = np.abs(pose.det_A) > 0.2  # no nan is
+        for mode, sine in zip(working, pose.sines):
+            good &= -mode * sine > AWAY
+        found.append(q[good])
+        if sum(map(len, found)) >= POSES:
+            break
+    q = np.concatenate(found)[:POSES]
     if len(q) < ENOUGH:
         raise ValueError(f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode {assembly:+d}")
     return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
