@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -100,26 +101,27 @@ def arcs_of(aspect: Aspect) -> list[Arc]:
 def room_at(aspect: Aspect, z: complex) -> float:
     """Exact distance of a point to the boundary and the punctures."""
     # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more than half a step.
-    samples = [(np.abs(arc.z - z).min(), np.abs(np.diff(arc.z)).max(), arc) for arc in arcs_of(aspect)]
-    room = min([least for least, _, _ in samples] + np.abs(punctures(aspect) - z).tolist())
-    near = [arc.nearest(np.array([z]))[1][0] for least, step, arc in samples if least - 0.51 * step <= room]
+    samples = [(np.abs(arc.z - z).min(), arc) for arc in arcs_of(aspect)]
+    room = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
+    near = [arc.nearest(np.array([z]))[1][0] for least, arc in samples if least - 0.51 * arc.step <= room]
     return float(min([room, *near]))
 
 
 def _polished(aspect, z):
     """The point near z that is farthest from all, by equal distances to two or three feet on the exact curves."""
+    samples, room = np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]), room_at(aspect, z)
     for _ in range(4):
-        room = room_at(aspect, z)
-        proposals = [z]
-        feet = _feet(aspect, z, 1.2 * room)
-        for count in (2, 3):
-            for chosen in combinations(feet, count):
-                proposals.append(_equidistant(z, room, [foot[1:] for foot in chosen]))
-        proposals = [p for p in proposals if abs(p - z) < room]
-        best = max(proposals, key=lambda p: room_at(aspect, p))
-        if room_at(aspect, best) <= room * (1 + 1e-14):
-            return best
-        z = best
+        before, feet = room, _feet(aspect, z, 1.2 * room)
+        chosen = [foot for count in (2, 3) for foot in combinations(feet, count)]
+        proposals = [_equidistant(z, room, [foot[1:] for foot in each]) for each in chosen]
+        most = [(np.abs(samples - p).min(), p) for p in proposals if abs(p - z) < room]
+        for bound, p in sorted(most, key=lambda each: -each[0]):
+            if bound <= room:
+                break
+            if (own := room_at(aspect, p)) > room:
+                z, room = p, own
+        if room <= before * (1 + 1e-14):
+            break
     return z
 
 
@@ -139,14 +141,18 @@ def _equidistant(z, room, feet):
     """Newton for the center, its distance to all feet, and their parameters; two feet are to be on opposite sides."""
     curves = [k for k, (arc, _) in enumerate(feet) if arc is not None]
 
+    @cache
+    def on_curve(k, s):
+        return tuple(map(complex, feet[k][0].curve(s)))
+
     def residual(v):
         center, residuals, ways = complex(v[0], v[1]), [], []
         at = 3
-        for arc, where in feet:
+        for k, (arc, where) in enumerate(feet):
             if arc is None:
                 way = center - where
             else:
-                on, tangent = map(complex, arc.curve(v[at]))
+                on, tangent = on_curve(k, v[at])
                 way = center - on
                 residuals.append((way * tangent.conjugate()).real / abs(tangent))
                 at += 1

@@ -32,15 +32,15 @@ class CouplerCurve:
     motion: FourBarMotion | Turning
     bars: tuple
 
-    def _bars(self, t):
-        """Unit vectors u11, u12, u21, u22 and their rates."""
+    def _bars(self, t, count=4):
+        """Unit vectors u11, u12, u21, u22, or the first of them, and their rates."""
         directions, rates = self.motion(t)
-        return [sign * directions[k] for k, sign in self.bars], [rates[k] for k, _ in self.bars]
+        return [sign * directions[k] for k, sign in self.bars[:count]], [rates[k] for k, _ in self.bars[:count]]
 
     def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position x + i y of the end-effector and its derivative."""
         robot = self.robot
-        (u11, u12, _, _), (rate1, rate2, _, _) = self._bars(t)
+        (u11, u12), (rate1, rate2) = self._bars(t, 2)
         proximal, distal = robot.l11 * u11, robot.l12 * u12
         return -robot.d / 2 + proximal + distal, 1j * (proximal * rate1 + distal * rate2)
 

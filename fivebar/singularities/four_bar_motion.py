@@ -27,8 +27,8 @@ class Turning:
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
         turn = np.exp(1j * t)
-        directions = [e * turn if turns else np.full(t.shape, complex(e)) for e, turns in zip(self.start, self.turns)]
-        return directions, [np.full(t.shape, float(turns)) for turns in self.turns]
+        directions = [e * turn if turns else _as_long(t, complex(e)) for e, turns in zip(self.start, self.turns)]
+        return directions, [_as_long(t, float(turns)) for turns in self.turns]
 
     @property
     def aligned(self) -> list[float]:
@@ -82,9 +82,9 @@ class FourBarMotion:
         sides = self.base, self.r1, self.c, self.r2
         directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
         e1, e2, u = (x + 1j * y for x, y in directions)
-        rates = rates[0], np.full(t.shape, rates[1]), rates[2]
+        rates = rates[0], _as_long(t, rates[1]), rates[2]
         if self.mirrored:
-            return (-e2.conj(), -e1.conj(), u.conj()), (-rates[1], -rates[0], -rates[2])
+            return (-e2.conjugate(), -e1.conjugate(), u.conjugate()), (-rates[1], -rates[0], -rates[2])
         return (e1, e2, u), rates
 
     @property
@@ -172,6 +172,11 @@ class FourBarMotion:
         k = 0 if self.mirrored else 1
         relative = u / (e1, e2)[k]
         return relative.imag, relative.real * (rates[2] - rates[k])
+
+
+def _as_long(t, value):
+    """A value at each of the parameters t (n,), or at one."""
+    return np.full(t.shape, value) if isinstance(t, np.ndarray) else value
 
 
 def four_bar_directions(sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any) -> tuple[tuple, tuple]:

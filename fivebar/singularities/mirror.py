@@ -52,5 +52,5 @@ def _turned(locus):
         working=tuple((-left, -right) for left, right in locus.working),
         points=locus.points * (1, -1),
         vertices=tuple(Vertex(vertex.z.conjugate(), vertex.circles) for vertex in locus.vertices),
-        _curve=lambda t: tuple(each.conj() for each in curve(t)),
+        _curve=lambda t: tuple(each.conjugate() for each in curve(t)),
     )

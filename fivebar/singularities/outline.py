@@ -141,11 +141,12 @@ class Outline:
         found |= {-1 - k for k in np.flatnonzero(apart(self.ends, v) < self.margin - slack).tolist()}
         corners = v[CORNERS] @ (1, 1j)
         for own, corner, within in zip(CORNERS.tolist(), corners, inside(self.aspect.boundary, corners)):
-            facing = [k for k, (_, limited) in enumerate(self.pieces) if list(limited) == own]
-            away = [self.pieces[k][0].nearest(corner[None])[1][0] * (1 if within else -1) for k in facing]
-            nearest = int(np.argmin(np.abs(away))) if facing else None
-            if facing and away[nearest] < self.margin - slack:
-                found.add(facing[nearest])
+            facing = [(k, arc) for k, (arc, limited) in enumerate(self.pieces) if list(limited) == own]
+            least = [np.abs(arc.z - corner).min() for _, arc in facing]
+            near = [each for each, own in zip(facing, least) if own - 0.51 * each[1].step <= min(least)]
+            away = [(arc.nearest(corner[None])[1][0], k) for k, arc in near]
+            if away and min(away)[0] * (1 if within else -1) < self.margin - slack:
+                found.add(min(away)[1])
         return found
 
 

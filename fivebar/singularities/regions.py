@@ -59,14 +59,20 @@ class Arc:
 
     def curve(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and their derivative by the parameter, turned into the running direction."""
-        z, dz = self.locus._curve(np.atleast_1d(s))
-        return z.reshape(np.shape(s)), (dz if self.start <= self.end else -dz).reshape(np.shape(s))
+        s = np.asarray(s, dtype=float)
+        z, dz = self.locus._curve(s.item() if s.size == 1 else s)  # of a float in a fifth of the time
+        return np.reshape(z, s.shape), np.reshape(dz if self.start <= self.end else -dz, s.shape)
 
     def at(self, s: float | np.ndarray) -> np.ndarray:
         return self.curve(s)[0]
 
     def tangent(self, s: float | np.ndarray) -> np.ndarray:
         return self.curve(s)[1]
+
+    @cached_property
+    def step(self) -> float:
+        """The longest chord between samples, m."""
+        return float(np.abs(np.diff(self.z)).max())
 
     @cached_property
     def moment(self) -> float:
@@ -128,11 +134,12 @@ class Arc:
     def _feet(self, z, index):
         """Where the tangent is across the way from z, between the neighbours of sample points of these indices."""
         s = self.s[index]
-        ahead = self._slope(s, z) < 0
+        on, tangent = self.curve(s)
+        ahead = ((on - z) * tangent.conj()).real < 0
         low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
         high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
         z = np.broadcast_to(z, s.shape)
-        rounding = 4 * EPS * np.abs(self.z).max() * np.abs(self.tangent(s))
+        rounding = 4 * EPS * np.abs(self.z).max() * np.abs(tangent)
         foot = rising_zeros(lambda i, t: self._slope(t, z[i]), low, high, rounding)
         s = np.where(np.isnan(foot), s, foot)
         return s, np.abs(self.at(s) - z)
@@ -167,20 +174,23 @@ def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
     found = np.zeros(len(z), dtype=bool)
     for loop in loops:
         polygon = np.concatenate([arc.z[:-1] for arc in loop])
-        found ^= np.concatenate([_crosses(polygon, np.roll(polygon, -1), part) for part in _batches(z)])
+        found ^= _crosses(polygon, np.roll(polygon, -1), z)
     return found
 
 
 def _crosses(a, b, z):
     """Whether rays from points z (n,) along x cross an odd number of the chords from a to b."""
-    rows, k = np.nonzero((a.imag > z.imag[:, None]) != (b.imag > z.imag[:, None]))
+    order = np.argsort(z.imag)
+    first, last = (np.searchsorted(z.imag[order], ends(a.imag, b.imag)) for ends in (np.minimum, np.maximum))
+    k = np.repeat(np.arange(len(a)), last - first)  # each chord as often as there are points beside it
+    rows = order[np.arange(len(k)) - np.repeat(np.cumsum(last - first) - last, last - first)]
     x = a.real[k] + (z.imag[rows] - a.imag[k]) / (b.imag[k] - a.imag[k]) * (b.real[k] - a.real[k])
     return np.bincount(rows[x > z.real[rows]], minlength=len(z)) % 2 == 1
 
 
 def _batches(z, most=1024):
     """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into memory."""
-    return np.array_split(z, len(z) // most + 1)
+    return [z] if len(z) <= most else np.array_split(z, len(z) // most + 1)
 
 
 def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
@@ -195,13 +205,12 @@ def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the arcs may differ."""
     arcs = [arc for loop in loops for arc in loop]
     found = crossings(loops, z)
-    steps = [np.abs(np.diff(arc.z)).max() for arc in arcs]
     # A polyline that turns by 1 degree is nearer to its arc than a hundredth of its longest step.
-    doubtful = 0.02 * max(steps)
+    doubtful = 0.02 * max(arc.step for arc in arcs)
     near = np.zeros(len(z), dtype=bool)
-    for arc, step in zip(arcs, steps):
+    for arc in arcs:
         distance = np.concatenate([np.abs(arc.z - part[:, None]).min(axis=1) for part in _batches(z)])
-        near |= distance <= doubtful + 0.51 * step
+        near |= distance <= doubtful + 0.51 * arc.step
     return found, near
 
 
