@@ -52,13 +52,17 @@ class Clock:
     @cached_property
     def times(self) -> np.ndarray:
         """At which it passes its nodes (n + 1,), or leaves them after a rest, s."""
-        plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])
+        return self.passed(np.arange(len(self.x)))
+
+    def passed(self, k: np.ndarray) -> np.ndarray:
+        """The times of nodes k (m,)."""
+        plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])[k]
         if not self.smooth:
             return plain
         low, high = plain, plain + self.smooth  # the mean of s from t - smooth to t
         for _ in range(50):
             t = (low + high) / 2
-            behind = self._mean(t)[0] < self.s
+            behind = self._mean(t)[0] < self.s[k]
             low, high = np.where(behind, t, low), np.where(behind, high, t)
         return high
 

@@ -87,8 +87,8 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
 
 def _paced(motion):
     """At the pace at which it keeps its limits."""
-    turns = np.flatnonzero(np.diff(motion.piece)) + 1  # nodes where xi_sss jumps
-    edges = np.union1d(motion.clock.breaks, motion.clock.times[turns])
+    turns = np.flatnonzero(np.diff(motion.piece) * motion.x[1:-1]) + 1  # nodes where xi_sss jumps, and it does not rest
+    edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
     inside = np.concatenate([[1e-6], np.linspace(0, 1, PLACES + 2)[1:-1], [1 - 1e-6]])
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
