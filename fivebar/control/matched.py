@@ -6,7 +6,7 @@ it, and of a horizon of a second its stages would be longer than a letter takes.
 draws, in the least time of 20 N m, is missed by so much, in um, at a reserve of 0, 0.05 and 0.3 of the torque:
 
     tracker's own weights, 5 ms   -       34043   20370
-    matched weights, 5 ms         -        8571     804
+    matched weights, 5 ms         -        6405     820
     matched, period_for: 0.5 ms   63         25      18
 
 With 0.02 to 100 N m the last line is 55 to 121, 5 to 27 and 5 to 27: it no longer depends on how strong the robot is.
