@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from types import MappingProxyType
 
 import numpy as np
@@ -18,7 +19,7 @@ from ._backend import HUGE
 from .checks import shown
 from .tables import TextFile, whole_text
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
 RADIANS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "rev": 2 * math.pi}
 RADIANS_PER_SECOND = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "rev/s": 2 * math.pi}
@@ -31,6 +32,7 @@ _WORDS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("msec", "millis", "millisecond", "milliseconds"), "ms"),
     **dict.fromkeys(("microsecond", "microseconds"), "us"),
+    **dict.fromkeys(("nanosecond", "nanoseconds", "nsec", "nsecs"), "ns"),
     **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
     **dict.fromkeys(("millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
     **dict.fromkeys(("inch", "inches"), "in"),
@@ -40,16 +42,19 @@ _WORDS = {
     **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), "rev"),
     **dict.fromkeys(("count", "ticks", "steps", "inc"), "counts"),
 }
+_CLOCK = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(\.\d+)?(Z|[-+]\d\d:?\d\d)?")
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column that is looked for: the names it goes by, and its units with what each is in the first, which is SI."""
+    """A column that is looked for: the names it goes by, its units with what each is in the first, which is SI, whether
+    there must be one, and a regular expression of further headings."""
 
     names: tuple[str, ...]
     units: Mapping[str, float]
     needed: bool = True
+    pattern: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +81,9 @@ def read(
     """The wanted columns of a CSV file, by their headings, in SI units.
 
     Columns are parted by commas, semicolons, tabs, bars or blanks; decimals by points or commas. A heading is a name
-    and perhaps a unit: x, X [mm], q1 (deg), time/ms, x_mm. Lines with # are comments, the last of them the header
-    where none follows (as NumPy writes it).
+    and perhaps a unit: x, X [mm], q1 (deg), time/ms, x_mm; or a row of units follows. Lines with # or % are comments,
+    the last of them the header where none follows (as NumPy and ROS write it). Times may be of a clock, as
+    2024-05-01 10:00:00.25, or have their unit with them, as 0.25 sec.
 
     file: path or open text file; units: {name: unit} or units alone ("mm", "t=ms"), for headings without one.
     ValueError with file and line for what is missing, twice there, no number, not finite, or of contradicting units.
@@ -90,7 +96,7 @@ def read(
     if numbered and (excel := re.fullmatch(r"(?i)sep=(.)", numbered[0][1])):
         mark, numbered = excel[1], numbered[1:]
     before = [(k, line.lstrip("#% ")) for k, line in comments if not numbered or k < numbered[0][0]]
-    if numbered and before and _only_numbers(numbered[0][1]) and not _only_numbers(before[-1][1]):
+    if numbered and before and not _only_numbers(before[-1][1]) and _is_a_row(numbered[0][1], before[-1][1]):
         numbered.insert(0, before[-1])
     if not numbered:
         raise ValueError(f"{name}: empty; needed a header with {_listed(wanted)}")
@@ -99,6 +105,8 @@ def read(
         raise ValueError(f"{name}, line {top}: no header, but numbers; needed one with {_listed(wanted)}")
     mark = mark or next((c for c in ";\t,|" if c in header), None)
     headings = [cell.strip() for cell in _cells(header, mark, f"{name}, line {top}")]
+    if rows and (own := _units_row(_cells(rows[0][1], mark, f"{name}, line {rows[0][0]}"), wanted, len(headings))):
+        headings, rows = [f"{heading} [{unit}]" if unit else heading for heading, unit in zip(headings, own)], rows[1:]
     found, said, stated = _matched(headings, wanted, units, f"{name}, line {top}")
     if before and before[0][1].startswith("fivebar ") and "SI units" in before[0][1]:
         stated |= set(found)
@@ -139,6 +147,24 @@ def _only_numbers(line: str) -> bool:
     return all(re.fullmatch(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?", c) for c in re.split(r"[;,\t| ]+", line) if c)
 
 
+def _is_a_row(line: str, header: str) -> bool:
+    """Whether a line has numbers, and as many cells as this header."""
+    mark = next((c for c in ";\t,|" if c in header), None)
+    cells = line.split(mark)
+    return _only_numbers(line) or (
+        len(cells) == len(header.split(mark)) and any(map(_only_numbers, filter(None, cells)))
+    )
+
+
+def _units_row(cells: list[str], wanted: Mapping[str, Quantity], count: int) -> list[str]:
+    """The units that a row under the header names, "" where none; [] if it is no such row."""
+    known = {unit for quantity in wanted.values() for unit in quantity.units} - {"1"}
+    words = [cell.strip().strip("[](){}").strip() for cell in cells]
+    if len(words) < count or any(word and _only_numbers(word) for word in words):
+        return []
+    return ["" if word == "-" else word for word in words] if any(_unit(word) in known for word in words) else []
+
+
 def _listed(wanted: Mapping[str, Quantity]) -> str:
     needed = [key for key, quantity in wanted.items() if quantity.needed]
     rest = [key for key in wanted if key not in needed]
@@ -159,6 +185,9 @@ def _parted(heading: str, wanted: Mapping[str, Quantity], where: str) -> tuple[s
     names = {_plain(name): key for key, quantity in wanted.items() for name in (key, *quantity.names)}
     if _plain(heading) in names:
         return names[_plain(heading)], None
+    for key, quantity in wanted.items():
+        if quantity.pattern and re.fullmatch(quantity.pattern, heading, re.IGNORECASE):
+            return key, None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
     if bracket and _plain(bracket[1]) in names:
         key = names[_plain(bracket[1])]
@@ -241,6 +270,11 @@ def _number(cell, key, where):
     cell = cell.strip()
     if cell.casefold() in _MISSING:
         return math.nan
+    if key == "t" and _CLOCK.fullmatch(cell):
+        at = datetime.fromisoformat(cell.replace("Z", "+00:00"))
+        return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
+    if key == "t":
+        cell = re.sub(r"(?<=\d)\s*s(ec(onds?)?)?$", "", cell)
     try:
         value = float(cell if "." in cell else cell.replace(",", "."))
     except ValueError:

@@ -58,7 +58,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
     proof.add_argument(
         "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
     )
-    draw.add_argument("--period", type=float, default=0.005, metavar="S", help="of the tracker (default: %(default)g)")
+    draw.add_argument(
+        "--period", type=float, metavar="S", help="of the tracker (default: 0.005, or as the fastest motion asks)"
+    )
     draw.add_argument(
         "--rate", type=float, default=1000.0, metavar="HZ", help="of the setpoints (default: %(default)g)"
     )
@@ -73,7 +75,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _draw(arguments):
-    from ..control.tracker import Tracker
+    from ..control.matched import matched, missed, peak_acceleration, period_for
     from ..models.geometry import igm
     from ..models.kinematics import ikm
     from ..paths import strokes
@@ -94,11 +96,11 @@ def _draw(arguments):
         bar.update()
         start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
         limit, assembly = arguments.torque_limit, int(start.pose.assembly)
-        tracker = Tracker(robot, period=arguments.period, torque_limit=limit, assembly=assembly)
-        step = arguments.period / max(1, round(arguments.period / STEP))
-        run = simulate(
-            robot, tracker, motion, start=start, control_period=arguments.period, step=step, torque_limit=limit
-        )
+        peak = peak_acceleration(motion, 0.0, motion.duration)
+        period = period_for(peak) if arguments.period is None else arguments.period
+        tracker = matched(robot, peak, period, limit, assembly)
+        step = period / max(1, round(period / STEP))
+        run = simulate(robot, tracker, motion, start=start, control_period=period, step=step, torque_limit=limit)
     table = setpoints(robot, motion, arguments.rate, working)
     down = strokes.pen_down(motion, run.t)
     error = np.linalg.norm(run.error, axis=1)
@@ -107,6 +109,7 @@ def _draw(arguments):
         "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working), "largest_scale": share,
         "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
+        "period_s": period, "peak_acceleration": peak,
         "smallest_margin": check.min_margin, "certified": proof is not None and proof.proved,
         "max_error_m": float(error[down].max()), "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
@@ -118,8 +121,9 @@ def _draw(arguments):
     if figures["max_error_m"] > LOST * size:
         print(
             f"fivebar: the simulated robot leaves its drawing of {1e3 * size:.3g} mm by "
-            f"{1e3 * figures['max_error_m']:.3g} mm: the setpoints are right, but too fast for its tracker: give a "
-            "--duration, a larger --reserve or a shorter --period",
+            f"{1e3 * figures['max_error_m']:.3g} mm: the setpoints are right, but too fast for its tracker, which "
+            f"changes its torques each {1e3 * period:.3g} ms, when {peak:.3g} m/s² move it "
+            f"{1e3 * missed(peak, period):.2g} mm: give a --duration, a larger --reserve or a shorter --period",
             file=sys.stderr,
         )
     files = _written(arguments, robot, path, working, run, table, down, error)
@@ -283,6 +287,7 @@ def _print(robot, figures):
         ("certified", "yes, proof.json" if figures["certified"] else "no"),
         ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
         ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
+        ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at most"),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),
     ]

@@ -20,7 +20,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
     )
     parser.add_argument("--json", action="store_true", help="values, deviations and sentences as JSON on stdout")
     parser.add_argument("--unknown", nargs="+", metavar="NAME", help="of these parameters only (default: all)")
-    parser.add_argument("--assembly", type=int, choices=(-1, 1), default=-1, help="of the log (default: %(default)s)")
+    parser.add_argument(
+        "--assembly", type=int, choices=(-1, 1), default=-1, help="of the logs, throughout (default: %(default)s)"
+    )
     parser.add_argument(
         "--cutoff", type=float, metavar="HZ", help="of the filters (default: where the motion ends in noise)"
     )

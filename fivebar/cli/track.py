@@ -123,7 +123,7 @@ def _track(arguments):
     for sentence in reference.said:
         print(f"{arguments.csv}: {sentence}", file=sys.stderr)
     try:
-        controller = _controller(arguments, robot, _assembly(robot, reference, arguments.working))
+        controller = _controller(arguments, robot, reference)
     except ValueError as error:
         raise UsageError(error) from None
     working = tuple(arguments.working or (-1, -1))
@@ -147,18 +147,22 @@ def _assembly(robot, reference, working):
     return int(igm(robot, reference(reference.start)[0], tuple(working)).assembly)
 
 
-def _controller(arguments, robot, assembly):
-    given = arguments.kp, arguments.kd
+def _controller(arguments, robot, reference):
+    given, assembly = (arguments.kp, arguments.kd), _assembly(robot, reference, arguments.working)
+    working = tuple(arguments.working or (-1, -1))
     if arguments.controller == "mpc":
         if given != (None, None):
             raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
+        from ..control.matched import asks_for_it, matched
         from ..control.tracker import Tracker
 
+        if peak := asks_for_it(robot, reference, arguments.period, arguments.torque_limit, working):
+            return matched(robot, peak, arguments.period, arguments.torque_limit, assembly)
         return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit, assembly=assembly)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
     gains = (usual if gain is None else gain for gain, usual in zip(given, default))
-    return kind(robot, *gains, working=tuple(arguments.working or (-1, -1)), assembly=assembly)
+    return kind(robot, *gains, working=working, assembly=assembly)
 
 
 def _compare(arguments):

@@ -82,8 +82,8 @@ class Tracker:
         must_be_robot(robot, "robot")
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
-            if physics_of(robot) is not None and _moved(robot):
-                torque_rate = RATE / (ARM * _moved(robot))
+            if physics_of(robot) is not None and moved(robot):
+                torque_rate = RATE / (ARM * moved(robot))
         horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
         assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
         inertias = dict(zip(robot.words.inertias, map(abs, robot.inertias)), m=abs(robot.m))  # grouped: maybe negative
@@ -101,7 +101,7 @@ class Tracker:
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
         self.speed_limit = speed_limit
-        self.inertia = _moved(robot)
+        self.inertia = moved(robot)
         self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
         rounded = encoder_resolution is not None
         measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
@@ -253,7 +253,7 @@ def _differentiable(robot, longest):
     return smoothed(robot, max(fs * longest / z for fs, z in zip(loads_of(robot).coulomb, robot.inertias)))
 
 
-def _moved(robot):
+def moved(robot):
     """The inertia that a drive moves, kg m^2 (kg); what is grouped may be negative."""
     return sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
 

@@ -17,7 +17,7 @@ from .bodies import consistent as nearest_bodies
 from .filtering import Rows
 from .identified import Identification, Validation
 from .noisy_columns import bias
-from .regression import fit, left_out_cost, price, smallest
+from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
@@ -42,11 +42,12 @@ def identify(
     log: a Run, a CSV file, a mapping of arrays t, q1, q2, tau1, tau2, perhaps q1_dot, ...; or a list of these. Torques
     are those at their times, or held from row to row where that fits better, as a drive's commands are.
     validate: a second run, only predicted. unknown: names, None: all that the torque is linear in; the masses stay in
-    the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`).
-    assembly: the mode of all logs. cutoff: Hz, of all filters; None: where the motion sinks into its noise
-    (`derivatives`), or lower, until that noise bends no value by more than 0.3 sd (`noisy_columns`). consistent: hold
-    to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one; counts_per_turn, gear_ratio,
-    offset, torque_constant: as `Run.from_log`.
+    the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`); deviations
+    count that what is left out need not be 0 (`spread`): name what the robot has, and they are smaller.
+    assembly: the mode of all logs, throughout: cut a log where it crosses Type 2. cutoff: Hz, of all filters; None:
+    where the motion sinks into its noise (`derivatives`), or lower, until that noise bends no value by more than 0.3 sd
+    (`noisy_columns`). consistent: hold to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one;
+    counts_per_turn, gear_ratio, offset, torque_constant: as `Run.from_log`.
     ValueError for a log that says nothing or is not of this robot: what is wrong with it, as far as it can be told.
     """
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
@@ -109,7 +110,8 @@ def identify(
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
     result = _robot(robot, sought, labels, theta)
-    sd = np.sqrt(np.diag(last.cov))
+    cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
+    sd = np.sqrt(np.diag(cov))
     values = dict(zip(labels, map(float, theta)))
     said += [sentence for each in found for sentence in each.said]
     said += beyond_the_model(robot, result, found, known, labels, theta, last)
@@ -117,7 +119,7 @@ def identify(
         robot=result, given=robot, values=values, sd=dict(zip(labels, map(float, sd))), chosen=tuple(labels),
         rejected={names[told[k]]: _why(names[told[k]], full, k) for k in out}, indistinguishable=tuple(sentences),
         said=tuple(dict.fromkeys(said)), noise=tuple(map(float, last.sigma)), misfit=last.misfit, p_value=p_value,
-        cutoff=min(each.cutoff for each in found), correlation=last.cov / np.outer(sd, sd), t=rows.t,
+        cutoff=min(each.cutoff for each in found), correlation=cov / np.outer(sd, sd), t=rows.t,
         tau=_shown(rows, rows.tau + rows.W @ known),
         predicted=_shown(rows, rows.W @ known + rows.W[:, :, chosen] @ theta), bodies=consistent,
     )  # fmt: skip

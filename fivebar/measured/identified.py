@@ -93,7 +93,10 @@ class Identification:
             found.append(
                 f"second run: misses {missed:.3g} %, {first:.3g} and {second:.3g} times the noise of the first"
             )
-        found.append(f"what was left out is 0 with p = {self.p_value:.2g}")
+        found.append(
+            f"what was left out is 0 with p = {self.p_value:.2g}"
+            + ("; the deviations count that it need not be" if self.rejected else "")
+        )
         found += [f"left out: {name}: {why}" for name, why in self.rejected.items()]
         found += [f"not told apart: {sentence}" for sentence in self.indistinguishable]
         found += [f"of the log: {sentence}" for sentence in self.said]

@@ -123,3 +123,16 @@ def left_out_cost(theta: np.ndarray, cov: np.ndarray, left_out: list[int]) -> fl
     block = cov[np.ix_(left_out, left_out)] / np.outer(scale, scale)
     block = block + 1e-12 * np.eye(len(left_out))
     return float((part / scale) @ cho_solve(cho_factor(block), part / scale))
+
+
+def spread(full: Fit, kept: list[int], last: Fit) -> np.ndarray:
+    """Covariance (k, k) of the kept parameters where the others may not be 0, though they are left out.
+
+    Leaving out moves a value by b and its variance from that of the full model to that of the last fit, whose deviation
+    holds if all that is left out is 0. The mean square of the error is estimated by var_last + b^2, or var_full where
+    that is more; correlations are those of the full model.
+    """
+    whole = full.cov[np.ix_(kept, kept)]
+    moved = full.theta[kept] - last.theta
+    scale = np.sqrt(np.maximum((np.diag(last.cov) + moved**2) / np.diag(whole), 1.0))
+    return whole * np.outer(scale, scale)

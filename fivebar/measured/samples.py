@@ -250,7 +250,8 @@ def _parts(times, motion, robot, assembly, n, said):
     if near:
         said.append(
             f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
-            f"{first_near:.6g} s) and do not count: there, errors become torques"
+            f"{first_near:.6g} s) and do not count: there, errors become torques; before and after, "
+            f"the assembly mode is taken to be {assembly:+d}: if the robot crossed, cut the log there"
         )
     return parts
 

@@ -1,4 +1,4 @@
-"""G-code: G0 to G3, G4, F, G17, G20, G21, G90, G91, G90.1, G91.1, the pen by Z or by M3, M4 and M5."""
+"""G-code: G0 to G3, G4, F, G17, G20, G21, G90, G91, G90.1, G91.1, M82, M83, and when its pen is down: `gcode_pens`."""
 
 from __future__ import annotations
 
@@ -6,18 +6,15 @@ import math
 import re
 
 from .draft import Draft, Move, listed
+from .gcode_pens import ANY, MACRO, OWN, PRINTED, PRINTERS, State, pens
 from .pieces import Arc, Line
 
 WORD = re.compile(r"([A-Za-z])\s*([-+]?\s*(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
 PASSED = {  # codes that say nothing of a path in the plane
     "G": {17, 28, 29, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
-    "M": {0, 1, 17, 18, *range(6, 10), *range(82, 85)},
+    "M": {0, 1, 17, 18, *range(6, 10), 84},
 }
-PRINTERS = {  # M codes of a printer: temperatures, fans, limits, steps, messages
-    42, 73, 74, 92, *range(104, 120), 140, 150, 155, 190, *range(201, 210), 211, 220, 221, 280, *range(300, 305), 400,
-    412, 413, 420, 486, *range(500, 505), 555, 566, 569, 572, 593, 862, 900, 906, 907, 913, 914,
-}  # fmt: skip
 M_CODE = re.compile(r"(?:N\s*\d+\s*)?M\s*(\d+)", re.IGNORECASE)
 ENDS = 2, 30
 RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
@@ -30,7 +27,8 @@ INCH, MILLIMETRE = 0.0254, 1e-3
 def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
     """The Draft of a G-code file. units: "mm" or "in", where the file has neither G21 nor G20.
 
-    The pen is down in G1, G2 and G3: after M3 or M4 where the file has them (and S is not 0), at Z <= 0 where it has Z.
+    The pen is down where a printer extrudes, or in G1, G2 and G3: after M3 or M4 where the file has them (and S is not
+    0), at Z <= 0 where it has Z, or where `gcode_pens` says.
     ValueError with file and line for a code that is not known, an arc whose centre does not fit, units that are missing
     or contradict.
     """
@@ -47,12 +45,18 @@ class _Machine:
         self.absolute, self.centres_absolute, self.modal = True, False, None
         self.x, self.y, self.z, self.known = 0.0, 0.0, None, False
         self.feed, self.spindle, self.power, self.line = math.inf, False, None, 0
+        self.e, self.grown, self.relative_e, self.fan = 0.0, False, False, False
+        self.states, self.from_nowhere = [], False  # whether the first move begins nobody knows where
         self.passed, self.ended, self.assumed = {}, False, None  # assumed: the unit that the file has only later
         plain = COMMENT.sub("", text.upper().replace("\r", "\n"))
         self.by_z = re.search(r"Z\s*[-+.\d]", plain) is not None
         if self.unit is None and len(found := set(re.findall(r"G\s*(2[01])(?![.\d])", plain))) == 1:
             self.unit = INCH if found == {"20"} else MILLIMETRE
             self.assumed = f"G{found.pop()}"
+        self.printed = PRINTED.search(plain) is not None
+        if self.unit is None and self.printed:
+            self.unit = MILLIMETRE
+            self.draft.said.append("neither G20 nor G21: read in mm, as printers do")
         self.by_spindle = re.search(r"M\s*0*[345](?!\d)", plain) is not None
 
     def run(self):
@@ -61,11 +65,17 @@ class _Machine:
                 break
             self.line = number
             self.block(line)
-        said = [f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())]
-        if self.by_z and not self.by_spindle and not any(move.pen for move in self.draft.moves):
-            said.append("no move is at Z 0 or below, where the pen is down")
-        self.draft.said += said
-        return self.draft
+        down, said = pens(self.states, self.by_spindle, self.by_z)
+        if any(state.extrudes for state in self.states):
+            self.passed.pop("E word", None)
+        draft = self.draft
+        draft.moves = [move._replace(pen=own) for move, own in zip(draft.moves, down)]
+        if self.from_nowhere and down[0]:
+            draft.said.append("it begins at X0 Y0: the file names no place before it draws")
+        elif self.from_nowhere:  # from wherever the machine was
+            draft.moves, draft.dwells = draft.moves[1:], [(max(k - 1, 0), t) for k, t in draft.dwells]
+        draft.said += [f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())] + said
+        return draft
 
     def error(self, message):
         return ValueError(f"{self.name}, line {self.line}: {message}")
@@ -77,8 +87,13 @@ class _Machine:
                 self.pass_over("block with /")
             return
         code = M_CODE.match(text)
-        if code and int(code[1]) in PRINTERS:  # its X and Y are limits or steps of axes, its text a message
-            self.pass_over(f"M{int(code[1])}")
+        if code and (int(code[1]) in PRINTERS or (self.printed and int(code[1]) not in ANY)):
+            if int(code[1]) in (106, 107):  # a fan's output, which some lasers are switched by
+                self.fan = int(code[1]) == 106 and not re.search(r"S\s*0*\.?0*(?![\d.])", text.upper())
+            self.pass_over(f"M{int(code[1])}")  # its X and Y are limits or steps of axes, its text a message
+            return
+        if text.startswith("$") or (self.printed and MACRO.match(text)):
+            self.pass_over(text.split()[0][:24])
             return
         if HOME.fullmatch(text):
             self.pass_over("G28")
@@ -113,6 +128,11 @@ class _Machine:
             if not values["F"] > 0:
                 raise self.error(f"F must be > 0, not {values['F']:g}")
             self.feed = values["F"] * self.scale() / 60
+        if "E" in values:
+            e = values["E"] + (self.e if self.relative_e or not self.absolute else 0.0)
+            self.grown, self.e = e > self.e, e
+        else:
+            self.grown = False
         if {"X", "Y", "Z"} & set(values) or (self.modal in (2, 3) and {"I", "J"} & set(values)):
             self.move(values)
         for letter in sorted(set(values) - set("XYZIJRFPSK")):
@@ -134,8 +154,11 @@ class _Machine:
                 for axis in "XYZ":
                     values.pop(axis, None)
             elif value == 92:
+                self.e = values.pop("E", self.e)
                 if not {"X", "Y", "Z"} & set(values):
-                    return None  # of an extruder
+                    return None
+                if self.from_nowhere and len(self.states) == 1 and not self.may_draw(self.states[0]):
+                    self.draft.moves, self.states, self.from_nowhere = [], [], False
                 if self.draft.moves:
                     raise self.error("G92 after the first move: another origin on the way is not read")
                 self.x, self.y, self.z = (
@@ -143,7 +166,10 @@ class _Machine:
                     for axis, at in zip("XYZ", (self.x, self.y, self.z))
                 )
                 self.known = True
-            elif value in PASSED["G"]:
+            elif value == 53 and not {"X", "Y"} & set(values):
+                values.pop("Z", None)  # up, by the machine's own zero
+                self.pass_over("G53")
+            elif value in PASSED["G"] or (self.printed and value in OWN):
                 if value != 17:
                     self.pass_over(f"G{value:g}")
             else:
@@ -152,6 +178,8 @@ class _Machine:
                 )
         elif value in (3, 4, 5):
             self.spindle = value != 5
+        elif value in (82, 83):
+            self.relative_e = value == 83
         elif value in ENDS:
             self.ended = True
         elif value in PASSED["M"]:
@@ -195,34 +223,33 @@ class _Machine:
             raise self.error("a place without G0, G1, G2 or G3 before it")
         start = self.x, self.y
         self.x, self.y, self.z = (self.to(axis, at, values) for axis, at in zip("XYZ", (self.x, self.y, self.z)))
-        end, down, known = (self.x, self.y), self.down(), self.known
+        end, known = (self.x, self.y), self.known
         if not {"X", "Y", "I", "J"} & set(values):
             return
         self.known = True
-        if not known and not down:
+        if not known and self.modal == 0:
             return  # from wherever the machine was
         if not known:
-            self.draft.said.append("it begins at X0 Y0: the file names no place before it draws")
+            self.from_nowhere = True
         if start == end and self.modal in (0, 1):
             self.pass_over("a move of no length")
             return
         feed = math.inf if self.modal == 0 else self.feed
         shape = Line(start, end) if self.modal in (0, 1) else self.arc(start, end, values)
-        self.draft.moves.append(Move(shape, down, feed, self.line))
+        self.draft.moves.append(Move(shape, True, feed, self.line))
+        on = self.spindle and self.power != 0
+        self.states.append(State(self.modal == 0, on, self.fan, self.z, self.grown))
+
+    def may_draw(self, state):
+        if self.printed or self.by_spindle:
+            return state.extrudes if self.printed else state.on
+        return not self.by_z or (state.z is not None and state.z <= 0)
 
     def to(self, axis, at, values):
         if axis not in values:
             return at
         value = values[axis] * self.scale()
         return value if self.absolute else (at or 0.0) + value
-
-    def down(self):
-        if self.by_spindle:
-            lifted = self.by_z and self.z is not None and self.z > 0
-            return self.modal != 0 and self.spindle and self.power != 0 and not lifted
-        if self.by_z:
-            return self.modal != 0 and self.z is not None and self.z <= 0
-        return self.modal != 0
 
     def arc(self, start, end, values):
         clockwise = self.modal == 2

@@ -11,19 +11,10 @@ import numpy as np
 
 from .._backend import finite_numbers
 from ..checks import number, positive, shown, two_numbers
-from ..columns import (
-    COUNTS,
-    METRES,
-    NEWTON_METRES,
-    RADIANS,
-    RADIANS_PER_SECOND,
-    RADIANS_PER_SECOND2,
-    SECONDS,
-    Quantity,
-    read,
-)
+from ..columns import read
 from ..models.robots import Robot
 from ..tables import TextFile, named
+from .log_columns import order, since_1970, wanted
 
 LATE = 1.5  # sampling periods from row to row: from there on rows are missing
 UNEVEN = 0.01  # of a period, by which times may be off an even grid
@@ -79,31 +70,6 @@ class Gauges(NamedTuple):
 AT_THE_JOINTS = Gauges()
 
 
-def wanted(robot: Robot) -> dict[str, Quantity]:
-    """The columns of a log, with the names they go by."""
-    turns, found = robot.turns, {"t": Quantity(("time", "timestamp", "stamp", "seconds"), SECONDS)}
-    q = {**RADIANS, **COUNTS} if turns else {**METRES, **COUNTS}
-    rate = RADIANS_PER_SECOND if turns else {"m/s": 1.0, "mm/s": 1e-3}
-    second = RADIANS_PER_SECOND2 if turns else {"m/s2": 1.0, "mm/s2": 1e-3}
-    effort = {**(NEWTON_METRES if turns else {"n": 1.0, "mn": 1e-3}), "a": 1.0, "ma": 1e-3}
-    for k, side in (("1", "left"), ("2", "right")):
-        j = robot.words.joints[int(k) - 1]
-        base = (j, f"theta{k}", f"theta{k}1", f"angle{k}", f"pos{k}", f"position{k}", f"joint{k}", f"enc{k}",
-                f"encoder{k}", f"motor{k}", f"q_{side}", f"{side}")  # fmt: skip
-        found[f"q{k}"] = Quantity(base, q)
-        found[f"tau{k}"] = Quantity(
-            (f"torque{k}", f"tau{k}1", f"effort{k}", f"force{k}", f"current{k}", f"i{k}", f"tau_{side}",
-             f"torque_{side}"), effort, False,
-        )  # fmt: skip
-        dots = (f"{j}_dot", f"dq{k}", f"qd{k}", f"vel{k}", f"velocity{k}", f"speed{k}", f"omega{k}", f"qdot{k}")
-        found[f"q{k}_dot"] = Quantity(dots, rate, False)
-        found[f"q{k}_ddot"] = Quantity((f"{j}_ddot", f"ddq{k}", f"qdd{k}", f"acc{k}", f"qddot{k}"), second, False)
-    for axis in "xy":
-        found[axis] = Quantity((), METRES, False)
-        found[f"{axis}_ref"] = Quantity((f"{axis}_desired", f"{axis}d", f"ref_{axis}"), METRES, False)
-    return found
-
-
 def read_log(
     source: TextFile | Mapping, robot: Robot, units: Mapping[str, str] | None = None, gauges: Gauges = AT_THE_JOINTS
 ) -> Log:
@@ -116,9 +82,11 @@ def read_log(
         values, said, name, lines = _arrays(source, robot, units or {}), (), "the log", None
     elif isinstance(source, (str, os.PathLike)) or hasattr(source, "read"):
         found = read(source, wanted(robot), units or {})
-        values, said, name, lines = found.values, found.said, found.name, found.lines
+        values, said, name, lines = found.values, list(found.said), found.name, found.lines
+        values["t"] = since_1970(values["t"], "t" in found.stated, said)
     else:
         raise TypeError(f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}")
+    values["t"] = values["t"] + values.pop("t_ns", 0.0)
     with named(name):
         pairs = {name: _pair(values, *columns) for name, columns in PAIRS.items()}
         return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, said, name, lines)
@@ -209,9 +177,17 @@ def _cleaned(t, pairs, robot, said, name, lines):
         said.append(
             f"{lost.sum()} rows without both joints' positions were left out, the first {at(int(np.argmax(lost)))}"
         )
+    for key in ("q_dot", "q_ddot"):  # as some drivers fill what they do not know
+        if pairs[key] is not None and not np.nan_to_num(pairs[key]).any() and np.ptp(pairs["q"][~lost], axis=0).any():
+            said.append(f"{' and '.join(PAIRS[key])} are 0 throughout, though the joints move: not used")
+            pairs = pairs | {key: None}
     rows = np.flatnonzero(~empty & ~lost)
     if len(rows) < 2:
         raise ValueError(f"{name} has {len(rows)} rows with a time and both joints: a motion needs more")
+    if (rank := order(t[rows])) is not None:
+        late = int(np.sum(np.diff(t[rows]) < 0))
+        said.append(f"{late} rows come later than rows of later times: all are put in the order of their times")
+        rows = rows[rank]
     again = np.concatenate([[False], np.diff(t[rows]) == 0])
     if again.any():
         said.append(

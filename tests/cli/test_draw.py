@@ -67,10 +67,10 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
         "0.5",
         "--angles",
         "deg",
-        "--period",
-        "0.01",
         "--torque-limit",
-        "0.05",
+        "20",
+        "--reserve",
+        "0.3",
     ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
     said = capsys.readouterr()
@@ -81,7 +81,9 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     assert names[1] == "q1_deg"
     run = fb.Run.from_csv(tmp_path / "run.csv")
     xi = run.xi
-    assert np.abs(run.tau).max() <= 0.05 and run.torque_limit == 0.05
+    assert 14 < np.abs(run.tau).max() <= 20 and run.torque_limit == 20
+    # Accelerations of hundreds of m/s^2 are held: the tracker's period, horizon and weights are of this motion.
+    assert "tracker's period     0.5 ms" in said.out and np.hypot(*run.error.T).max() < 5e-5
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
     assert main(["draw", drawing, "--out", str(tmp_path), *options, "--reserve", "0", "--period", "0.05"]) == 0
     assert "too fast for its tracker" in capsys.readouterr().err
@@ -172,7 +174,8 @@ def test_plan_refuses(options, message, capsys):
 def test_track_in_other_modes(controller, capsys):
     ends = ["--from", "0", "0.1", "--to", "0.03", "0.12", "--duration", "0.3", "--controller", controller]
     assert main(["track", *ends, "--working", "1", "-1", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["max_error_m"] < (0.1 if controller == "pd" else 2e-3)
+    error = {"ctc": 2e-3, "pd": 0.1, "mpc": 5e-5}[controller]  # the motion is a fast one: 2.3 m/s^2
+    assert json.loads(capsys.readouterr().out)["max_error_m"] < error
 
 
 def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):

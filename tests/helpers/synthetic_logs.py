@@ -1,5 +1,6 @@
 """Logs of robots whose truth is known: exact torques of smooth motions, by the models, with noise on both."""
 
+import io
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,3 +100,12 @@ def case_of(seed, has, duration=20.0, step=1e-3, **noise):
     log = noisy(rng, motion, torques_of(robot, *motion[1:]), **noise)
     known = fb.FiveBar(robot.l11, robot.l12, robot.l21, robot.l22, robot.d, gravity=robot.gravity)
     return Case(robot, known, log)
+
+
+def ros(run, header, clock):
+    """A run's log as ROS's tools export it: a clock since 1970, joint states, velocities that no driver filled."""
+    stamp, first, second = header.rsplit(",", 2)
+    names = [stamp, *(each.format(kind) for kind in ("position", "velocity", "effort") for each in (first, second))]
+    rows = np.column_stack([run.q, 0 * run.q, run.tau]).tolist()
+    lines = [clock(1.7e9 + t) + ",".join(map(repr, row)) for t, row in zip(run.t, rows)]
+    return io.StringIO("\n".join([",".join(names), *lines]))

@@ -2,8 +2,10 @@
 
 A robot belongs here if its log can show each parameter that it has: more than SHOWN standard deviations of the fit of
 those parameters alone. Of others, no method could say that they are there. With FIVEBAR_NIGHTLY=1, 1000 robots. Of 450
-(466 drawn) 447 were right, 0.34 % of 3833 values outside 3 sd, and a second run was missed by 1.017 (median), 1.67
-(99 %) of what the truth misses of it.
+(466 drawn) 447 were right, 0.34 % of 3833 values outside 3 sd of the last fit, and a second run was missed by 1.017
+(median), 1.67 (99 %) of what the truth misses of it. Deviations count that what is left out need not be 0, so they are
+larger than need be where it is: of 200 robots, whatever their logs can show, 95.1 % of 2057 values were within 2 sd
+(94.3 % of the 157 in logs that left out what the robot has; 73 % of such by the deviations of the last fit).
 """
 
 import os
@@ -70,5 +72,5 @@ def test_the_smallest_sufficient_model_of_robots_on_the_ladder(record_property):
     print(f"second run, missed over what the truth misses: {spread}; wrong: {dict(wrong)}")
     assert right >= 0.95 * ROBOTS - 1 * (ROBOTS < 100)
     assert outside <= 0.006 + 1 / len(z)
-    assert 0.8 < z.std() < 1.15
+    assert 0.6 < z.std() < 1.15
     assert np.median(ratios) < 1.05 and np.quantile(ratios, 0.99) < 2.0

@@ -1,0 +1,81 @@
+"""A tracker's weights, horizon and period by the motion that it is to follow.
+
+Of a motion k times as fast as another along the same path, accelerations and torques are k^2 times as large. With the
+weights of a slow one the tracker would pay more for the torques' changes that a fast one is made of than for leaving
+it, and of a horizon of a second its stages would be longer than a letter takes. The word that `fivebar draw --example`
+draws, in the least time of 20 N m, is missed by so much, in um, at a reserve of 0, 0.05 and 0.3 of the torque:
+
+    tracker's own weights, 5 ms   -       34043   20370
+    matched weights, 5 ms         -        6405     820
+    matched, period_for: 0.5 ms   63         25      18
+
+With 0.02 to 100 N m the last line is 55 to 121, 5 to 27 and 5 to 27: it no longer depends on how strong the robot is.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import SingularityError, UnreachableError
+from ..models.dynamics import inverse_dynamics
+from ..models.geometry import igm
+from ..models.kinematics import ikm, ikm2
+from .tracker import ARM, RATE, Tracker, moved
+
+if TYPE_CHECKING:
+    from ..models.robots import Robot
+    from .laws import Reference
+
+HORIZON = 20  # periods
+USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
+ACCELERATION = 10.0  # s^2/m, its own weight
+PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
+SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
+FAST, COARSE = (
+    1.0,
+    5e-3,
+)  # m/s^2; of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
+
+
+def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
+    """The largest acceleration of a motion, m/s^2, at rows at most half of the shortest period apart if it is short."""
+    rows = int(np.clip(2 * duration / PERIODS[-1], 1000, 40_000))
+    return float(np.hypot(*reference(start + np.linspace(0.0, duration, rows))[2].T).max())
+
+
+def missed(acceleration: float, period: float) -> float:
+    """a h^2 / 8, m: how far a torque held over a period leaves a motion whose acceleration changes by a within it."""
+    return acceleration * period**2 / 8
+
+
+def period_for(acceleration: float) -> float:
+    """The longest of PERIODS, s, in which that is at most SHOWN, or the shortest."""
+    return next((period for period in PERIODS if missed(acceleration, period) <= SHOWN), PERIODS[-1])
+
+
+def asks_for_it(
+    robot: Robot, motion: Reference, period: float, torque_limit: float | None, working: tuple[int, int]
+) -> float | None:
+    """The peak acceleration of a motion with start and duration if it is fast, but in reach of this limit and period;
+    else None."""
+    peak = peak_acceleration(motion, motion.start, motion.duration)
+    if not peak > FAST or missed(peak, period) > COARSE * min(robot.distal):
+        return None
+    try:
+        xi, xi_dot, xi_ddot = motion(motion.start + np.linspace(0.0, motion.duration, 2000))
+        tau = inverse_dynamics(ikm2(ikm(igm(robot, xi, working), xi_dot), xi_ddot))
+    except (SingularityError, UnreachableError):  # where it has no such torques, the far view matters
+        return None
+    return peak if torque_limit is None or np.abs(tau).max() <= torque_limit else None
+
+
+def matched(robot: Robot, acceleration: float, period: float, torque_limit: float | None, assembly: int) -> Tracker:
+    """A Tracker for motions that are in reach of the torque limit, by their peak acceleration, m/s^2."""
+    share = min(1.0, USUAL / max(acceleration, 1e-9))
+    rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
+    return Tracker(
+        robot, HORIZON, period, seconds=HORIZON * period, torque_limit=torque_limit, assembly=assembly,
+        acceleration=ACCELERATION * share, torque_rate=rate,
+    )  # fmt: skip
