@@ -21,6 +21,7 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.folders import alone
 from fivebar.processes import end_with_parent
+from fivebar.study.speed_accuracy.store import Partial
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -75,6 +76,15 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path):
     )  # fmt: skip
     assert "run.csv: No space left on device" in run.stderr and "Traceback" not in run.stderr, run.stderr
     assert run.stdout.endswith("code 1\n"), run.stdout
+
+
+def test_measurements_end_with_the_disk_and_go_on_with_another(tmp_path):
+    partial = Partial(tmp_path / "a.jsonl", {})
+    rows = [{"problem": "p", "method": "m", "knob": k} for k in range(3)]
+    with little_room(100), pytest.raises(OSError, match="a.jsonl"):
+        for row in rows:
+            partial.add(row)
+    assert Partial(tmp_path / "a.jsonl", {}).rows == rows[:2]
 
 
 def test_a_folder_that_may_not_be_written(tmp_path):
