@@ -35,7 +35,7 @@ def commas(tmp_path_factory):
 ENVIRONMENTS = {
     "hash seed, time zone, no home": {"PYTHONHASHSEED": "7", "TZ": "Pacific/Chatham", "HOME": None},
     "few letters, no cache, narrow": {
-        "LC_ALL": "C", "PYTHONUTF8": "0", "XDG_CACHE_HOME": "/dev/null/none", "HOME": "/nonexistent", "COLUMNS": "20",
+        "LC_ALL": "C", "PYTHONUTF8": "0", "XDG_CACHE_HOME": "/dev/null/none", "HOME": "/dev/null", "COLUMNS": "20",
     },
 }  # fmt: skip
 
