@@ -57,3 +57,5 @@ def _lock(handle, words):
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
     except BlockingIOError:
         raise FolderError(words) from None
+    except OSError:
+        pass  # a file system without locks, as clusters may have: two are not told apart

@@ -21,6 +21,8 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.folders import alone
 from fivebar.processes import end_with_parent
+from fivebar.study.speed_accuracy.store import Partial
+from fivebar.tables import is_part
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -77,6 +79,15 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path):
     assert run.stdout.endswith("code 1\n"), run.stdout
 
 
+def test_measurements_end_with_the_disk_and_go_on_with_another(tmp_path):
+    partial = Partial(tmp_path / "a.jsonl", {})
+    rows = [{"problem": "p", "method": "m", "knob": k} for k in range(3)]
+    with little_room(100), pytest.raises(OSError, match="a.jsonl"):
+        for row in rows:
+            partial.add(row)
+    assert Partial(tmp_path / "a.jsonl", {}).rows == rows[:2]
+
+
 def test_a_folder_that_may_not_be_written(tmp_path):
     need("bubblewrap")
     inside = f'"{sys.executable}" -m fivebar {" ".join(FULL)} {tmp_path}/run'
@@ -96,14 +107,16 @@ INTO = {
 
 
 @pytest.mark.parametrize("what", INTO)
-def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys):
+def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys, monkeypatch):
     killed, theirs = tmp_path / f".{'x' * 40}.123-4.part", tmp_path / "film.part"
     killed.touch(), theirs.touch()
     with alone(tmp_path, what):
         assert main([*INTO[what], "--out", str(tmp_path)]) == 2
         assert f"another {what} writes to {tmp_path}: wait for its end, or give another\n" in capsys.readouterr().err
         assert theirs.exists() and not killed.exists()
-    (tmp_path / "file").touch()
+    monkeypatch.setattr("fivebar.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none"))  # no locks here
+    with alone(tmp_path, what), alone(tmp_path, what):
+        (tmp_path / "file").touch()
     assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
     assert f"{tmp_path / 'file'} is a file, not a folder" in capsys.readouterr().err
 
@@ -186,7 +199,7 @@ def test_a_killed_writer_leaves_a_whole_file(tmp_path):
             assert len(fb.Run.from_csv(path).t) == 2001
         one.kill(), other.kill()
     assert len(fb.Run.from_csv(path).t) == 2001
-    assert all(".part" in left.name for left in tmp_path.iterdir() if left != path)
+    assert all(is_part(left.name) for left in tmp_path.iterdir() if left != path)
 
 
 def test_two_threads_with_one_output(tmp_path):
@@ -216,6 +229,9 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
         ["plan", "--from", "0.09", "0.068", "--to", "0.08", "0.075", "--duration", "0.5", "--out", "d"],
         [*FULL, "c"], *SAME, ["draw", "path.csv", "--out", "e"],
         ["design", "workspace_area", "bars", "--bound", "l1=0.05:0.3", "--bound", "l2=0.05:0.3", "--out", "f"],
+        ["chart", "chip", "--quick", "--out", "g"], ["study", "ladder", "--robots", "lab", "--out", "h"],
+        ["sweep", "dexterous_area", "--grid", "l1=0.1:0.2:40", "--workers", "2", "--out", "i"],
+        [*INTO["grading"], "--jobs", "2", "--out", "j"], ["calibrate", "poses.csv", "--profile", "--out", "k"],
     ]  # fmt: skip
     for k in range(ROUNDS):
         with python(
@@ -235,4 +251,4 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
             # Before `main` has begun, the interpreter itself may still be loading, and says it in its own way.
             assert "Traceback" not in err or ", in main" not in err, err
         for path in tmp_path.rglob("*"):
-            assert path.is_dir() or path.stat().st_size > 0 and ".part" not in path.name, path
+            assert path.is_dir() or path.stat().st_size > 0 and not is_part(path.name), path

@@ -189,7 +189,7 @@ def _write(path, text):
 
     try:
         write_whole(path, text)
-    except OSError as error:
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError, PermissionError) as error:  # not a full disk
         raise UsageError(f"{path}: {error.strerror}") from None
 
 

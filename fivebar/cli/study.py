@@ -29,11 +29,12 @@ def _ladder(arguments):
     names = arguments.robots or list(CASES)
     if unknown := [name for name in names if name not in CASES]:
         raise UsageError(f"no robot {', '.join(unknown)}; the known ones are {', '.join(CASES)}")
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(total=len(names) * len(RUNGS), unit=" rungs", leave=False) as bar:
         found = {name: climb(CASES[name], bar.update) for name in names}
     header, rows = table(found)
     if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
         with written(arguments.out / "ladder.csv") as file:
             csv.writer(file).writerows([header, *rows])
         saved(figure(found), arguments.out / "ladder.png", dpi=150, bbox_inches="tight")

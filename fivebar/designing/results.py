@@ -175,6 +175,10 @@ class Front(Pictured):
         self.plot(folder / "front.png")
         for k, each in enumerate(self.designs, start=1):
             each.to_robot_file(folder / ROBOTS / f"{k:02d}.json")
+        k = len(self.designs) + 1
+        while (old := folder / ROBOTS / f"{k:02d}.json").exists():  # of a longer front that was here before
+            old.unlink()
+            k += 1
         save_page(self, folder)
 
     @classmethod

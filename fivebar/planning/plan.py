@@ -42,6 +42,7 @@ REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
 LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
+WORK = 6000  # points times iterations of IPOPT, about what a processor does in 1 s
 LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
 
 
@@ -78,13 +79,13 @@ def plan(
     intervals: of the mesh at first.
     tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
         nodes (torque and acceleration never are).
-    max_time: s, by the clock.
+    max_time: s of the processor, first guesses by a count of work (`WORK`): a busy machine finds the same.
     keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the distances of bars
         are limits of the program; between nodes, and a region that is not convex, the plan is asked: PlanError where it
         is broken.
     ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
     """
-    began = time.perf_counter()
+    began = time.perf_counter(), time.thread_time()
     free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
     if serial_margin is None and not free:
         serial_margin = 0.05
@@ -134,10 +135,10 @@ def _mesh(intervals, durations):
 
 def _best(problems, intervals, tolerance, max_time, began):
     """The plan refined from the best of what first guesses lead to, of (problem, paths, length), the shortest first."""
-    found, tried, last = [], 0, None
+    found, tried, last, work = [], 0, None, 0
     for problem, paths, length in problems:
         refuse_massless(problem)
-        if found and (length > LONGEST * found[0][-1] or time.perf_counter() - began > max_time / 3):
+        if found and (length > LONGEST * found[0][-1] or work > WORK * max_time / 3):
             break
         guess, durations = first_guess(problem, paths)
         search, mesh = _Search(problem, tolerance, max_time, began), _mesh(intervals, durations)
@@ -148,6 +149,7 @@ def _best(problems, intervals, tolerance, max_time, began):
         except PlanError as error:
             last = error
             break
+        work += sum(each.intervals * each.iterations for each in search.meshes) * len(problem.scheme.c)
         if solution.solved:
             found.append((plan.objective, tried, search, mesh, solution, plan, length))
         last = last or search.failure(plan, f"IPOPT did not converge ({solution.status})", solution.status)
@@ -219,20 +221,19 @@ class _Search:
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
-        left = self.began + self.max_time - time.perf_counter()
+        left = self.max_time - self.worked
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         self.meshes.append(Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed))
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
         if found.solved and not elastic:
             self.best = plan
-        if self.elapsed > self.max_time:
+        if self.worked > self.max_time:
             raise self.failure(self.best or plan, f"no solution within max_time = {self.max_time:g} s", found.status)
         return found, plan
 
-    @property
-    def elapsed(self):
-        return time.perf_counter() - self.began
+    elapsed = property(lambda self: time.perf_counter() - self.began[0])  # what a user waits
+    worked = property(lambda self: time.thread_time() - self.began[1])
 
     def recover(self, mesh, failed, plan):
         """Begin afresh; else meet the limits as well as can be, and where that meets them, try again from there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -50,7 +51,7 @@ def solve(
     mesh: per phase the knots from 0 to 1.
     durations: s, of the phases in the guess.
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
-    max_time: s.
+    max_time: s of the processor.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
     iterations: of IPOPT at most, if not MOST_ITERATIONS.
     """
@@ -70,7 +71,8 @@ def solve(
         },
         {
             "show_eval_warnings": False, "ipopt.max_iter": iterations or MOST_ITERATIONS,
-            "ipopt.max_wall_time": max(max_time, 1e-3), "ipopt.acceptable_iter": 0,
+            "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),  # which is that of all threads
+            "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
         x0=program.values(durations, guess), lbx=low, ubx=high,

@@ -110,6 +110,8 @@ def test_a_front_for_a_table_and_a_motor(front):
 
 
 def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
+    (tmp_path / "front" / "robots").mkdir(parents=True)
+    (tmp_path / "front" / "robots" / f"{len(front) + 1:02d}.json").write_text("of a longer front")
     front.save(tmp_path / "front")
     again = D.Front.load(tmp_path / "front")
     assert repr(again) == repr(front) and repr(front).startswith(f"<Front: {len(front)} designs, footprint from 0.0")

@@ -153,6 +153,8 @@ def test_a_file_that_fails_is_graded_as_far_as_it_goes():
     with student(BROKEN.replace("y)\n", "y):\n").replace("True print", "0: print")) as worker:
         assert worker.trouble.text.startswith("ModuleNotFoundError: lab_amoro is not available here")
         assert worker.trouble.line == 3 and worker.ask("igm", [(1, 2)])[0].value == [1, 2]
+    with student("raise MemoryError") as worker:
+        assert worker.trouble.text == "ran out of memory"
 
 
 def test_a_main_program_does_not_run_and_input_is_at_its_end():

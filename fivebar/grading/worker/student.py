@@ -222,7 +222,8 @@ class Student:
         self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
         self.constants = {name: n for name, n in list(numbers.items())[:MOST_NAMES] if type(n) is float and isfinite(n)}
         if trouble is not None and self.trouble is None:
-            self.trouble = replace(reply(trouble, self._lines), kind="import")
+            found = reply(trouble, self._lines)
+            self.trouble = replace(found, kind="import", text=found.text or KINDS[found.kind])
 
     def _note(self, report):
         notes = []

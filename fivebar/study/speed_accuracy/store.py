@@ -79,10 +79,14 @@ class Partial:
     def add(self, row: dict) -> None:
         self.rows.append(row)
         self._known[_key(row)] = row
-        with open(self.path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
+        try:
+            with open(self.path, "a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:  # a full disk's has no name
+            error.filename = str(self.path)
+            raise
 
     def has(self, problem: str, method: str, knob: float) -> bool:
         return (problem, method, knob) in self._known
