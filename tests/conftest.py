@@ -10,7 +10,10 @@ import fivebar as fb
 from tests.helpers import DATA
 from tests.helpers.needs import lacking, need
 
-hypothesis.settings.register_profile("fivebar", deadline=None, max_examples=60, derandomize=True)
+CLOCKED = [hypothesis.HealthCheck.too_slow]  # a busy machine is no fault of a test's
+hypothesis.settings.register_profile(
+    "fivebar", deadline=None, max_examples=60, derandomize=True, suppress_health_check=CLOCKED
+)
 hypothesis.settings.load_profile("fivebar")
 
 UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09, zz1=0.003, zz2=0.0015, m=0.7)

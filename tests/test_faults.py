@@ -130,7 +130,7 @@ def test_a_process_whose_parent_is_killed_ends_and_takes_its_folder_along(tmp_pa
     end_with_parent(str(tmp_path / "room"))
     assert not ended.wait(0.05) and (tmp_path / "room").exists()
     os.close(write)
-    assert ended.wait(10) and not list(tmp_path.iterdir())
+    assert ended.wait(60) and not list(tmp_path.iterdir())
     os.close(read)
 
 

@@ -148,7 +148,7 @@ def fatal(robot):
 
 
 def test_an_interrupt_waits_for_no_chunk_in_hand():
-    done, before = computed(time.sleep, enumerate([0.0, 60.0, 60.0, 60.0]), None, workers=2), time.monotonic()
+    done, before = computed(time.sleep, enumerate([0.0, 600.0, 600.0, 600.0]), None, workers=2), time.monotonic()
     assert next(done) == (0, None)
     done.close()
-    assert time.monotonic() - before < 30
+    assert time.monotonic() - before < 300

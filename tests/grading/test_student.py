@@ -281,10 +281,10 @@ def test_what_is_missing_is_said(monkeypatch, tmp_path):
             student("")
     with monkeypatch.context() as patch:
         patch.setattr("fivebar.grading.worker.launch.interpreter", lambda: tmp_path / "python")
-        before = os.listdir("/proc/self/fd")
+        before = set(os.listdir("/proc/self/fd"))
         with pytest.raises(IsolationError, match="cannot be started: .*python"):
             student("")
-        assert os.listdir("/proc/self/fd") == before
+        assert set(os.listdir("/proc/self/fd")) <= before
     monkeypatch.setenv("PATH", str(tmp_path))
     places.bwrap_command.cache_clear()
     places.bwrap_trouble.cache_clear()

@@ -55,7 +55,7 @@ def executed(path, folder):
     own = notebook.cells.copy()
     notebook.cells.insert(0, nbformat.v4.new_code_cell(STRICT))
     where = {"metadata": {"path": str(folder)}}
-    NotebookClient(notebook, kernel_manager_class=OwnKernel, timeout=120, resources=where).execute()
+    NotebookClient(notebook, kernel_manager_class=OwnKernel, timeout=600, resources=where).execute()
     notebook.cells = own
     return notebook
 

@@ -51,9 +51,9 @@ def test_table_has_a_row_for_each_run_and_only_columns_with_numbers(runs):
 
 
 def test_picture_shows_errors_torques_limits_and_solve_times(runs, tmp_path):
-    path = tmp_path / "comparison.png"
+    path, before = tmp_path / "comparison.png", plt.get_fignums()
     figure = compare(runs).plot(path)
-    assert path.read_bytes()[:4] == b"\x89PNG" and not plt.get_fignums()
+    assert path.read_bytes()[:4] == b"\x89PNG" and plt.get_fignums() == before
     errors, left, right, times = figure.axes
     assert "at the limit" in left.get_legend().get_texts()[2].get_text()
     assert errors.get_yscale() == "log" and len(errors.lines) == len(runs)
