@@ -97,7 +97,7 @@ def _draw(arguments):
         start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
         limit, assembly = arguments.torque_limit, int(start.pose.assembly)
         peak = peak_acceleration(motion, 0.0, motion.duration)
-        period = period_for(peak) if arguments.period is None else arguments.period
+        period = period_for(robot, peak) if arguments.period is None else arguments.period
         tracker = matched(robot, peak, period, limit, assembly)
         step = period / max(1, round(period / STEP))
         run = simulate(robot, tracker, motion, start=start, control_period=period, step=step, torque_limit=limit)

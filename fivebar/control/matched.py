@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 HORIZON = 20  # periods
 USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
-ACCELERATION = 10.0  # s^2/m, its own weight
+POSITION, ACCELERATION, SIZE = 1e4, 10.0, 0.09  # 1/m, s^2/m, its own weights; m, of the robot they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
 FAST, COARSE = (
@@ -50,9 +50,15 @@ def missed(acceleration: float, period: float) -> float:
     return acceleration * period**2 / 8
 
 
-def period_for(acceleration: float) -> float:
-    """The longest of PERIODS, s, in which that is at most SHOWN, or the shortest."""
-    return next((period for period in PERIODS if missed(acceleration, period) <= SHOWN), PERIODS[-1])
+def period_for(robot: Robot, acceleration: float) -> float:
+    """The longest of PERIODS, s, in which that is at most SHOWN, less for a small robot; or the shortest."""
+    shown = SHOWN / _smaller(robot)
+    return next((period for period in PERIODS if missed(acceleration, period) <= shown), PERIODS[-1])
+
+
+def _smaller(robot):
+    """How many times a robot is smaller than the one that weights were chosen for; 1 of larger ones."""
+    return max(1.0, SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)))
 
 
 def asks_for_it(
@@ -77,5 +83,5 @@ def matched(robot: Robot, acceleration: float, period: float, torque_limit: floa
     rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
     return Tracker(
         robot, HORIZON, period, seconds=HORIZON * period, torque_limit=torque_limit, assembly=assembly,
-        acceleration=ACCELERATION * share, torque_rate=rate,
+        position=POSITION * _smaller(robot), acceleration=ACCELERATION * share, torque_rate=rate,
     )  # fmt: skip

@@ -40,9 +40,7 @@ def rows_of(run):
         lambda: fb.Run.from_log({name: each[SHUFFLED] for name, each in COLUMNS.items()}),
         lambda: fb.Run.from_log({name: each[OVERTAKEN] for name, each in COLUMNS.items()}),
         lambda: fb.Run.from_log(ros(RUN, "%time,frame,field.{}0,field.{}1", lambda t: f"{round(1e9 * t)},,")),
-        lambda: fb.Run.from_log(
-            ros(RUN, "stamp.sec,stamp.nanosec,{}[0],{}[1]", lambda t: f"{int(t)},{t % 1 * 1e9:.0f},")
-        ),
+        lambda: fb.Run.from_log(ros(RUN, "stamp.sec,stamp.nsec,{}[0],{}[1]", lambda t: f"{int(t)},{t % 1 * 1e9:.0f},")),
         lambda: fb.Run.from_log(ros(RUN, "__time,/joints/left/{},/joints/right/{}", lambda t: f"{t:.9f},")),
         lambda: fb.Run.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")),
     ],
