@@ -136,7 +136,7 @@ def test_map_of_dexterous_regions(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)["dexterous"]
     assert (found["det_A"], found["sin"], len(found["regions"])) == (0.3, 0.2, 10)
     for argv, message in (
-        (["--sin", "2"], "sin must be from 0 to 1"),
+        (["--sin", "2"], "sin must be finite and from 0 to 1"),
         (["--det-A", "0.1", "--robot", "biglide"], "strips without ends"),
         (["--det-A", "0.1", "--space", "joint"], "--det-A and --sin are of task space only"),
     ):
