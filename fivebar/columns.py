@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -36,10 +37,11 @@ _WORDS = {
     **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
     **dict.fromkeys(("millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
     **dict.fromkeys(("inch", "inches"), "in"),
-    **dict.fromkeys(("°", "degree", "degrees"), "deg"),
+    **dict.fromkeys(("°", "degree", "degrees", "degre", "degres"), "deg"),
     **dict.fromkeys(("°/s", "degrees/s"), "deg/s"),
     **dict.fromkeys(("radian", "radians"), "rad"),
-    **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), "rev"),
+    **dict.fromkeys(("turn", "turns", "revolution", "revolutions", "tr", "tour", "tours"), "rev"),
+    "tr/min": "rpm",
     **dict.fromkeys(("count", "ticks", "steps", "inc"), "counts"),
 }
 _CLOCK = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(\.\d+)?(Z|[-+]\d\d:?\d\d)?")
@@ -55,6 +57,10 @@ class Quantity:
     units: Mapping[str, float]
     needed: bool = True
     pattern: str = ""
+
+
+# What a French, German, Spanish or Italian table calls it, too.
+TIME = Quantity(("time", "times", "timestamp", "stamp", "seconds", "temps", "zeit", "tiempo", "tempo"), SECONDS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,11 +178,15 @@ def _listed(wanted: Mapping[str, Quantity]) -> str:
 
 
 def _plain(heading: str) -> str:
-    return re.sub(r"[\s_.\-]", "", heading).casefold()
+    return re.sub(r"[\s_.\-]", "", _unaccented(heading))
+
+
+def _unaccented(word: str) -> str:
+    return "".join(c for c in unicodedata.normalize("NFKD", word).casefold() if not unicodedata.combining(c))
 
 
 def _unit(word: str) -> str:
-    word = re.sub(r"[\s·*.^]", "", word.casefold().replace("µ", "u").replace("μ", "u").replace("²", "2"))
+    word = re.sub(r"[\s·*.^]", "", _unaccented(word).replace("μ", "u"))
     return _WORDS.get(word, word)
 
 

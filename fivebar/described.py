@@ -18,7 +18,10 @@ def single(parts: tuple) -> bool:
 def vector(name: str, parts: tuple, unit: str) -> str:
     """Components with their name and unit; of a batch its shape, and of CasADi symbols that they are."""
     if single(parts):
-        return f"{name} = ({', '.join(f'{float(part):.6g}' for part in parts)}) {unit}".rstrip()
+        numbers = [float(part) for part in parts]
+        rounding = 1e-15 * max(map(abs, numbers))
+        shown = (f"{0.0 if abs(part) < rounding else part:.6g}" for part in numbers)
+        return f"{name} = ({', '.join(shown)}) {unit}".rstrip()
     if any(map(is_symbolic, parts)):
         return f"{name} of symbols"
     return f"{name} {(*np.broadcast_shapes(*map(np.shape, parts)), len(parts))}"
@@ -42,7 +45,7 @@ class Pictured:
         from base64 import b64encode
 
         picture = io.BytesIO()
-        self.plot().savefig(picture, format="png", dpi=70)
+        self.plot().savefig(picture, format="png", dpi=100)
         said, data = html.escape(repr(self)), b64encode(picture.getvalue()).decode()
         return f'<code>{said}</code><br><img style="max-width:100%" alt="{said}" src="data:image/png;base64,{data}">'
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar import columns
-from fivebar.columns import METRES, RADIANS, SECONDS, Quantity
+from fivebar.columns import METRES, RADIANS, TIME, Quantity
 
 PATH = {
-    "t": Quantity(("time",), SECONDS),
+    "t": TIME,
     "x": Quantity((), METRES),
     "y": Quantity((), METRES),
     "q1": Quantity(("q11", "theta1"), RADIANS, needed=False),
@@ -31,7 +31,7 @@ def rows(found):
         "\ufeffTime,X,Y\r\n0,0.09,0.068\r\n0.5,0.0455,0.08\r\n",
         "t (ms);x [mm];y in mm\n0;90;68\n500;45,5;80\n",
         "sep=;\nt;x;y\n0;0,09;0,068\n0,5;0,0455;0,08\n",
-        "Time/s\tx_mm\ty_mm\n0\t90\t68\n0.5\t45.5\t80\n",
+        "Zeit/s\tx_mm\ty_mm\n0\t90\t68\n0.5\t45.5\t80\n",
         "# made by hand\n# t x y\n0 0.09 0.068\n0.5 0.0455 0.08\n",
         "y|x|comment|t\n0.068|0.09|start|0\n\n# half way\n0.08|0.0455|end|0.5\n",
         "Time,x,y\n[ms],[mm],m\n0,90,0.068\n500,45.5,0.08\n",

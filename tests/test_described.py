@@ -37,7 +37,7 @@ def symbols():
          "<Margins: sin q12, sin q22, det A = (0.972382, 0.868893, 0.977223), <Pose: xi = "),
         (lambda: RUN, "<Run: five-bar robot, 1 s in 1001 rows, error at most "),
         (lambda: view.scene(ROBOT, RUN), ", 1 s)"),
-        (lambda: LINE, "<Trajectory: 0 to 1 s, from = (0.05, 0.09) m"),
+        (lambda: fb.line((0.09, 0.068), (0, 0.1), 2.0), "from = (0.09, 0.068) m, to = (0, 0.1) m>"),
         (lambda: fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0), "five-bar robot, 1 s, working (-1, -1), effort "),
         (lambda: fb.plan(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1)), 1.0), "free of modes"),
         (lambda: fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0, 0.1)]), torque_limit=0.1), "s, proved: no less than"),

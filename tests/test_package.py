@@ -122,6 +122,7 @@ def test_reference_pages_are_built_from_the_docstrings(tmp_path):
     page = (tmp_path / "fivebar.html").read_text()
     shown = set(re.findall(r'<section id="(\w+)">', page))
     assert shown == set(public())
+    assert "<br />\ntorque_limit: N m, saturates" in page, "arguments run together"
     for name in shown:
         about = page.partition(f'<section id="{name}">')[2].partition("</section>")[0]
         assert name == "ROBOTS" or 'class="docstring"' in about, f"{name} says nothing of itself"

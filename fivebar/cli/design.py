@@ -98,8 +98,8 @@ def _show(arguments, found):
         print(found.report)
         return
     columns = [*designs[0].parameters, *designs[0].values]
-    print("".join(f"{name:>{max(12, len(name) + 2)}}" for name in columns) + "  held by")
+    print("".join(f"{name:>{max(10, len(name) + 1)}}" for name in columns) + "  held by")
     for each in designs:
         numbers = {**each.parameters, **each.values}
         held = "; ".join(sentence.partition(" is ")[0] for sentence in each.binding)
-        print("".join(f"{numbers[name]:{max(12, len(name) + 2)}.6g}" for name in columns) + f"  {held or 'nothing'}")
+        print("".join(f"{numbers[name]:{max(10, len(name) + 1)}.4g}" for name in columns) + f"  {held or 'nothing'}")

@@ -274,6 +274,7 @@ def _written(arguments, robot, path, working, run, table, down, error):
 
 
 def _print(robot, figures):
+    from ..pictures.style import length
     from ..simulation.comparison import peak_name
 
     words = robot.words
@@ -285,8 +286,8 @@ def _print(robot, figures):
         ("time", f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least that is possible"),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
         ("certified", "yes, proof.json" if figures["certified"] else "no"),
-        ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
-        ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
+        ("largest error", length(figures["max_error_m"])),
+        ("RMS error", length(figures["rms_error_m"])),
         ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at most"),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),

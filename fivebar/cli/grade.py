@@ -15,7 +15,8 @@ def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
     check = commands.add_parser("check")
     _common(check)
-    check.add_argument("file", type=Path, metavar="FILE", help="your .py file or notebook, or a folder or zip with it")
+    own = "your .py file or notebook, or a folder or zip with it"
+    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=own)
     check.set_defaults(run=_check)
 
     grade = commands.add_parser("grade")
@@ -118,10 +119,11 @@ def _program(arguments, lab):
     from ..grading.intake.hand_in import beside, choose, look_into
     from ..grading.worker.submission import SubmissionError
 
-    if not arguments.file.exists():
+    if arguments.file is None or not arguments.file.exists():
+        missing = f"no file {str(arguments.file)!r}" if arguments.file else "FILE is missing"
         to_fill_in = lab.folder / "student.py"
         hint = f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
-        raise UsageError(f"no file {str(arguments.file)!r}{hint}")
+        raise UsageError(missing + hint)
     programs, left = look_into(arguments.file)
     try:
         program = choose(lab, programs, arguments.program)

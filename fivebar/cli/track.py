@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import textwrap
 import time
 from argparse import _SubParsersAction
 from pathlib import Path
@@ -84,12 +85,12 @@ def _demo(arguments):
 
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
-    print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s, computed torque, one sample each 10 ms")
+    print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s,\ncomputed torque, one sample each 10 ms")
     _print_table(robot, figures)
     files = _write(run, arguments.out)
     error = 1e6 * figures["max_error_m"]
     crossed, sentence = _task_2(robot)
-    print(sentence)
+    print(textwrap.fill(sentence, 80))
     page = arguments.out / "page.html"
     runs = {f"task 1, within {error:.0f} µm": run, "task 2, through the singularity": crossed}
     title = f"AMORO lab: task 1 within {error:.0f} µm, and task 2 through a singularity"
@@ -240,15 +241,16 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
 
 
 def _print_table(robot, figures):
+    from ..pictures.style import length
     from ..simulation.comparison import peak_name
 
     words = robot.words
     left, right = figures[peak_name(robot)]
     error_left, error_right = figures[f"max_joint_error_{words.unit}"]
     rows = [
-        ("largest error", f"{1e6 * figures['max_error_m']:.2f} µm"),
-        ("RMS error", f"{1e6 * figures['rms_error_m']:.2f} µm"),
-        ("error at the end", f"{1e6 * figures['final_error_m']:.2f} µm"),
+        ("largest error", length(figures["max_error_m"])),
+        ("RMS error", length(figures["rms_error_m"])),
+        ("error at the end", length(figures["final_error_m"])),
         ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} m{words.unit}"),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),

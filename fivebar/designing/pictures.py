@@ -11,6 +11,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from ..models.geometry import Pose, dgm, igm
 from ..models.robots import FiveBar
+from ..pictures.plot.maps import PALETTES
 from ..pictures.plot.pose_panels import around, draw_robot
 from ..pictures.skeleton import pose_body
 from ..pictures.style import BLACK, BLUE, GREEN, ORANGE
@@ -65,7 +66,7 @@ def _coloured(varied, values, figure):
     picture = Figure(figsize=(5.6, 4.4), layout="constrained")
     axes = picture.subplots()
     (first, x), (second, y) = varied.items()
-    points = axes.scatter(x, y, c=values, s=12, cmap="viridis", lw=0)
+    points = axes.scatter(x, y, c=values, s=12, cmap=PALETTES["lines"], lw=0)
     picture.colorbar(points, label=label(figure))
     axes.set(xlabel=_with_unit(first), ylabel=_with_unit(second))
     return picture
@@ -163,7 +164,7 @@ def front_picture(front: Front, file: str | os.PathLike | None = None, robots: i
     axes = rows[0].subplots()
     x, y = front[goals[0]], front[goals[1]]
     if len(goals) > 2:
-        points = axes.scatter(x, y, c=front[goals[2]], cmap="viridis", s=36, zorder=2)
+        points = axes.scatter(x, y, c=front[goals[2]], cmap=PALETTES["lines"], s=36, zorder=2)
         rows[0].colorbar(points, label=_goal(front, goals[2]))
     else:
         axes.plot(x, y, "o-", color=BLUE, ms=5, lw=1)

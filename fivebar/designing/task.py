@@ -74,7 +74,7 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in self.about.items()))
+        return one_line("Task", *(f"{name} = {_told(value)}" for name, value in self.about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -109,6 +109,14 @@ class Task:
                 value = {"torque": value.torque, "speed": value.speed}
             found[name] = value
         return json.loads(json.dumps(found))
+
+
+def _told(value):
+    if isinstance(value, dict):
+        return f"({', '.join(f'{name} {_told(each)}' for name, each in value.items())})"
+    if isinstance(value, list):
+        return f"({', '.join(map(_told, value))})"
+    return f"{value:.6g}" if isinstance(value, float) else shown(value)
 
 
 def _trapezium(count):

@@ -43,7 +43,7 @@ def _arrows(axes, found):
         scale, unit = readable(longest, "m")
         axes.quiver(
             *points.T, *(1e3 * factor * off.T), angles="xy", scale_units="xy", scale=1, width=0.003, color=colour,
-            label=f"miss {words}, x {factor:g}: longest {scale * longest:.3g} {unit}", zorder=4,
+            label=f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}", zorder=4,
         )  # fmt: skip
     axes.plot(*points.T, "o", ms=4, mfc="white", color=INK, label="measured", zorder=3)
     for row in np.flatnonzero(whole):
@@ -53,7 +53,7 @@ def _arrows(axes, found):
             axes.annotate(found.rows.where[row], place, textcoords="offset points", xytext=(8, 6), fontsize=8)
     axes.set_aspect("equal")
     axes.margins(0.12)
-    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="predicted - measured, from the measured point")
+    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="predicted − measured, from the measured point")
 
 
 def _numbers(axes, found):
@@ -64,7 +64,7 @@ def _numbers(axes, found):
     for p, colour, words in ((found.before, ORANGE, "before"), (found.p, BLUE, "after")):
         off = 1e3 * misses(p, found.rows, found.assembly, derive=False)[0]
         axes.plot(measured, off, "o", ms=5, color=colour, label=f"miss {words}")
-    finish(axes, 2, xlabel="measured (mm)", ylabel="predicted - measured (mm)", title="misses")
+    finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="misses")
 
 
 def _rows(axes, found):

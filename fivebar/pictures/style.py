@@ -83,6 +83,12 @@ def readable(largest: float, unit: str) -> tuple[float, str]:
     return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
 
 
+def length(metres: float) -> str:
+    """A length in the unit in which it reads well."""
+    scale, unit = readable(metres, "m")
+    return f"{scale * metres:.2f} {unit}"
+
+
 def robot_title(robot: Robot) -> str:
     """What a robot is called over a picture, with its lengths in mm."""
     *bars, base = (1e3 * value for name, value in robot.parameters.items() if name in LENGTHS)

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..checks import not_negative, one_of, optional, positive, takes
-from ..columns import METRES, SECONDS, Columns, Quantity, read, units_named
+from ..columns import METRES, TIME, Columns, Quantity, read, units_named
 from ..tables import TextFile, named
 from .trajectory import Trajectory
 
 PLACES = {
-    "t": Quantity(("t", "time", "times", "timestamp", "seconds"), SECONDS),
+    "t": TIME,
     "x": Quantity(("x", "posx", "positionx", "xpos", "xposition"), METRES),
     "y": Quantity(("y", "posy", "positiony", "ypos", "yposition"), METRES),
 }

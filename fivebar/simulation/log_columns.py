@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..columns import (
@@ -11,7 +13,7 @@ from ..columns import (
     RADIANS,
     RADIANS_PER_SECOND,
     RADIANS_PER_SECOND2,
-    SECONDS,
+    TIME,
     Quantity,
 )
 from ..models.robots import Robot
@@ -23,7 +25,7 @@ NEAR = 5.0  # sampling periods, by which one row overtakes another on a network
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """The columns of a log, with the names they go by."""
     turns, stamp = robot.turns, r"(?:.*[./])?stamp[._]?"  # of ROS: whole seconds, and beside them nanoseconds
-    found = {"t": Quantity(("time", "timestamp", "stamp", "seconds"), SECONDS, pattern=stamp + "secs?")}
+    found = {"t": replace(TIME, pattern=stamp + "secs?")}
     q = {**RADIANS, **COUNTS} if turns else {**METRES, **COUNTS}
     rate = RADIANS_PER_SECOND if turns else {"m/s": 1.0, "mm/s": 1e-3}
     second = RADIANS_PER_SECOND2 if turns else {"m/s2": 1.0, "mm/s2": 1e-3}
@@ -41,11 +43,13 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
         found[f"q{k}"] = Quantity(base, q, pattern=joint_state("position"))
         found[f"tau{k}"] = Quantity(
             (f"torque{k}", f"tau{k}1", f"effort{k}", f"force{k}", f"current{k}", f"i{k}", f"tau_{side}",
-             f"torque_{side}"), effort, False, joint_state("effort"),
+             f"torque_{side}", f"couple{k}"), effort, False, joint_state("effort"),
         )  # fmt: skip
-        dots = (f"{j}_dot", f"dq{k}", f"qd{k}", f"vel{k}", f"velocity{k}", f"speed{k}", f"omega{k}", f"qdot{k}")
+        dots = (f"{j}_dot", f"dq{k}", f"qd{k}", f"vel{k}", f"velocity{k}", f"speed{k}", f"omega{k}", f"qdot{k}",
+                f"vitesse{k}")  # fmt: skip
         found[f"q{k}_dot"] = Quantity(dots, rate, False, joint_state("velocity"))
-        found[f"q{k}_ddot"] = Quantity((f"{j}_ddot", f"ddq{k}", f"qdd{k}", f"acc{k}", f"qddot{k}"), second, False)
+        twice = (f"{j}_ddot", f"ddq{k}", f"qdd{k}", f"acc{k}", f"acceleration{k}", f"qddot{k}")
+        found[f"q{k}_ddot"] = Quantity(twice, second, False)
     for axis in "xy":
         found[axis] = Quantity((), METRES, False)
         found[f"{axis}_ref"] = Quantity((f"{axis}_desired", f"{axis}d", f"ref_{axis}"), METRES, False)

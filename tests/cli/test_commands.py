@@ -26,7 +26,9 @@ def test_demo(tmp_path, capsys):
     refused = (
         "at 3.1726 s it meets Type 2, where its torque diverges; timed to cross without acceleration it needs 57 mN m"
     )
-    assert refused in printed.out and printed.out.splitlines()[-4].startswith(str(tmp_path / "out" / "page.html"))
+    lines = printed.out.splitlines()
+    assert refused in " ".join(lines) and max(map(len, lines[:-4])) <= 80
+    assert lines[-4].startswith(str(tmp_path / "out" / "page.html"))
     page = (tmp_path / "out" / "page.html").read_text("utf-8")
     assert "<h1>AMORO lab: task 1 within 18 µm, and task 2 through a singularity</h1>" in page and refused in page
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
@@ -134,7 +136,7 @@ def test_map_of_dexterous_regions(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)["dexterous"]
     assert (found["det_A"], found["sin"], len(found["regions"])) == (0.3, 0.2, 10)
     for argv, message in (
-        (["--sin", "2"], "sin must be from 0 to 1"),
+        (["--sin", "2"], "sin must be finite and from 0 to 1"),
         (["--det-A", "0.1", "--robot", "biglide"], "strips without ends"),
         (["--det-A", "0.1", "--space", "joint"], "--det-A and --sin are of task space only"),
     ):

@@ -1,5 +1,6 @@
 """Reference pages of the public names, from their docstrings, by pdoc: python -m tests.helpers.reference docs"""
 
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,19 +12,29 @@ import fivebar as fb
 PARTS = ("amoro", "columns", "designing", "grading", "linkages", "pages", "plot", "study", "view")
 
 
+CONVERT = pdoc.docstrings.convert
+
+
 def public() -> list[str]:
     """What `import fivebar as fb` offers, parts left out."""
     return [name for name in dir(fb) if not name.startswith("_") and not isinstance(getattr(fb, name), ModuleType)]
+
+
+def apart(docstring: str, *how: object) -> str:
+    """A docstring in Markdown, in which each argument begins a line of its own, as in the source."""
+    return CONVERT(re.sub(r"\n(?=[\w*]+(, [\w*]+)*(:|  ) *\S)", "  \n", docstring), *how)
 
 
 def build(folder: Path) -> None:
     """Write the pages: one of fivebar's names, and one of each part."""
     # pdoc shows what a module says is its own; the package says nothing, as `import *` would hide Python's `compile`.
     fb.__all__ = public()
+    pdoc.docstrings.convert = apart
     try:
         pdoc.pdoc("fivebar", *(f"fivebar.{part}" for part in PARTS), output_directory=folder)
     finally:
         del fb.__all__
+        pdoc.docstrings.convert = CONVERT
 
 
 if __name__ == "__main__":

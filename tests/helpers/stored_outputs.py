@@ -82,7 +82,9 @@ def small(png):
     if picture.width > WIDEST:
         picture = picture.resize((WIDEST, round(picture.height * WIDEST / picture.width)), Image.Resampling.LANCZOS)
     file = io.BytesIO()
-    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(file, "PNG", optimize=True)
+    # By cover, not by the median cut, which mixes the colours of thin lines.
+    palette = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    palette.save(file, "PNG", optimize=True)
     return base64.b64encode(file.getvalue()).decode()
 
 

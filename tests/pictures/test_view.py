@@ -284,7 +284,8 @@ def test_each_item_appears_and_can_be_hidden(opened, run):
     seek(page, 2.6)
     everything = picture(page)
     for item in view.SHOWS:
-        button = page.get_by_role("button", name=item).first
+        words = {"elbow-circles": "circles of the elbows", "bar-forces": "forces of the distal bars"}.get(item, item)
+        button = page.get_by_role("button", name=words).first
         assert button.get_attribute("aria-pressed") == "true"
         button.click()
         assert button.get_attribute("aria-pressed") == "false"

@@ -146,7 +146,8 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
     pairs = {name: rng.normal(size=(20, 2)) * 0.1 for name in ("q", "tau", "q_dot", "q_ddot", "xi", "xi_ref")}
     turn = np.degrees(1.0)
     for robot, head, scale in (
-        (ROBOT, "theta1 (deg),right (deg),tau1 mNm,effort2 (Nm),vel1 (deg/s),dq2 (rpm),acc1 (deg/s2),q22_ddot",
+        (ROBOT, "theta1 (degrés),right (deg),Couple1 mNm,effort2 (Nm),vel1 (deg/s),vitesse_2 (tr/min),"
+         "Accélération1 (deg/s²),q22_ddot",
          (turn, turn, 1e3, 1, turn, 30 / np.pi, turn, 1)),
         (fb.Biglide(), "q1 (mm),pos2 (m),force1 (mN),tau2 (N),q1_dot (mm/s),qd2 (m/s),qdd1 (mm/s2),q2_ddot (m/s2)",
          (1e3, 1, 1e3, 1, 1e3, 1, 1e3, 1)),
@@ -155,7 +156,7 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
         table = np.hstack([1e3 * t[:, None], *(pairs[name] for name in pairs)])
         table[:, 1:] *= (*scale, 1e3, 100, 1e3, 1)
         rows = "\n".join(",".join(map(repr, row)) for row in table.tolist())
-        log = read_log(io.StringIO(f"time (ms),{head},x (mm),y (cm),xd (mm),ref_y\n{rows}"), robot)
+        log = read_log(io.StringIO(f"Temps (ms),{head},x (mm),y (cm),xd (mm),ref_y\n{rows}"), robot)
         np.testing.assert_allclose(log.t, t, atol=1e-15)
         for name, pair in pairs.items():
             np.testing.assert_allclose(getattr(log, name), pair, atol=1e-14, err_msg=name)

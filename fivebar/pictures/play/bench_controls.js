@@ -132,7 +132,7 @@ function buildBench() {
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
       button("Clear trace", "clear the trace", () => { lab.trail = []; benchFrame(); }))),
-    field_("Arrows", check("velocity of the point (dark)", arrows.velocity, on => { arrows.velocity = on; benchFrame();
+    field_("Arrows", check("velocity of the point (black or white)", arrows.velocity, on => { arrows.velocity = on; benchFrame();
       }).label,
       check("its acceleration: tangential (yellow), normal (pink)", arrows.acceleration, on =>
         { arrows.acceleration = on; benchFrame(); }).label),

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ...models.geometry import igm
 from ..skeleton import pose_body
 from ..style import GUIDE, INK, REFERENCE, finish, readable
+from .maps import PALETTES
 from .plans import draw_loci
 from .pose_panels import draw_robot
 
@@ -47,7 +48,7 @@ def drawing(
         points = 1e3 * stroke
         segments += list(np.stack([points[:-1], points[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
-    lines = LineCollection(segments, cmap="viridis_r", lw=1.8, capstyle="round")
+    lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
     if colours:
         lines.set_array(np.concatenate(colours))
         lines.set_clim(0.0, scale * largest or 1.0)

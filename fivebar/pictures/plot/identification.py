@@ -29,7 +29,7 @@ def identification(found: Identification) -> Figure:
             t = np.insert(time, breaks, np.nan)
             axes.plot(t, scale * tau, color=INK, lw=2.2, alpha=0.5, label="measured")
             axes.plot(t, scale * predicted, color=colour, lw=1.2, label="predicted")
-            axes.plot(t, scale * (tau - predicted), color=INK, lw=0.7, label="difference")
+            axes.plot(t, scale * (tau - predicted), color=INK, lw=0.9, ls=":", label="difference")
             axes.margins(x=0)
             title = f"{side} motor, {name}: misses {100 * run.misfit:.3g} %"
             finish(axes, 3, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=title)

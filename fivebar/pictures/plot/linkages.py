@@ -62,6 +62,7 @@ def picture(axes: Axes, study: Study) -> None:
         axes.plot(*points[0, rail].T, color=BASE, lw=5, alpha=0.35, zorder=0)
     for name, place in zip(body.names, points[0]):
         axes.annotate(name, place, textcoords="offset points", xytext=(6, 6), fontsize=9)
+    axes.margins(0.08)  # room for the names
     axes.set(xlabel="x (m)", ylabel="y (m)", title=f"{study.linkage.title}; at the start, later (pale)")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.25)

@@ -33,6 +33,7 @@ def _part(name, low, high):
 # Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
 PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
 PALETTES["falling"] = PALETTES["rising"].reversed()
+PALETTES["lines"] = _part("viridis", 0.0, 0.78)  # without the yellow, which is not seen on white
 OUTSIDE = "#ececec"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.

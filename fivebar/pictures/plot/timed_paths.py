@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from ...singularities.margins import Singularity
 from ..skeleton import robot_body
 from ..style import INK, LEFT, RIGHT, finish, readable
+from .maps import PALETTES
 from .plans import LOCI, draw_loci, draw_torques
 from .pose_panels import around, draw_robot
 
@@ -47,7 +48,8 @@ def _drawing(figure, axes, motion, t):
     speed = np.linalg.norm(xi_dot, axis=-1)[:-1]
     for down, width, alpha in ((True, 2.6, 1.0), (False, 1.0, 0.45)):
         if (drawn == down).any():
-            lines = LineCollection(parts[drawn == down], cmap="viridis", linewidths=width, alpha=alpha, zorder=3)
+            style = dict(cmap=PALETTES["lines"], linewidths=width, alpha=alpha, zorder=3)
+            lines = LineCollection(parts[drawn == down], **style)
             lines.set(array=speed[drawn == down], clim=(0, speed.max()), capstyle="round")
             axes.add_collection(lines)
             if down or not drawn.any():

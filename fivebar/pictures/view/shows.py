@@ -136,8 +136,9 @@ def _strips(robot, border):
 def _elbow_circles(source):
     if not source.robot.turns:
         raise ValueError("elbow-circles are for cranks: the feet of this robot slide along its rails")
+    style = dict(dash=(0.5, 0.5), lift=0.1, words="circles of the elbows")
     return [
-        Line("elbow-circles", [_circle((drive.x, drive.y), drive.length, 181)], leg[0], dash=(0.5, 0.5), lift=0.1)
+        Line("elbow-circles", [_circle((drive.x, drive.y), drive.length, 181)], leg[0], **style)
         for leg, drive in zip(LEGS, source.robot.drives)
     ]
 
@@ -153,7 +154,7 @@ def _acceleration(source):
 
 def _bar_forces(source):
     forces = source.bar_forces
-    words = "f₁, f₂: bar-forces of the distal bars"
+    words = "f₁, f₂: forces of the distal bars"
     return [
         _arrows("bar-forces", source.traced, forces[:, leg], FORCE, "N", words, sign, forces)
         for leg, sign in enumerate(("f₁", "f₂"))

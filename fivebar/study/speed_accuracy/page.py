@@ -28,7 +28,10 @@ td.word, th.word { text-align: left } h3 { font-size: 1rem; margin: 1rem 0 .3rem
 }
 @media print {
   nav, details { display: none } body { margin: 0 } section + section { break-before: page }
-  h2, h3 { break-after: avoid } table { display: table; break-inside: avoid } td.word { white-space: normal }
+  h2, h3 { break-after: avoid; break-inside: avoid }
+  /* Firefox knows no break-after: avoid, but a heading with room for what follows */
+  h2::after, h3::after { content: ""; display: block; height: 10rem; margin-bottom: -10rem }
+  table { display: table; break-inside: avoid } td.word { white-space: normal }
 }
 """
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
