@@ -33,10 +33,8 @@ USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
 POSITION, ACCELERATION, SIZE = 1e4, 10.0, 0.09  # 1/m, s^2/m, its own weights; m, of the robot they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
-FAST, COARSE = (
-    1.0,
-    5e-3,
-)  # m/s^2; of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
+FAST = 1.0  # m/s^2
+COARSE = 5e-3  # of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
 
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
