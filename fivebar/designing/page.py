@@ -13,7 +13,7 @@ from ..models.robots import FiveBar
 from ..pictures.document import document
 from ..pictures.play.live import Live, play
 from ..tables import written
-from .pictures import label, pose_of
+from .pictures import _with_unit, label, pose_of
 
 if TYPE_CHECKING:
     from .results import Design, Front
@@ -32,8 +32,8 @@ def save_page(front: Front, folder: Path) -> None:
     """index.html and play.html; of other robots than five-bars without links."""
     live = [live_page(each) if isinstance(each.robot, FiveBar) else None for each in front.designs]
     first = front.designs[0]
-    names = [*first.parameters, *first.values]
-    heads = "".join(f'<th scope="col">{html.escape(text)}</th>' for text in ("", *map(label, names), "held by"))
+    units = [*map(_with_unit, first.parameters), *map(label, first.values)]
+    heads = "".join(f'<th scope="col">{html.escape(text)}</th>' for text in ("", *units, "held by"))
     rows = []
     for number, (each, page) in enumerate(zip(front.designs, live), start=1):
         told = f'<a href="{PLAY}{html.escape(page.fragment)}">robot {number}</a>' if page else f"robot {number}"

@@ -185,9 +185,12 @@ def _compared(motion, t, points, lines):
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
     if not np.isfinite(values).all() or not np.isfinite(reached):
         raise ValueError(f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all bounds")
-    said = [f"it leaves the chords between samples by up to {1e3 * off[k]:.3g} mm (lines {lines[k]} to {lines[k + 1]})"]
+    rounding = 1e-13 * np.abs(points).max()
+    away = 1e3 * off[k] * (off[k] > rounding)
+    said = [f"it leaves the chords between samples by up to {away:.3g} mm (lines {lines[k]} to {lines[k + 1]})"]
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
         own = np.linalg.norm(own, axis=1).max()
+        reached, own = (each * (each > rounding / step.min() ** 2) for each in (reached, own))
         said.append(f"its acceleration reaches {reached:.3g} m/s², second differences of the samples {own:.3g} m/s²")
     return said

@@ -133,7 +133,10 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     links = [html.unescape(text) for text in re.findall(r'href="(play\.html#[^"]*)"', page)]
     assert links == [f"play.html{each.live().fragment}" for each in front.designs]
     assert all(f"l11={each.robot.l11}" in text for each, text in zip(front.designs, links))
-    assert "held by" in page and (tmp_path / "front" / "play.html").stat().st_size > 100_000
+    heads = re.findall(r'<th scope="col">(.*?)</th>', page)
+    assert heads[1:5] == ["l1 (m)", "l2 (m)", "d (m)", "task_y (m)"] and heads[-1] == "held by"
+    assert "motor = (torque 3.4, speed 3.14159), poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)" in page
+    assert (tmp_path / "front" / "play.html").stat().st_size > 100_000
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
     (tmp_path / "front" / "front.json").write_text('{"what": "fivebar designs", "designs": [{}], "choices": {}}')

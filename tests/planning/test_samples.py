@@ -40,6 +40,9 @@ def test_a_spline_says_how_far_it_leaves_the_chords():
     # Of each row's own chord, so that what it says is no less than the distance from all of them.
     assert figure(path, "by up to") / 1e3 >= 0.99 * off_chords(path, CORNERS) > 0.01
     assert "(lines 2 to 3)" in path.said[0] and "it leaves the chords" in repr(path)
+    # A straight even motion has nothing but rounding to say of itself.
+    straight = read("t,x,y\n" + "".join(f"{0.1 * k},{0.0205 + 0.005 * k},0.09\n" for k in range(8)))
+    assert figure(straight, "by up to") == 0 == figure(straight, "its acceleration reaches")
 
 
 def test_a_spline_says_what_noise_does_to_accelerations():
