@@ -191,3 +191,10 @@ def test_crossings_of_given_sines():
     crossed = np.array([any(t[k] < z <= t[k + 1] for z, _ in exact) for k in range(40)])
     assert (meets(batch, slopes) >= crossed).all() and meets(batch, slopes).sum() == crossed.sum()
     assert meets(batch[~crossed], slopes[~crossed]).sum() == 0
+
+
+def test_a_zero_whose_slope_is_0():
+    for zero in (0.5, 0.25):  # of (s - zero)^3; the first place that is looked at, and another
+        ends = -(zero**3), (1 - zero) ** 3, 3 * zero**2, 3 * (1 - zero) ** 2
+        assert _zero(ends, None) == pytest.approx(zero, abs=1e-5)  # the cubic itself is rounding as near as this
+        assert _zero(ends, lambda s, zero=zero: ((s - zero) ** 3, 3 * (s - zero) ** 2)) == pytest.approx(zero, abs=1e-5)

@@ -102,3 +102,17 @@ def test_chosen_steps_are_few_and_as_many_as_order_8_asks_for():
     for k in range(50):  # one step for each period that is shorter than a step
         plant.advance(0.01 * (k + 1), np.zeros(2))
     assert len(plant.pieces[0]) == 50
+
+
+@pytest.mark.parametrize("until", [3e-13, 5e-10, 1e-8, 2e-5])
+def test_times_as_short_as_one_likes_are_moved_on_by(until):
+    """From rest by the acceleration times the time, at the time itself to the last bit, and no more from there."""
+    robot, tau = fb.FiveBar(), np.array([0.02, -0.03])
+    start = fb.dkm(fb.dgm(robot, (0.1, 0.2)), (0.0, 0.0))
+    plant = Plant(robot, start, 1e-12)
+    plant.advance(until, tau)
+    assert plant.t == until
+    assert plant.joints[1] == pytest.approx(until * fb.forward_dynamics(start, tau).q_ddot, rel=1e-6)
+    state, count = plant.state, len(plant.pieces[0])
+    plant.advance(until, tau)
+    assert plant.state is state and len(plant.pieces[0]) == count
