@@ -6,7 +6,8 @@ import pytest
 import fivebar as fb
 from fivebar.models.charts import CHARTS
 from fivebar.simulation.plant import Plant, refuse_losses
-from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI
+from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, between
+from fivebar.simulation.stick_slip import _powers
 
 STEP = 1e-3
 
@@ -116,3 +117,10 @@ def test_times_as_short_as_one_likes_are_moved_on_by(until):
     state, count = plant.state, len(plant.pieces[0])
     plant.advance(until, tau)
     assert plant.state is state and len(plant.pieces[0]) == count
+
+
+def test_a_steps_polynomial_nested_and_in_powers_of_the_place():
+    draw, places = np.random.default_rng(4), np.linspace(0.0, 1.0, 9)
+    state, coefficients = draw.normal(size=8), draw.normal(size=(7, 8))
+    powers = np.polynomial.polynomial.polyval(places, _powers().T @ coefficients)
+    np.testing.assert_allclose(between(state, np.array([coefficients] * 9), places), state + powers.T, atol=1e-13)
