@@ -1,11 +1,14 @@
 """What fixed steps are refused for, each check without the others; and how long the chosen steps are."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
 from fivebar.simulation.plant import Plant, refuse_losses
+from fivebar.simulation.simulate import Grid
 from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, between
 from fivebar.simulation.stick_slip import _powers
 
@@ -124,3 +127,10 @@ def test_a_steps_polynomial_nested_and_in_powers_of_the_place():
     state, coefficients = draw.normal(size=8), draw.normal(size=(7, 8))
     powers = np.polynomial.polynomial.polyval(places, _powers().T @ coefficients)
     np.testing.assert_allclose(between(state, np.array([coefficients] * 9), places), state + powers.T, atol=1e-13)
+
+
+def test_how_long_a_run_is_that_is_not_told():
+    assert Grid.of(None, SimpleNamespace(start=0.5, duration=1.5), 1e-3, 0.01) == (2000, 1e-3, 10)
+    for half in ({"start": 0.0}, {"duration": 1.0}):
+        with pytest.raises(ValueError, match="needs a duration, or a reference that has one"):
+            Grid.of(None, SimpleNamespace(**half), 1e-3, None)
