@@ -63,7 +63,7 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
         start = times[first]
         if first and np.isfinite(lowest[first - 1]):  # a sample at the limit itself is where it begins
             ends = times[first - 1], start
-            start = brentq(room, *ends, xtol=1e-15, rtol=4 * EPS) if lowest[first - 1] > 0 else ends[0]
+            start = brentq(room, *ends, xtol=1e-15) if lowest[first - 1] > 0 else ends[0]
         worst = int(np.argmin(lowest))
         found.append(Broken(name, float(start), float(-lowest[worst]), float(times[worst])))
     return tuple(sorted(found, key=lambda each: each.time))

@@ -240,7 +240,7 @@ def _root(f, a, b, at_a, at_b):
         value = f(np.array([s]))[0]
         return 0.0 if np.isnan(value) else value  # a leg folded on its base joint: its sine is a zero there
 
-    return float(brentq(margin, a, b, xtol=1e-300, rtol=4 * EPS, maxiter=500))
+    return float(brentq(margin, a, b, xtol=1e-300, maxiter=500))
 
 
 def _smallest(robot, path, modes, start, end):

@@ -175,6 +175,8 @@ def main() -> None:
     subprocess.run([*MUTMUT, "run", *drawn, "--max-children", "1"], cwd=folder, stdout=subprocess.DEVNULL)
     report = subprocess.run([*MUTMUT, "results", "--all", "true"], cwd=folder, capture_output=True, text=True).stdout
     status = dict(re.findall(r"^\s*(\S+): (.+)$", report, re.MULTILINE))
+    if {status.get(name, "not checked") for name in drawn} == {"not checked"}:
+        sys.exit("no mutant was tried: the tests fail without one, as `mutmut run` in the copy's folder says")
     table, found = tomllib.loads(TABLE.read_text())["justified"], Counter()
     for name in drawn:
         outcome = "killed" if status.get(name) == "timeout" else status.get(name, "not run")

@@ -5,6 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
+from fivebar.models.robots import beside
 
 ALL = tuple(CHARTS.values())
 ROBOT = fb.FiveBar()
@@ -34,6 +35,8 @@ def test_charts_agree(robot, reachable, chart):
             bound = 1e-12 * kappa * (1 + np.abs(expected_value).max())
             np.testing.assert_allclose(getattr(there, name), expected_value, atol=bound, err_msg=name)
         assert (rates.pose.working == modes).all() and rates.pose.assembly == known.pose.assembly
+        told = {"task": tuple(modes), "joint": (int(known.pose.assembly), 0), "bars": (0, 0)}  # 0: not asked for
+        assert chart.coordinates(known)[2] == told[chart.name]
 
 
 @pytest.mark.parametrize("chart", ALL, ids=lambda chart: chart.name)
@@ -64,3 +67,11 @@ def test_motions_at_and_past_the_corner_go_through(start, angle, speed, working)
     rates = fb.ikm(fb.igm(ROBOT, start, working), velocity)
     run = fb.simulate(ROBOT, duration=2 * np.linalg.norm(towards) / speed, start=rates, step=5e-4)
     assert np.abs(run.energy / run.energy[0] - 1).max() <= 1e-6
+
+
+def test_angles_go_on_in_the_turn_that_is_nearest():
+    q, before = np.random.default_rng(3).uniform((-np.pi, -30), (np.pi, 30), (200, 2)).T
+    found = beside(ROBOT, q, before)
+    assert (np.abs(found - before) <= np.pi).all() and np.ptp(np.round((found - q) / (2 * np.pi))) >= 8
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * q), atol=1e-13)
+    np.testing.assert_array_equal(beside(fb.Biglide(), q, before), q)  # lengths do not wrap

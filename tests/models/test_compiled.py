@@ -13,6 +13,7 @@ import fivebar as fb
 from fivebar.models import machine_code
 from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, batch, minimized
+from fivebar.simulation import many, plant
 from fivebar.simulation.steps import propagate
 from tests.helpers import oracle
 
@@ -161,6 +162,26 @@ def test_without_a_compiler_it_says_so(cache, monkeypatch):
         fb.compile(ROBOT, ["q"], ["xi"], jit="yes")
 
 
+def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    for module, name in ((plant, "_compiled"), (many, "_call")):
+        monkeypatch.setattr(module, name, getattr(module, name).__wrapped__)  # whatever is kept of other tests
+    idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 0.02)
+    starts = fb.ikm(fb.igm(ROBOT, [(0.0, 0.1)]), (0, 0))
+    for run, asked in (
+        (lambda jit: fb.simulate(ROBOT, idle, still, duration=0.02, jit=jit), 1),
+        (lambda jit: fb.simulate(ROBOT, idle, still, duration=0.02, method="rk4", step=0.01, jit=jit), 1),
+        (lambda jit: fb.simulate(fb.FiveBar(fs1=0.01), idle, still, duration=0.02, jit=jit), 2),  # what sticks, too
+        (lambda jit: fb.simulate_many(ROBOT, idle, still, starts, duration=0.02, step=0.01, jit=jit), 1),
+    ):
+        with pytest.raises(RuntimeError, match="no C compiler found"):
+            run(True)
+        with pytest.warns(RuntimeWarning, match="going on in CasADi's virtual machine") as said:
+            run("auto")
+        assert len(said) == asked
+
+
 def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
     monkeypatch.setenv("CC", shutil.which("false"))
     (tmp_path / "file").write_text("")
@@ -169,6 +190,12 @@ def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
     with pytest.raises(RuntimeError, match="false failed"):
+        fb.compile(ROBOT, ["q"], ["xi"], jit=True)
+    talks = tmp_path / "talks"
+    talks.write_text("#!/bin/sh\necho 'model.c: no such\n register' >&2\nexit 1\n")
+    talks.chmod(0o755)
+    monkeypatch.setenv("CC", str(talks))
+    with pytest.raises(RuntimeError, match="talks failed: model.c: no such register$"):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
     assert list((tmp_path / "cache").iterdir()) == []
 

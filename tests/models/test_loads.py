@@ -10,6 +10,7 @@ import fivebar as fb
 from fivebar.models.dynamics import bar_force_dynamics, bar_forces, drives_forces, held_by, slipping_dynamics
 from fivebar.models.loads import dry_friction, lost_power
 from fivebar.models.parameters import robot_of
+from fivebar.models.sticking import slip_of
 
 from ..helpers.physics_cases import CASES, heavy_biglide, robot_of_case
 
@@ -92,6 +93,9 @@ def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
     for row, each in zip(found, tau):
         np.testing.assert_array_equal(row, fb.forward_dynamics(still, each).q_ddot)
     assert (found[0] == 0).all() and found[1, 1] == 0 < found[1, 0] and found[2].all() and found[3, 0] < 0
+    # Where it needs all of its friction, to hold a drive and to let it slip say the same: it is held.
+    for tau, slip in (((0.02, 0.0), (0, 0)), ((0.02, -0.03), (0, 0)), ((0.02 * (1 + 1e-9), 0.0), (1, 0))):
+        assert slip_of(still, tau, held_by) == slip
     q = np.array([(0.2, 0.4), (0.3, 0.1)])
     both = fb.forward_dynamics(fb.dkm(fb.dgm(robot, q), np.zeros((2, 2))), (0.05, -0.01)).q_ddot
     for row, each in zip(both, q):

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 import fivebar as fb
 from fivebar.models.dynamics import bar_forces, drives_forces
 
+from ..conftest import UNEQUAL
+
 HOME = (0.09, 0.0679632253501847865)
 
 
@@ -122,6 +124,22 @@ def test_second_order_is_the_slope_of_the_first(robot, reachable):
     left = np.einsum("nij,nj->ni", acc.rates.pose.A, acc.xi_ddot)
     right = np.einsum("nij,nj->ni", acc.rates.pose.B, q_ddot) + acc.rates.d
     np.testing.assert_allclose(left, right, atol=1e-12)
+
+
+@pytest.mark.parametrize("own", [fb.FiveBar(), UNEQUAL, fb.Biglide()])
+def test_a_motion_given_in_task_space_or_at_the_joints_turns_the_bars_alike(own):
+    """From x'' by the law of cosines or the guide, from q'' by the projection: two formulations of one motion."""
+    draw = np.random.default_rng(5)
+    span = (0.25, 0.25) if own.turns else (0.2, 1.0)
+    xi = draw.uniform(-1, 1, (400, 2)) * span
+    pose = fb.igm(own, xi, draw.choice([-1, 1], (400, 2)), unreachable="nan")
+    pose = fb.igm(own, *((each[np.abs([*pose.sines, pose.det_A]).min(axis=0) > 0.2]) for each in (xi, pose.working)))
+    given = fb.ikm2(fb.ikm(pose, draw.normal(size=pose.xi.shape)), draw.normal(size=pose.xi.shape))
+    joints = fb.dkm2(fb.dkm(fb.dgm(own, pose.q, pose.assembly), given.rates.q_dot), given.q_ddot)
+    assert len(pose.q) > 50
+    np.testing.assert_allclose(given.rates.q_passive_dot, joints.rates.q_passive_dot, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(given.q_passive_ddot, joints.q_passive_ddot, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(given.phi_ddot, joints.phi_ddot, rtol=1e-8, atol=1e-8)
 
 
 def test_dynamics_agree_with_each_other(robot, reachable):

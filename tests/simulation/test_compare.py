@@ -94,7 +94,22 @@ def test_cases_differ_from_task_1_in_what_they_say():
     assert tracker.delay == 1 and tracker.period == 0.01
 
 
-@pytest.mark.parametrize("call", [lambda: case("task-9"), lambda: case("task-1").simulate("lqr")])
-def test_unknown_names(call):
-    with pytest.raises(ValueError, match="the known ones are"):
+def test_the_crossing_is_task_2_of_the_lab_across_type_2():
+    """Along the line, from home to (0.05, 0) in 4 s: det A changes its sign once, at 3 s, within the torque limit."""
+    crossing = case("crossing")
+    plan = crossing.reference
+    assert plan.duration == 4.0 and crossing.options == {"torque_limit": 0.05}
+    assert plan(0.0)[0] == pytest.approx((0.09, 0.06796322)) and plan(4.0)[0] == pytest.approx((0.05, 0.0))
+    t = np.linspace(0.0, 4.0, 401)
+    signs = np.sign(fb.igm(crossing.model, plan(t)[0], (-1, -1)).det_A)
+    assert t[np.flatnonzero(np.diff(signs))] == pytest.approx([3.0], abs=0.02)
+    assert np.abs(plan.tau(t)).max() < 0.05
+
+
+@pytest.mark.parametrize("call, words", [
+    (lambda: case("task-9"), "no case 'task-9'; the known ones are task-1, "),
+    (lambda: case("task-1").simulate("lqr"), "no controller 'lqr'; the known ones are ctc, ctc-stiff, mpc$"),
+])  # fmt: skip
+def test_unknown_names(call, words):
+    with pytest.raises(ValueError, match=words):
         call()

@@ -1,8 +1,11 @@
 """Derivatives of sampled motions without phase, and the spectrum that says where the motion ends in its noise."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from fivebar.simulation import measured_runs
 from fivebar.simulation.derivatives import DEGREE, FIDELITY, Spectrum, derivatives, half_window, kernels, spectrum
 
 
@@ -67,3 +70,14 @@ def test_the_spectrum_of_pieces():
     found = spectrum([fast, fast[:20]], 1 / rate)
     assert found.fast == pytest.approx(0.25 / 1.25, rel=0.02) and found.cutoff == pytest.approx(rate / 12)
     assert found.noise == pytest.approx((1e-9, 1e-9), rel=0.1)
+
+
+def test_a_stretch_too_short_for_the_logs_own_window_has_a_narrower_one(monkeypatch):
+    """A cut-off of 1 Hz asks for 63 rows: 20 are differentiated with a higher one, not by differences."""
+    monkeypatch.setattr(measured_runs, "spectrum", lambda *_: SimpleNamespace(cutoff=1.0))
+    t, swing = 0.01 * np.arange(20), 2 * np.pi * 0.4
+    q = np.stack([0.3 * np.sin(swing * t), 0.2 * np.cos(swing * t)], axis=1)
+    exact = swing * np.stack([0.3 * np.cos(swing * t), -0.2 * np.sin(swing * t)], axis=1)
+    assert np.abs(np.gradient(q, 0.01, axis=0) - exact).max() > 1e-3
+    log = SimpleNamespace(t=t, q=q, step=0.01, stretches=[slice(0, 20)])
+    np.testing.assert_allclose(measured_runs.rates_of(log), exact, atol=1e-6)

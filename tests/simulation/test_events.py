@@ -6,6 +6,8 @@ from scipy.interpolate import KroghInterpolator
 from scipy.optimize import brentq
 
 import fivebar as fb
+from fivebar.simulation.events import _there_and_back, _zero, crossings, meets
+from fivebar.simulation.steps import MARGIN_RATES, MARGINS
 
 ROBOT = fb.FiveBar()
 COARSE = 5e-3
@@ -122,3 +124,77 @@ def test_there_and_back_within_one_step(column):
     idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 1.0)
     (many,) = fb.simulate_many([ROBOT], idle, still, [start], control_period=COARSE, **options)
     assert [event.t for event in many.events] == pytest.approx([event.t for event in fixed.events], abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("third", [-0.9, -20.0, 1.6, 30.0])
+@pytest.mark.parametrize("low, high", [(0.1, 0.2), (0.3, 0.8), (0.62, 0.63)])
+def test_cubics_of_known_zeros_and_motions_beside_them(low, high, third, side):
+    cubic = np.polynomial.Polynomial.fromroots([low, high, third])
+    cubic *= side / cubic(0)
+    assert cubic.deriv()(0) * side < 0 < cubic.deriv()(1) * side  # the step's ends alone tell that it may turn
+    ends = [float(p(s)) for p in (cubic, cubic.deriv()) for s in (0.0, 1.0)]
+    assert _there_and_back(ends, None) == pytest.approx((low, high), abs=1e-12)
+    middle = (low + high) / 2
+    assert _zero(ends, None, 0.0, middle) == pytest.approx(low, abs=1e-12)
+    assert _zero(ends, None, middle, 1.0) == pytest.approx(high, abs=1e-12)
+    # A motion of another shape between the same ends: its own zeros, of which the cubic's are guesses.
+    bump = 0.3 * cubic(middle) * np.polynomial.Polynomial([0, 0, 1, -2, 1]) * np.polynomial.Polynomial([0.7, 1.0])
+    motion = cubic + bump
+    exact = sorted(z.real for z in motion.roots() if abs(z.imag) < 1e-9 and 0 < z.real < 1)
+    assert len(exact) == 2 and abs(exact[0] - low) > 1e-6
+    assert _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s))) == pytest.approx(exact, abs=5e-12)
+    # What turns just before 0 does not cross, by the cubic nor by the motion.
+    lifted = cubic - 1.01 * min(cubic(np.linspace(low, high, 400)) * side) * side
+    ends = [float(p(s)) for p in (lifted, lifted.deriv()) for s in (0.0, 1.0)]
+    assert _there_and_back(ends, None) == _there_and_back(ends, lambda s: (lifted(s), lifted.deriv()(s))) == ()
+
+
+def test_crossings_of_given_sines():
+    """Sines that are known functions of time: every zero, in order, with the signs just before and just after."""
+    turns, shifts = np.array([7.0, 5.0, 11.0]), np.array([0.4, -1.3, 2.0])
+
+    def look(t):
+        t = np.asarray(t)[..., None]
+        return 0.3 * np.sin(turns * t + shifts), 0.3 * turns * np.cos(turns * t + shifts)
+
+    t = np.linspace(0.0, 2.0, 41)
+    rows = np.zeros((len(t), 30))
+    rows[:, MARGINS], rows[:, MARGIN_RATES] = look(t)
+    exact = sorted(
+        (z, k) for k in range(3) for n in range(-3, 9) if 0 < (z := (n * np.pi - shifts[k]) / turns[k]) < t[-1]
+    )
+    for after, error in ((None, 1e-5), (lambda k, length: look(t[k] + length), 1e-13)):
+        events = crossings(ROBOT, t, rows, after)
+        assert [event.t for event in events] == pytest.approx([z for z, _ in exact], abs=error)
+        for event, (z, k) in zip(events, exact):
+            assert event.margin == ROBOT.words.sines[k] and event.type.name == ("PARALLEL" if k == 2 else "SERIAL")
+            assert event.before == tuple(-np.sign(look(z - 1e-6)[0])) and event.after == tuple(
+                -np.sign(look(z + 1e-6)[0])
+            )
+    assert len(exact) == 14
+    # On a row a zero is crossed once, after it; a motion that begins there or ends there has not crossed it.
+    z, k = exact[4]
+    rows[:, MARGINS], rows[:, MARGIN_RATES] = look(t - t[8] + z)
+    rows[8, MARGINS.start + k] = 0.0
+    for first, last, own in ((7, 10, {exact[4]}), (8, 11, set()), (6, 9, set())):
+        wanted = sorted(
+            own | {each for each in exact if t[first] < each[0] - z + t[8] < t[last - 1] and each != (z, k)}
+        )
+        events = crossings(ROBOT, t[first:last], rows[first:last])
+        assert [event.margin for event in events] == [ROBOT.words.sines[column] for _, column in wanted]
+        assert [event.t for event in events] == pytest.approx([when - z + t[8] for when, _ in wanted], abs=1e-5)
+        for event, (when, column) in zip(events, wanted):
+            assert event.after == tuple(-np.sign(look(when + 1e-6)[0])) and event.before[column] == -event.after[column]
+    batch = np.stack([look(t[k : k + 2])[0] for k in range(40)])
+    slopes = np.stack([look(t[k : k + 2])[1] for k in range(40)])
+    crossed = np.array([any(t[k] < z <= t[k + 1] for z, _ in exact) for k in range(40)])
+    assert (meets(batch, slopes) >= crossed).all() and meets(batch, slopes).sum() == crossed.sum()
+    assert meets(batch[~crossed], slopes[~crossed]).sum() == 0
+
+
+def test_a_zero_whose_slope_is_0():
+    for zero in (0.5, 0.25):  # of (s - zero)^3; the first place that is looked at, and another
+        ends = -(zero**3), (1 - zero) ** 3, 3 * zero**2, 3 * (1 - zero) ** 2
+        assert _zero(ends, None) == pytest.approx(zero, abs=1e-5)  # the cubic itself is rounding as near as this
+        assert _zero(ends, lambda s, zero=zero: ((s - zero) ** 3, 3 * (s - zero) ** 2)) == pytest.approx(zero, abs=1e-5)

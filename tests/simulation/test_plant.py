@@ -1,12 +1,16 @@
 """What fixed steps are refused for, each check without the others; and how long the chosen steps are."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
 from fivebar.simulation.plant import Plant, refuse_losses
-from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI
+from fivebar.simulation.simulate import Grid
+from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, between
+from fivebar.simulation.stick_slip import _powers
 
 STEP = 1e-3
 
@@ -102,3 +106,31 @@ def test_chosen_steps_are_few_and_as_many_as_order_8_asks_for():
     for k in range(50):  # one step for each period that is shorter than a step
         plant.advance(0.01 * (k + 1), np.zeros(2))
     assert len(plant.pieces[0]) == 50
+
+
+@pytest.mark.parametrize("until", [3e-13, 5e-10, 1e-8, 2e-5])
+def test_times_as_short_as_one_likes_are_moved_on_by(until):
+    """From rest by the acceleration times the time, at the time itself to the last bit, and no more from there."""
+    robot, tau = fb.FiveBar(), np.array([0.02, -0.03])
+    start = fb.dkm(fb.dgm(robot, (0.1, 0.2)), (0.0, 0.0))
+    plant = Plant(robot, start, 1e-12)
+    plant.advance(until, tau)
+    assert plant.t == until
+    assert plant.joints[1] == pytest.approx(until * fb.forward_dynamics(start, tau).q_ddot, rel=1e-6)
+    state, count = plant.state, len(plant.pieces[0])
+    plant.advance(until, tau)
+    assert plant.state is state and len(plant.pieces[0]) == count
+
+
+def test_a_steps_polynomial_nested_and_in_powers_of_the_place():
+    draw, places = np.random.default_rng(4), np.linspace(0.0, 1.0, 9)
+    state, coefficients = draw.normal(size=8), draw.normal(size=(7, 8))
+    powers = np.polynomial.polynomial.polyval(places, _powers().T @ coefficients)
+    np.testing.assert_allclose(between(state, np.array([coefficients] * 9), places), state + powers.T, atol=1e-13)
+
+
+def test_how_long_a_run_is_that_is_not_told():
+    assert Grid.of(None, SimpleNamespace(start=0.5, duration=1.5), 1e-3, 0.01) == (2000, 1e-3, 10)
+    for half in ({"start": 0.0}, {"duration": 1.0}):
+        with pytest.raises(ValueError, match="needs a duration, or a reference that has one"):
+            Grid.of(None, SimpleNamespace(**half), 1e-3, None)

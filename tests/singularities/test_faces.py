@@ -108,6 +108,17 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
     for center in (2j, 0.3 + 0.7j, -1.1 - 0.2j, -0.4 + 1.3j):
         ((_, (_, (around,))),) = faces([*ring(0, 3), *ring(center, 1e-9)], 10.0)
         assert np.angle(around.tangent(around.start)) == pytest.approx(-np.pi / 2)
+    # Arcs meet to rounding only, which about the origin is more than a triangle of 1e-9 bounds.
+    for center, seed in zip(1.3 * np.exp(1j * np.arange(12)), range(12)):
+        draw = np.random.default_rng(seed)
+        corners = [Vertex(complex(center + 1e-9 * (corner - 1 - 1j))) for corner in (0, 4, 3j)]
+        small = []
+        for one, other in zip(corners, corners[1:] + corners[:1]):
+            ends = [Vertex(end.z + complex(*draw.normal(scale=1e-15, size=2))) for end in (one, other)]
+            small.append((side(*ends)[0], one, other))
+        ((_, (_, (first, second, _))),) = faces([*ring(0, 3), *small], 10.0)
+        one, two = first.z[-1] - first.z[0], second.z[-1] - second.z[0]
+        assert (one.conjugate() * two).imag < 0  # clockwise
 
 
 @pytest.mark.parametrize("size", [10.0, 0.1])
