@@ -22,6 +22,7 @@ KINDS = {
     "svg": ("svg",), "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"), "csv": ("csv", "txt", "tsv", "dat"),
 }  # fmt: skip
 EXAMPLE = FilePath(__file__).parent / "drawings" / "fivebar.svg"  # a word, drawn for this package
+FOREIGN = "dxf", "dwg", "ai", "eps", "ps", "pdf", "plt", "hpgl", "stl", "step", "emf", "wmf"
 LARGEST = 50_000_000  # bytes of a drawing's file
 
 
@@ -61,6 +62,11 @@ def path(
 def _read(text: str, name: str, units, kind) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
     kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
+    if kind == "csv" and (ending in FOREIGN or re.match(r"\s*0\s*\n\s*SECTION\s*\n|%!PS|%PDF|IN;", text)):
+        own = ending.upper() if ending in FOREIGN else "such a drawing"
+        raise ValueError(
+            f"{name}: {own} is not read, but SVG, G-code and CSV are: save it as SVG (Inkscape reads DXF, AI, EPS, PDF)"
+        )
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from xml.etree import ElementTree
 from xml.parsers import expat
 
@@ -19,6 +20,7 @@ from .svg_styles import styled
 from .svg_viewports import viewport
 
 DEEPEST = 200  # elements, each in another
+NAMESPACE, MOST_NAMES = re.compile(r"https?://[\w./#-]{1,80}"), 1000  # of entities, and how often they stand
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -32,6 +34,8 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     draft = Draft(name)
     styled(root, draft)
     to_metres = viewport(root, draft, units)
+    if "Adobe Illustrator" in text[:2000] and any("states no size" in words for words in draft.said):
+        draft.said.append("Illustrator's own units are of 1/72 inch: units pt would read them so")
     clean(root, draft)
     refuse_endless(root, name)
     source = io.BytesIO(ElementTree.tostring(root, "utf-8"))  # names of letters beyond ASCII stay
@@ -65,7 +69,10 @@ def _tree(text, name):
         line = {LINE: str(parser.CurrentLineNumber)}
         builder.start(named(tag), {named(key): value for key, value in attributes.items()} | line)
 
-    def refuse(*_):
+    def entity(own, parameter, value, *_):
+        """Illustrator's names of its namespaces are let through: a few, which nothing can be nested in."""
+        if not parameter and NAMESPACE.fullmatch(value or "") and text.count("&") <= MOST_NAMES:
+            return
         raise ValueError(f"{name}, line {parser.CurrentLineNumber}: entities are not read: save it as plain SVG")
 
     def end(tag):
@@ -73,7 +80,7 @@ def _tree(text, name):
         builder.end(named(tag))
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, refuse
+    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)
     except expat.ExpatError as error:
