@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..checks import jit as must_be_jit
-from ..checks import modes, positive, shown, whole
+from ..checks import modes, optional, positive, takes, whole
 from ..checks import robot as must_be_robot
 from ..checks import seconds as span
 from ..models.physics import loads_of, physics_of, smoothed
@@ -73,33 +73,28 @@ class Tracker:
     SingularityError or UnreachableError where the first measurement gives no motion.
     """
 
+    @takes(
+        robot=must_be_robot, horizon=whole(2, MOST_STAGES), period=span, seconds=optional(span),
+        torque_limit=optional(positive), speed_limit=optional(positive), delay=whole(0, MOST_DELAY),
+        encoder_resolution=optional(positive), position=positive, acceleration=positive,
+        torque_rate=optional(positive), assembly=modes(1), jit=must_be_jit,
+    )  # fmt: skip
     def __init__(
         self, robot: Robot, horizon: int = 20, period: float = 0.01, *, seconds: float | None = None,
         torque_limit: float | None = None, speed_limit: float | None = None, delay: int = 0,
         encoder_resolution: float | None = None, position: float = 1e4, acceleration: float = 10.0,
         torque_rate: float | None = None, assembly: int = -1, jit: bool | str = False,
     ) -> None:  # fmt: skip
-        must_be_robot(robot, "robot")
+        for name, inertia in zip((*robot.words.inertias, "m"), (*robot.inertias, robot.m)):
+            positive(abs(inertia), f"a tracker's robot: {name}")  # grouped: maybe negative
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
             if physics_of(robot) is not None and moved(robot):
                 torque_rate = RATE / (ARM * moved(robot))
-        horizon, delay = whole(2, MOST_STAGES)(horizon, "horizon"), whole(0, MOST_DELAY)(delay, "delay")
-        assembly, jit = modes(1)(assembly, "assembly"), must_be_jit(jit, "jit")
-        inertias = dict(zip(robot.words.inertias, map(abs, robot.inertias)), m=abs(robot.m))  # grouped: maybe negative
-        given = dict(
-            period=period, seconds=seconds, torque_limit=torque_limit, speed_limit=speed_limit,
-            encoder_resolution=encoder_resolution, position=position, acceleration=acceleration,
-            torque_rate=torque_rate,
-        )  # fmt: skip
-        checked = {name: _positive(name, value) for name, value in (given | inertias).items()}
-        period, seconds, torque_limit, speed_limit, encoder_resolution, position, acceleration, torque_rate = (
-            checked[name] for name in given
-        )
         if seconds is not None and seconds < horizon * period * (1 - 1e-9):
             raise ValueError(f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s")
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
-        self.torque_limit = np.inf if torque_limit is None else float(torque_limit)
+        self.torque_limit = np.inf if torque_limit is None else torque_limit
         self.speed_limit = speed_limit
         self.inertia = moved(robot)
         self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
@@ -266,15 +261,3 @@ def _lift(robot):
     moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
     lever = max(drive.length for drive in robot.drives)
     return math.hypot(*physics.gravity) * (max(moments) + robot.m * lever)
-
-
-def _positive(name, value):
-    """A float, or None where that is allowed; ValueError for what is not finite and > 0."""
-    limit = name in ("seconds", "torque_limit", "speed_limit", "encoder_resolution")
-    if limit and value is None:
-        return None
-    try:
-        return (span if name in ("period", "seconds") else positive)(value, name)
-    except ValueError as error:
-        what = f"the tracker's {name} must be finite and > 0{' or None' * limit}, not {shown(value)} ({error})"
-        raise ValueError(what) from None

@@ -24,7 +24,7 @@ from .problem import (
     box,
     checked_stops,
     checked_weights,
-    limit_of,
+    per_joint,
     point_of,
     refuse_broken,
     refuse_massless,
@@ -47,7 +47,9 @@ LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes
 
 
 @takes(
-    robot=must_be_robot, working=optional(modes(2)), method=one_of(*METHODS), degree=whole(2, 7),
+    robot=must_be_robot, torque_limit=optional(per_joint), joint_speed_limit=optional(per_joint),
+    acceleration_limit=optional(positive), workspace=optional(box), working=optional(modes(2)),
+    method=one_of(*METHODS), degree=whole(2, 7),
     intervals=whole(2, MOST_INTERVALS), tolerance=lambda value, name: number(value, name, 1e-9, 1.0), max_time=positive,
     keep=optional(instance(Keep)),
 )  # fmt: skip
@@ -93,8 +95,7 @@ def plan(
         serial_margin = max(serial_margin or 0.0, keep.sin) or None
         parallel_margin = max(parallel_margin or 0.0, keep.det_A) or None
     limits = Limits(
-        limit_of(torque_limit, "torque_limit", (1, 2)), limit_of(joint_speed_limit, "joint_speed_limit", (1, 2)),
-        limit_of(acceleration_limit, "acceleration_limit", (1,)), box(workspace),
+        torque_limit, joint_speed_limit, acceleration_limit, workspace,
         None if serial_margin is None else number(serial_margin, "plan: serial_margin", 1e-3, 1),
         None if parallel_margin is None else number(parallel_margin, "plan: parallel_margin", 1e-9, 1),
     )  # fmt: skip

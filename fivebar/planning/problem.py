@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .._backend import finite_numbers, real_numbers
 from ..checks import not_negative, number, positive, shown, two_numbers
@@ -254,19 +253,17 @@ def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     return weights
 
 
-def limit_of(value: ArrayLike | None, name: str, sizes: tuple[int, ...]) -> tuple[float, float] | float | None:
-    if value is None:
-        return None
-    values = [positive(each, f"plan: {name}") for each in real_numbers(value, f"plan: {name}").ravel().tolist()]
-    if len(values) not in sizes:
-        raise ValueError(f"plan: {name} must be one number{' or one per joint' if 2 in sizes else ''}, not {value!r}")
-    return tuple(values * (3 - len(values))) if 2 in sizes else values[0]
+def per_joint(value: object, name: str) -> tuple[float, float]:
+    """Rule: one number > 0 for both joints, or two; ValueError for anything else."""
+    values = [positive(each, name) for each in real_numbers(value, name).ravel().tolist()]
+    if len(values) not in (1, 2):
+        raise ValueError(f"{name} must be one number or one per joint, not {value!r}")
+    return tuple(values * (3 - len(values)))
 
 
-def box(workspace: ArrayLike | None) -> tuple | None:
-    if workspace is None:
-        return None
-    box = finite_numbers(workspace, "workspace")
-    if box.shape != (2, 2) or (box[:, 0] >= box[:, 1]).any():
-        raise ValueError(f"plan: workspace must be ((x low, x high), (y low, y high)), finite, not {shown(workspace)}")
-    return tuple(map(tuple, box.tolist()))
+def box(value: object, name: str) -> tuple:
+    """Rule: ((x low, x high), (y low, y high)); ValueError for anything else."""
+    found = finite_numbers(value, name)
+    if found.shape != (2, 2) or (found[:, 0] >= found[:, 1]).any():
+        raise ValueError(f"{name} must be ((x low, x high), (y low, y high)), finite, not {shown(value)}")
+    return tuple(map(tuple, found.tolist()))

@@ -119,9 +119,9 @@ class Grid(NamedTuple):
     @classmethod
     def of(cls, duration, reference, step, control_period):
         """Checked; the default duration is the reference's, and without a controller all is one block."""
-        step, block = positive(step, "step"), None
+        block = None
         if control_period is not None:
-            ratio = positive(control_period, "control_period") / step
+            ratio = control_period / step
             block = max(round(min(ratio, 1e18)), 1)
             if abs(ratio - block) > 1e-6 * ratio:
                 raise ValueError(f"control_period = {control_period:g} s must be a multiple of step = {step:g} s")

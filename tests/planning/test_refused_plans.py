@@ -86,7 +86,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(torque_limit=0.0), "torque_limit must be finite and > 0"),
         (dict(torque_limit=(1, 2, 3)), "one number or one per joint"),
         (dict(joint_speed_limit=-1), "joint_speed_limit must be"),
-        (dict(acceleration_limit=(1, 1)), "acceleration_limit must be one number"),
+        (dict(acceleration_limit=(1, 1)), "acceleration_limit must be a number"),
         (dict(workspace=((0, 0), (0, 1))), "workspace must be"),
         (dict(serial_margin=0.0), "serial_margin must be"),
         (dict(parallel_margin=1.5), "parallel_margin must be finite and from 1e-09 to 1"),
