@@ -6,6 +6,7 @@ to a boundary than its room is inside all along.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -96,6 +97,9 @@ def place(
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     if not (fastest is None or isinstance(fastest, Mapping)):
         raise TypeError(f"fastest must be a mapping of limits, as time_path takes them, not {shown(fastest)}")
+    known = [name for name in inspect.signature(time_path).parameters if name not in ("robot", "path", "working")]
+    if unknown := [name for name in fastest or () if name not in known]:
+        raise ValueError(f"fastest: time_path has no limit {shown(unknown[0])}; it takes {', '.join(known)}")
     det_A, sin = (keep.det_A, keep.sin) if keep else (0.0, 0.0)
     regions = [part for part in dexterous(robot, det_A, sin) if working in (None, part.working)]
     rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]

@@ -223,7 +223,7 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
     found, last = [("start", 0.0, start)], 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:
-            words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
+            words = f"plan: the time of {name}" if name != "goal" else f"plan: duration{', after via,' if last else ''}"
             t = last = number(positive(t, words), words, last, above=True)
         found.append((name, t, point))
     return found

@@ -38,8 +38,9 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     """
     if not robot.turns:
         raise ValueError(
-            "dexterous: the guides of a biglide have no ends, and along them neither det A nor the sines change: its "
-            "regions are strips without ends and have no area; they need strokes of the feet, which it does not have"
+            "dexterous: robot is a biglide, whose guides have no ends, and along them neither det A nor the sines "
+            "change: its regions are strips without ends, without an area; they need strokes of the feet, which it has "
+            "not"
         )
     if max(det_A, sin) >= 1:
         return ()  # curves alone

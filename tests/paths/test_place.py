@@ -87,5 +87,7 @@ def test_bad_input():
         fb.place(fb.Biglide(), RECTANGLE)
     with pytest.raises(TypeError, match="path must be a Path"):
         fb.place(ROBOT, [(0, 0), (1, 1)])
+    with pytest.raises(ValueError, match="fastest: time_path has no limit 'torque'; it takes duration, torque_limit"):
+        fb.place(ROBOT, RECTANGLE, fastest={"torque": 0.1})
     with pytest.raises(ValueError, match="nothing of the workspace"):
         fb.place(ROBOT, RECTANGLE, margin=1.0)

@@ -93,7 +93,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
         (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
         (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),
-        (dict(via=[(3.0, TASK_1)]), "duration must be finite and > 3"),
+        (dict(via=[(3.0, TASK_1)]), "duration, after via, must be finite and > 3"),
         (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
         (dict(method="euler"), "method must be one of hermite-simpson, legendre-gauss"),
         (dict(degree=1), "degree must be a whole number >= 2"),
