@@ -184,7 +184,15 @@ def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, 
         if len(bad) > 1:
             assert "The link's address is not taken" in page.locator("#said").text_content(), bad
             assert page.evaluate("document.querySelectorAll('img, script').length") == 2
-    visit(page, live.fragment)
+    page.evaluate(
+        """hash => new Promise(done => {
+            addEventListener("hashchange", () => done(), {once: true});
+            location.hash = hash;
+            history.replaceState(null, "", writeFragment());  // as its own timer may, before it hears of the other
+        })""",
+        live.fragment,
+    )
+    settle(page)
     now = pose_of(page)
     assert now["p"] == [getattr(UNEQUAL, name) for name in LENGTHS]
     np.testing.assert_allclose(now["xi"], live.pose.xi, atol=1e-15)
