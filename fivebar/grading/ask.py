@@ -12,14 +12,16 @@ from numpy.typing import ArrayLike
 from ..models.robots import Robot
 from .diagnosis import consistent
 from .exercise import Exercise, Misconception
-from .judge import TOLERANCE, Verdict, answered, came_text, judge, rows_right
+from .following import modelled, some
+from .judge import TOLERANCE, Verdict, answered, came_text, judge
 from .labs import Lab
+from .one_place import Rows, one_place
 from .program import Program
 from .python_errors import explained
-from .repair import repaired
 from .variants import parameters
 from .worker.replies import Reply
 
+CLOSE = 1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
 LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
 
 
@@ -57,7 +59,7 @@ class Ask:
         self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
         self._constants = lab.constants()
         self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
-        self.record = []
+        self.record, self.asked = [], set()
 
     def __call__(
         self,
@@ -92,7 +94,10 @@ class Ask:
         own_answers = self._own(exercise, robot, columns, tolerance)
         best = None
         for also in (robot, *self._also) if own else (robot,):
-            verdict = judge(exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None)
+            verdict = judge(
+                exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None,
+                lambda follow: modelled(self.judged(follow.function, robot, columns[: follow.first], tolerance)),
+            )  # fmt: skip
             best = verdict if best is None or verdict.share > best.share else best
             if best.share == 1:
                 break
@@ -115,16 +120,7 @@ class Ask:
             plain = consistent((follow,)).name
             if plain not in texts:
                 continue
-            called = self._exercises[follow.function]
-            rows = _answered(called, robot, columns[: follow.first])
-            asked = list(zip(*(c.tolist() for c in rows)))
-            replies = self._replies(follow.function, asked, self._set_for(robot), None)
-            inner = judge(called, robot, rows, replies, np.max(tolerance)).diagnosis
-            if inner is None and not follow.counts:
-                blank = replace(verdict, diagnosis=None)
-                inner = self._with_a_slip(
-                    blank, called, robot, rows, replies, tolerance, None, self._set_for(robot)
-                ).diagnosis
+            inner = self.judged(follow.function, robot, columns[: follow.first], tolerance).diagnosis
             if inner is None:
                 continue
             whole = f"{plain}: {inner.name}"
@@ -132,6 +128,28 @@ class Ask:
                 return replace(verdict, diagnosis=replace(verdict.diagnosis, name=whole))
             return replace(verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks))
         return verdict
+
+    def judged(self, name: str, robot: Robot, columns: list, tolerance: ArrayLike) -> Verdict:
+        """The verdict on a function for itself, in those rows to which there is an answer; nothing is recorded."""
+        exercise, wanted = self._exercises[name], self._set_for(robot)
+        rows, tolerance = _answered(exercise, robot, columns), np.max(tolerance)
+        replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
+        verdict = judge(exercise, robot, rows, replies, tolerance)
+        if verdict.share == 1 or verdict.diagnosis is not None:
+            return verdict
+        return self._with_a_slip(verdict, exercise, robot, rows, replies, tolerance, None, wanted)
+
+    def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
+        """Those of these functions that answer the rows wrongly, each with its mistake; none where one is no model."""
+        found = {name: self.judged(name, robot, some(asked), CLOSE) for name, (robot, asked) in rows.items() if asked}
+        wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
+        kept = all(map(modelled, wrong.values()))
+        return {name: v.diagnosis.name if v.diagnosis else "" for name, v in wrong.items()} if kept else {}
+
+    def remark(self, text: str) -> None:
+        """Adds a remark to what was recorded last."""
+        last = self.record.pop() if self.record else Asked(Verdict(1.0))
+        self.record.append(replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text))))
 
     def _probed(self, exercise, columns, tolerance, limit, silent):
         """The diagnosis of other rows, and of other numbers where the file lets them be set.
@@ -163,33 +181,11 @@ class Ask:
 
     def _with_a_slip(self, verdict, exercise, robot, columns, replies, tolerance, refuse, constants):
         """The verdict with the only place whose change makes all these answers right."""
-        program = self._program
-        if program.again is None or exercise.name in self._repairs:
+        if self._program.again is None or exercise.name in self._repairs:
             return replace(verdict, diagnosis=self._repairs.get(exercise.name))
-        self._repairs[exercise.name] = None
         refuse = np.zeros(len(replies), bool) if refuse is None else np.asarray(refuse)
-
-        def right(student, ks, few):
-            rows = np.flatnonzero(~refuse)[:: max(1, len(replies) // 2) if few else 1]
-            asked = [np.tile(np.asarray(column)[rows], len(ks)) for column in columns]
-            numbers = np.repeat(ks, len(rows)).tolist()
-            found = student.ask(
-                "changed__",
-                [(k, *row) for k, row in zip(numbers, zip(*(c.tolist() for c in asked)))],
-                constants or None,
-            )
-            limits = np.tile(np.broadcast_to(tolerance, len(replies))[rows], len(ks))
-            return rows_right(exercise, robot, asked, found, limits).reshape(len(ks), -1).all(axis=1)
-
-        change = repaired(program.source, exercise.name, program.again, right, set(self._exercises) - {exercise.name})
-        if change is None:
-            return verdict
-        where = program.where(change.line)
-        name = f"{change.what} in {where}, `{change.text[:60]}`: all else is right"
-        hint = (
-            f"Compare {where} with your derivation: with {change.what} changed there, all these answers would be right."
-        )
-        self._repairs[exercise.name] = Misconception(name, hint, None)
+        rows = Rows(exercise, robot, columns, np.broadcast_to(tolerance, len(replies)), refuse, constants)
+        self._repairs[exercise.name] = one_place(self._program, rows, set(self._exercises))
         return replace(verdict, diagnosis=self._repairs[exercise.name])
 
     def _raised_in_called(self, verdict, exercise, columns, limit):
@@ -257,6 +253,7 @@ class Ask:
         self._keep(Asked(Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off)))
 
     def _replies(self, name, rows, constants, limit):
+        self.asked.add(name)
         if name in self._hopeless:
             return [self._hopeless[name]] * len(rows)
         # In an order that no program can count on; a row keeps its place in the verdict.

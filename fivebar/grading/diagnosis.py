@@ -17,6 +17,7 @@ from .exercise import Exercise, Follow, Misconception, Slip
 from .fits import Fit
 
 MOST_PAIRS = 3_000
+MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
 EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
 
 
@@ -26,6 +27,7 @@ class Answers:
 
     raised: whether every row ended in an exception; deep: whether to look for two mistakes together, too.
     own(follow) -> arrays (n, *shape) that the student's function of this name gives for the same rows, or None.
+    modelled(follow): whether those are a model with a mistake that can be named.
     """
 
     exercise: Exercise
@@ -39,6 +41,7 @@ class Answers:
     own: Callable[[Follow], tuple | None] = lambda follow: None
     raised: bool = False
     deep: bool = True
+    modelled: Callable[[Follow], bool] = lambda follow: True
 
     @property
     def none(self) -> np.ndarray:
@@ -80,13 +83,15 @@ def largest(answers: np.ndarray) -> np.ndarray:
 def followed(answers: Answers) -> Misconception | None:
     """Where a function that counts by itself is wrong and this one is right but for that: which one.
 
-    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them.
+    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them,
+    and M = q11 is no mistake in a derivation.
     """
     for follow in answers.exercise.follows:
         steps = _own_steps(answers, (follow,)) if follow.counts else None
         if steps is not None:
             outcome = answers.outcome(_with(answers.exercise, steps))
-            if not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome)):
+            fits = not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome))
+            if fits and answers.modelled(follow):
                 return consistent((follow,))
     return None
 
@@ -236,7 +241,7 @@ def _pairs(promising, slips) -> Iterator[Slip]:
 def _in_some_rows(answers):
     """Right in one mode and nowhere else."""
     for name, column in zip(answers.exercise.arguments, answers.columns):
-        if name not in ("assembly_mode", "gamma1", "gamma2", "branch"):
+        if name not in MODES:
             continue
         for mode in (-1, 1):
             rows = (np.asarray(column) == mode) & ~answers.none

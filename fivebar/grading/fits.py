@@ -89,13 +89,10 @@ class Fit:
         if not self.came.any():
             zeros = "(" + ", ".join("0" for _ in self.exercise.returns) + ")"
             zeros = zeros if len(self.exercise.returns) > 1 else "0"
-            return _fact(
-                f"always {zeros}: unfinished?", "Your function gives 0 whatever it gets: is it still to be written?"
-            )
-        return _fact(
-            "always the same answer, whatever the arguments",
-            "Which of the arguments does your function use on its way to what it returns?",
-        )
+            hint = "Your function gives 0 whatever it gets: is it still to be written?"
+            return Misconception(f"always {zeros}: unfinished?", hint, None, idle=True)
+        hint = "Which of the arguments does your function use on its way to what it returns?"
+        return Misconception("always the same answer, whatever the arguments", hint, None, idle=True)
 
     def _rearranged(self):
         """Two numbers exchanged, matrices transposed, signs."""

@@ -61,14 +61,15 @@ def judge(
     threshold: tuple[float, Callable] | None = None,
     own: Callable[[Follow], tuple | None] = lambda follow: None,
     deep: bool = True,
+    modelled: Callable[[Follow], bool] = lambda follow: True,
 ) -> Verdict:
     """Verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
     the function shall raise or give nan; they earn only if some of the others are right. threshold: the mean error that
     the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the student's own
-    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep: of
-    `Answers`.
+    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep, modelled:
+    of `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -97,7 +98,18 @@ def judge(
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
     answers = Answers(
-        exercise, robot, columns, came, expected, limits, good, refused, own, set(reasons) == {"exception"}, deep
+        exercise,
+        robot,
+        columns,
+        came,
+        expected,
+        limits,
+        good,
+        refused,
+        own,
+        set(reasons) == {"exception"},
+        deep,
+        modelled,
     )
     with np.errstate(all="ignore"):
         if follows := followed(answers):

@@ -248,3 +248,4 @@ CROSSING = Exercise(
 )
 
 EXERCISES = [TYPE, MARGINS, TYPE2_POINT, CROSSING]
+USES = dict.fromkeys(("singularity_type", "first_crossing"), ("margins",))

@@ -204,3 +204,4 @@ FORCE = Exercise(
 
 # The next two are judged by what they do: test_lab.py.
 EXERCISES = [TRAJECTORY, COMPUTED_TORQUE, MEETS, FORCE]
+USES = dict.fromkeys(("meets", "missing_force", "crossing_trajectory"), ("trajectory", "meets"))
