@@ -116,11 +116,27 @@ def diagnose(answers: Answers) -> Misconception | None:
         _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
         or fit.constant()
         or _of_called(answers)
+        or _single(answers, _in_degrees(exercise, answers.robot))
         or next(fit.facts(), None)
         or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
         or _in_some_rows(answers)
+        or fit.nearly()
     )
+
+
+def _in_degrees(exercise, robot):
+    """Sines and cosines of angles that are taken for degrees; rates stay what they are."""
+    turning = ("q11", "q12", "q21", "q22") if robot.turns else ("q12", "q22")
+    at = [name in turning for name in exercise.arguments]
+    if not any(at):
+        return []
+
+    def model(robot, *columns):
+        return exercise.answer(robot, *(np.radians(column) if turns else column for column, turns in zip(columns, at)))
+
+    hint = "What is the unit of the angles that come as arguments, and which one do sin and cos expect?"
+    return [Misconception("angles taken as degrees", hint, model)]
 
 
 def _single(answers, misconceptions):

@@ -18,8 +18,10 @@ from .program import Program
 from .variants import parameters
 from .worker.live import Live
 from .worker.replies import Reply
+from .worker.student import LIMIT
 
-MOST_KEPT, ASKED = 2_000, 16  # rows that a function was asked: kept; of them asked of the student's own
+MOST_ASKED, MOST_KEPT, ASKED = 30_000, 2_000, 16  # rows of right functions in a check; kept; asked of the student's own
+PATIENCE = 5  # a call that waits for right answers may take so many times as long
 NEVER = ("missing", "import", "timeout", "memory", "killed", "flood", "exit", "garbled")  # no stand-in helps these
 
 
@@ -34,6 +36,7 @@ class Helped:
     exercises: dict[str, Exercise]
     robot: Robot
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
+    count: int = 0
 
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
@@ -42,14 +45,15 @@ class Helped:
         known = parameters(self.robot)
         robot = replace(self.robot, **{k: v for k, v in (constants or {}).items() if k in known})
         given = {name: self._right(name, robot) for name in self.exercises}
-        return self.student.ask(function, rows, constants, limit, given)
+        return self.student.ask(function, rows, constants, PATIENCE * (limit or LIMIT), given)
 
     def _right(self, name, robot):
         exercise = self.exercises[name]
 
         def right(row):
             row = row[: len(exercise.arguments)]
-            answer = _answer(exercise, robot, row)
+            self.count += 1
+            answer = _answer(exercise, robot, row) if self.count <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
             if answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
                 kept[1].append(row)
@@ -110,11 +114,13 @@ def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
 
 
 def modelled(verdict: Verdict) -> bool:
-    """Whether these wrong answers are a model with a mistake: partly right, or with a mistake that can be named.
+    """Whether these wrong answers are a model with a mistake: one that can be named, or that goes with the right one.
 
     Nothing follows from numbers that anybody could write down.
     """
-    return verdict.share > 0 or verdict.diagnosis is not None and not verdict.diagnosis.idle
+    if verdict.diagnosis is not None:
+        return not verdict.diagnosis.idle
+    return verdict.share > 0 or verdict.related
 
 
 def remark(wrong: dict[str, str]) -> str:

@@ -25,6 +25,7 @@ MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
 MOST_NAMES = 1000  # of functions listed
 MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
+LIMIT = 2.0  # s, for one call
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 
@@ -44,7 +45,7 @@ class Student:
         self,
         submission: Submission,
         isolate: str = "process",
-        limit: float = 2.0,
+        limit: float = LIMIT,
         total: float = 10.0,
         memory: int = 1 << 30,
         cpu: int = 60,
