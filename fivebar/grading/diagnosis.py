@@ -127,8 +127,7 @@ def diagnose(answers: Answers) -> Misconception | None:
 
 def _in_degrees(exercise, robot):
     """Sines and cosines of angles that are taken for degrees; rates stay what they are."""
-    turning = ("q11", "q12", "q21", "q22") if robot.turns else ("q12", "q22")
-    at = [name in turning for name in exercise.arguments]
+    at = [name in ("q12", "q22") or name in ("q11", "q21") and robot.turns for name in exercise.arguments]
     if not any(at):
         return []
 

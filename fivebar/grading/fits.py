@@ -25,7 +25,8 @@ def _fact(name, hint):
 def number_text(value: float, robot: Robot | None) -> str:
     """A number with what it may be made of: "0.18 (2 l)"."""
     text = f"{value:.4g}"
-    if value and np.isclose(power := np.log10(abs(value)), round(power), rtol=0, atol=EXACT):
+    power = np.log10(abs(value)) if value else 0.0
+    if abs(power) > 1.5 and np.isclose(power, round(power), rtol=0, atol=EXACT):
         return text  # a unit: nothing of the robot's
     plain = {"1/4": 0.25, "1/3": 1 / 3, "1/2": 0.5, "2": 2.0, "3": 3.0, "4": 4.0, "pi/2": np.pi / 2, "pi": np.pi,
              "pi/180": np.pi / 180, "180/pi": 180 / np.pi, "sqrt 2": 2**0.5}  # fmt: skip
@@ -203,8 +204,10 @@ class Fit:
         if self.angles[part].any():
             return None
         factor = np.sum(came * right) / np.sum(right * right)
-        if not factor or not np.all(
-            np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part]
+        if (
+            not factor
+            or abs(factor - 1) < NEARLY
+            or not np.all(np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part])
         ):
             return None
         return number_text(float(factor), self.robot)

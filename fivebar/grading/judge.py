@@ -100,6 +100,8 @@ def judge(
         share = 0.0
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
+    with np.errstate(all="ignore"):
+        goes = related(came, expected, angles)
     answers = Answers(
         exercise,
         robot,
@@ -127,7 +129,7 @@ def judge(
         share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
         _sample(exercise, columns, first, expected[first], came[first]), beside,
-        related=related(came, expected, angles),
+        related=goes,
     )  # fmt: skip
 
 
@@ -146,7 +148,7 @@ def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
         sizes = np.linalg.norm(a) * np.linalg.norm(b)
         alike += sizes > 0 and abs(np.vdot(a, b)) > RELATED * sizes
         most += np.linalg.norm(b) > 0
-    return bool(most) and alike >= most / 2
+    return bool(most and alike >= most / 2)
 
 
 def answered(
@@ -245,7 +247,7 @@ def came_text(reply: Reply) -> str:
     if isinstance(value, float):
         return f"{value:.9g}"
     if isinstance(value, dict) and value.get("~") == "other":
-        return f"<{value['type']}>"
+        return f"<{value.get('type', 'object')}>"
     if isinstance(value, list):
         return ("(" + ", ".join(came_text(type(reply)("value", part)) for part in value[:12]) + ")")[:200]
     return repr(value)[:200]

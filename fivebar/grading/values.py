@@ -92,5 +92,5 @@ def _listed(names):
 
 def _kind(value):
     if isinstance(value, dict):
-        return "a dict" if value["~"] == "dict" else f"an object of type {value['type']}"
+        return "a dict" if value["~"] == "dict" else f"an object of type {value.get('type', 'unknown')}"
     return "None" if value is None else "a string" if isinstance(value, str) else "a number"
