@@ -6,7 +6,7 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice, product
 
 import numpy as np
@@ -15,10 +15,11 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
 from .fits import Fit
+from .misconceptions.of_any import arguments_exchanged, in_degrees
 
 MOST_PAIRS = 3_000
 MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
-EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
+EXACT, ROUNDED_PI, AFFINE = 1e-9, 1e-3, 1e-6  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +51,9 @@ class Answers:
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         return difference(a, b, self.exercise.is_angle(), turn)
 
-    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT) -> np.ndarray:
         """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about scale."""
-        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
+        close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
 
     def outcome(self, model: Callable) -> np.ndarray:
@@ -116,26 +117,25 @@ def diagnose(answers: Answers) -> Misconception | None:
         _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
         or fit.constant()
         or _of_called(answers)
-        or _single(answers, _in_degrees(exercise, answers.robot))
+        or _single(answers, in_degrees(exercise, answers.robot))
         or next(fit.facts(), None)
+        or fit.nearly()
+        or _single(answers, arguments_exchanged(exercise))
         or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
         or _in_some_rows(answers)
-        or fit.nearly()
+        or _with_a_rounded_pi(answers)
     )
 
 
-def _in_degrees(exercise, robot):
-    """Sines and cosines of angles that are taken for degrees; rates stay what they are."""
-    at = [name in ("q12", "q22") or name in ("q11", "q21") and robot.turns for name in exercise.arguments]
-    if not any(at):
-        return []
-
-    def model(robot, *columns):
-        return exercise.answer(robot, *(np.radians(column) if turns else column for column, turns in zip(columns, at)))
-
-    hint = "What is the unit of the angles that come as arguments, and which one do sin and cos expect?"
-    return [Misconception("angles taken as degrees", hint, model)]
+def _with_a_rounded_pi(answers):
+    """A known mistake of another unit of angles, to three digits."""
+    for known in answers.exercise.wrong:
+        if known.turn != 2 * np.pi:
+            outcome = answers.outcome(known.model)
+            if answers.fits(outcome, answers.alike(outcome, known.turn, ROUNDED_PI)):
+                return replace(known, name=f"{known.name}, with a rounded pi")
+    return None
 
 
 def _single(answers, misconceptions):
@@ -196,7 +196,7 @@ def _of_called(answers):
 
 def _in_parts(answers):
     """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes in one leg."""
-    exercise, starts = answers.exercise, _starts(answers.exercise)
+    exercise, starts = answers.exercise, _starts(answers)
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     right = _by_parts(exact | answers.refused[:, None], starts)
     first, models = {}, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
@@ -205,7 +205,7 @@ def _in_parts(answers):
         alike = _by_parts(answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts)
         taken = ~right & alike
         if np.any(taken) and np.all(right | taken):
-            return misconception
+            return replace(misconception, name=f"{misconception.name}{_alone(exercise, starts, taken)}")
         for part in np.flatnonzero(taken):
             first.setdefault(part, misconception)
     if np.all(right | np.isin(np.arange(len(right)), list(first))) and len(first) > 1:
@@ -214,10 +214,26 @@ def _in_parts(answers):
     return None
 
 
-def _starts(exercise):
-    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
-    shapes = [exercise.shape(name) for name in exercise.returns]
-    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
+def _alone(exercise, starts, taken):
+    """ ", in q21DD alone" where others of the returned names are right."""
+    owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
+    names = [owners[start] for start in np.asarray(starts)[taken]]
+    return "" if set(names) == set(exercise.returns) else f", in {' and '.join(dict.fromkeys(names))} alone"
+
+
+def _starts(answers):
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number.
+
+    A row of a symmetric matrix cannot: both its rows come from the same product.
+    """
+    exercise, widths = answers.exercise, []
+    with np.errstate(invalid="ignore"):
+        for name, part in zip(exercise.returns, exercise.parts(answers.expected[~answers.none])):
+            shape = exercise.shape(name)
+            square = len(shape) == 2 and shape[0] == shape[1]
+            symmetric = square and np.allclose(part, part.swapaxes(1, 2)) and np.any(part * (1 - np.eye(shape[0])))
+            count, size = int(np.prod(shape[:1])), shape[-1] if len(shape) > 1 else 1
+            widths += [count * size] if symmetric else [size] * count
     return np.cumsum([0, *widths[:-1]])
 
 
@@ -228,7 +244,7 @@ def _by_parts(true, starts):
 
 def _pair(answers):
     """Two slips in different steps, first those of which one explains a part of the answer already."""
-    exercise, starts = answers.exercise, _starts(answers.exercise)
+    exercise, starts = answers.exercise, _starts(answers)
     if not exercise.slips:
         return None
     exact = answers.difference(answers.came, answers.expected) <= answers.limits

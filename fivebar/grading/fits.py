@@ -117,7 +117,11 @@ class Fit:
                     yield _fact(f"{name} transposed", f"Which index of {name} counts the rows?")
         wrong = np.any(self.off(self.came, self.right) > self.limits, axis=0)
         if self._all(np.where(wrong, -self.came, self.came)):
-            names = " and ".join(dict.fromkeys(n for n, w in zip(self.names, wrong) if w))
+            words = []
+            for name, part in self._parts():
+                places = [self._place(name, k) for k in np.flatnonzero(wrong[part])]
+                words += [name] if wrong[part].all() else places
+            names = " and ".join(words)
             yield _fact(f"the sign of {names} is wrong in every row", "Which way does it go for a small step? Try one.")
         elif len(self.came) >= 2 * FEWEST and np.all(np.abs(np.abs(self.came) - np.abs(self.right)) <= self.limits):
             yield _fact(

@@ -111,8 +111,9 @@ class Checks:
         first, lab = item.stash[_ASK], Lab(item.path.parent)
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         hopeless = before.reason in NEVER or "RecursionError" in before.text
-        names = () if hopeless else may_help(self.program.source, lab, first.asked)
-        if not names:
+        names = set() if hopeless else may_help(self.program.source, lab, first.asked)
+        judged = {name: [c.share == 1 for c in self.found if c.function == name] for name in names}
+        if all(shares and all(shares) for shares in judged.values()):  # nothing to be called, or only right functions
             raise error
         with helped(
             self.program, {name: lab.exercises()[name] for name in names}, self.program.robot_in(lab)
