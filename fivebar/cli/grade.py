@@ -14,9 +14,9 @@ SECRET = "FIVEBAR_SECRET"
 def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
     check = commands.add_parser("check")
-    _common(check)
-    own = "your .py file or notebook, or a folder or zip with it"
-    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=own)
+    _common(check, "?")
+    what = "your .py file or notebook, or a folder or zip with it; without it you are told which one to fill in"
+    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=what)
     check.set_defaults(run=_check)
 
     grade = commands.add_parser("grade")
@@ -45,8 +45,8 @@ def add_parsers(commands):
     grade.set_defaults(run=_grade)
 
 
-def _common(parser):
-    parser.add_argument("lab", metavar="LAB", help="lab1 ... or its full name")
+def _common(parser, lab=None):
+    parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 ... or its full name")
     parser.add_argument("--labs", type=Path, metavar="DIR", help="a folder with labs of your own")
     parser.add_argument("--file", dest="program", metavar="NAME", help="which of several files is meant (a pattern)")
     parser.add_argument("--hints-from", metavar="DATE", help="until this day reports show points and no explanations")
@@ -58,10 +58,13 @@ def _common(parser):
 def _check(arguments):
     from ..grading.grade import grade
     from ..grading.intake.hand_in import ProgramFile
-    from ..grading.labs import find_lab
+    from ..grading.labs import find_lab, known_labs
     from ..grading.program import Job
     from ..grading.results import withheld
 
+    if arguments.lab is None:
+        names = ", ".join(lab.name for lab in known_labs(arguments.labs))
+        raise UsageError(f"which lab, and which file of yours? The known ones are: {names}")
     lab, limit = find_lab(arguments.lab, arguments.labs), _limit(arguments)
     program, siblings = _program(arguments, lab)
     if arguments.file == program.path:  # one's own folder
@@ -120,10 +123,11 @@ def _program(arguments, lab):
     from ..grading.worker.submission import SubmissionError
 
     if arguments.file is None or not arguments.file.exists():
-        missing = f"no file {str(arguments.file)!r}" if arguments.file else "FILE is missing"
-        to_fill_in = lab.folder / "student.py"
+        to_fill_in, statement = lab.folder / "student.py", lab.folder / "README.md"
         hint = f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
-        raise UsageError(missing + hint)
+        hint += f", what is asked says {statement}" if hint and statement.exists() else ""
+        missing = "FILE is missing" if arguments.file is None else f"no file {str(arguments.file)!r}"
+        raise UsageError(f"{missing}{hint}")
     programs, left = look_into(arguments.file)
     try:
         program = choose(lab, programs, arguments.program)

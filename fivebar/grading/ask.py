@@ -12,15 +12,10 @@ from numpy.typing import ArrayLike
 from ..models.robots import Robot
 from .diagnosis import consistent
 from .exercise import Exercise, Misconception
-from .judge import TOLERANCE, Verdict, answered, came_text, judge, rows_right
-from .labs import Lab
-from .program import Program
+from .following import modelled
+from .judge import TOLERANCE, Verdict, came_text, judge
 from .python_errors import explained
-from .repair import repaired
-from .variants import parameters
-from .worker.replies import Reply
-
-LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
+from .questions import Questions, rows_of, with_answers
 
 
 class Wrong(AssertionError):
@@ -41,23 +36,12 @@ class Asked:
     robot: Robot | None = None
 
 
-class Ask:
+class Ask(Questions):
     """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
 
-    def __init__(
-        self,
-        program: Program,
-        lab: Lab,
-        hopeless: dict[str, Reply],
-        order: np.random.Generator,
-        known: tuple[dict, dict] | None = None,
-    ):
-        self._program, self._hopeless, self._order = program, hopeless, order
-        self._repairs, self._known = ({}, {}) if known is None else known
-        self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
-        self._constants = lab.constants()
-        self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
-        self.record = []
+    def __init__(self, *questions: object):
+        super().__init__(*questions)
+        self.record, self.asked = [], set()
 
     def __call__(
         self,
@@ -82,6 +66,7 @@ class Ask:
         __tracebackhide__ = True
         if name not in self._exercises:
             raise LookupError(f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}")
+        self.asked.add(name)
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
@@ -92,7 +77,10 @@ class Ask:
         own_answers = self._own(exercise, robot, columns, tolerance)
         best = None
         for also in (robot, *self._also) if own else (robot,):
-            verdict = judge(exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None)
+            verdict = judge(
+                exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None,
+                lambda follow: modelled(self.judged(follow.function, robot, columns[: follow.first], tolerance)),
+            )  # fmt: skip
             best = verdict if best is None or verdict.share > best.share else best
             if best.share == 1:
                 break
@@ -102,10 +90,9 @@ class Ask:
             best = replace(best, diagnosis=self._known[name] or best.diagnosis)
         if best.reason == "exception" and best.diagnosis is None:
             best = self._raised_in_called(best, exercise, columns, limit)
-        if best.reason in ("value", "nan", "exception") and best.diagnosis is None:
-            best = self._with_a_slip(
-                best, exercise, robot, columns, replies, tolerance, refuse, wanted | (constants or {})
-            )
+        if best.reason in ("value", "nan", "exception"):
+            rows = rows_of(exercise, robot, columns, tolerance, refuse, wanted | (constants or {}))
+            best = self._settled(best, rows, replies, limit)
         self._keep(Asked(self._saying_which(best, exercise, robot, columns, tolerance), name, exercise, robot))
 
     def _saying_which(self, verdict, exercise, robot, columns, tolerance):
@@ -115,16 +102,7 @@ class Ask:
             plain = consistent((follow,)).name
             if plain not in texts:
                 continue
-            called = self._exercises[follow.function]
-            rows = _answered(called, robot, columns[: follow.first])
-            asked = list(zip(*(c.tolist() for c in rows)))
-            replies = self._replies(follow.function, asked, self._set_for(robot), None)
-            inner = judge(called, robot, rows, replies, np.max(tolerance)).diagnosis
-            if inner is None and not follow.counts:
-                blank = replace(verdict, diagnosis=None)
-                inner = self._with_a_slip(
-                    blank, called, robot, rows, replies, tolerance, None, self._set_for(robot)
-                ).diagnosis
+            inner = self.judged(follow.function, robot, columns[: follow.first], tolerance).diagnosis
             if inner is None:
                 continue
             whole = f"{plain}: {inner.name}"
@@ -132,6 +110,11 @@ class Ask:
                 return replace(verdict, diagnosis=replace(verdict.diagnosis, name=whole))
             return replace(verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks))
         return verdict
+
+    def remark(self, text: str) -> None:
+        """Adds a remark to what was recorded last."""
+        last = self.record.pop() if self.record else Asked(Verdict(1.0))
+        self.record.append(replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text))))
 
     def _probed(self, exercise, columns, tolerance, limit, silent):
         """The diagnosis of other rows, and of other numbers where the file lets them be set.
@@ -141,7 +124,7 @@ class Ask:
         bars may give one.
         """
         for robot, constants in (self._with_others(silent), (self._robot, {})):
-            kept = _answered(exercise, robot, columns)
+            kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, list(zip(*(c.tolist() for c in kept))), constants, limit)
             own = self._own(exercise, robot, kept, tolerance, constants)
             found = judge(exercise, robot, kept, replies, tolerance, own=own, deep=not constants).diagnosis
@@ -161,37 +144,6 @@ class Ask:
             other = {name: 2 * value for name, value in other.items()}
         return replace(self._robot, **{key: other[name] for name, own in names.items() for key in own}), other
 
-    def _with_a_slip(self, verdict, exercise, robot, columns, replies, tolerance, refuse, constants):
-        """The verdict with the only place whose change makes all these answers right."""
-        program = self._program
-        if program.again is None or exercise.name in self._repairs:
-            return replace(verdict, diagnosis=self._repairs.get(exercise.name))
-        self._repairs[exercise.name] = None
-        refuse = np.zeros(len(replies), bool) if refuse is None else np.asarray(refuse)
-
-        def right(student, ks, few):
-            rows = np.flatnonzero(~refuse)[:: max(1, len(replies) // 2) if few else 1]
-            asked = [np.tile(np.asarray(column)[rows], len(ks)) for column in columns]
-            numbers = np.repeat(ks, len(rows)).tolist()
-            found = student.ask(
-                "changed__",
-                [(k, *row) for k, row in zip(numbers, zip(*(c.tolist() for c in asked)))],
-                constants or None,
-            )
-            limits = np.tile(np.broadcast_to(tolerance, len(replies))[rows], len(ks))
-            return rows_right(exercise, robot, asked, found, limits).reshape(len(ks), -1).all(axis=1)
-
-        change = repaired(program.source, exercise.name, program.again, right, set(self._exercises) - {exercise.name})
-        if change is None:
-            return verdict
-        where = program.where(change.line)
-        name = f"{change.what} in {where}, `{change.text[:60]}`: all else is right"
-        hint = (
-            f"Compare {where} with your derivation: with {change.what} changed there, all these answers would be right."
-        )
-        self._repairs[exercise.name] = Misconception(name, hint, None)
-        return replace(verdict, diagnosis=self._repairs[exercise.name])
-
     def _raised_in_called(self, verdict, exercise, columns, limit):
         """The verdict with the name of the function in which it fails, if that is another one of the lab's."""
         for follow in exercise.follows:
@@ -206,34 +158,10 @@ class Ask:
                 return replace(verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None))
         return verdict
 
-    def _set_for(self, robot):
-        """The constants to be set for a robot that is not the student's own."""
-        known = self._program.student.constants
-        return {} if robot is self._robot else {k: v for k, v in parameters(robot).items() if k in known}
-
-    def _own(self, exercise, robot, columns, tolerance, constants=None):
-        """Gives what a function that the exercise builds on answers to the same rows, where that is not all right."""
-        known = {}
-
-        def ask(follow):
-            if follow in known:
-                return known[follow]
-            known[follow] = None
-            called = self._exercises.get(follow.function)
-            if called is None or follow.function not in self._program.student.names:
-                return None
-            rows = columns[: follow.first]
-            set_ = self._set_for(robot) if constants is None else constants
-            replies = self._replies(follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None)
-            numbers, right = answered(called, robot, rows, replies, tolerance)
-            known[follow] = None if right or numbers is None else called.parts(numbers)
-            return known[follow]
-
-        return ask
-
     def call(self, name: str, *row: float, limit: float | None = None) -> object:
         """The value that one call gives, arrays and floats as they came; Wrong where it gives none."""
         __tracebackhide__ = True
+        self.asked.add(name)
         (reply,) = self._replies(name, [row], {}, limit)
         if reply.kind == "value" and reply.value is not None:
             return reply.value
@@ -256,38 +184,17 @@ class Ask:
         off = None if off is None else float(off)
         self._keep(Asked(Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off)))
 
-    def _replies(self, name, rows, constants, limit):
-        if name in self._hopeless:
-            return [self._hopeless[name]] * len(rows)
-        # In an order that no program can count on; a row keeps its place in the verdict.
-        order = self._order.permutation(len(rows)).tolist()
-        came = self._program.student.ask(name, [rows[i] for i in order], constants=constants or None, limit=limit)
-        replies = [reply for _, reply in sorted(zip(order, came), key=lambda pair: pair[0])]
-        kinds = {reply.kind for reply in replies}
-        if len(kinds) == 1 and kinds <= set(LOST):
-            last = came[-1]
-            text = "so did every call of an earlier check"
-            self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
-        return replies
-
     def _keep(self, asked):
         __tracebackhide__ = True
         v = asked.verdict
-        if v.reason == "exception":
-            text = v.text.removeprefix("raised an exception: ")
+        if v.reason in ("exception", "timeout"):
+            text = "timeout" if v.reason == "timeout" else v.text.removeprefix("raised an exception: ")
             asked = replace(
                 asked, verdict=replace(v, explained=explained(text, v.source, re.findall(r"\w+", self._program.source)))
             )
         self.record.append(asked)
         if v.share < 1:
             raise Wrong(asked.verdict)
-
-
-def _answered(exercise, robot, columns):
-    """The rows to which the right model has an answer."""
-    with np.errstate(all="ignore"):
-        known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
-    return [np.asarray(column)[known] for column in columns]
 
 
 def _not_your_robot(exercise, standard):

@@ -6,7 +6,7 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice, product
 
 import numpy as np
@@ -15,9 +15,11 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
 from .fits import Fit
+from .misconceptions.of_any import arguments_exchanged, in_degrees
 
 MOST_PAIRS = 3_000
-EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
+MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
+EXACT, ROUNDED_PI, AFFINE = 1e-9, 1e-3, 1e-6  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +28,7 @@ class Answers:
 
     raised: whether every row ended in an exception; deep: whether to look for two mistakes together, too.
     own(follow) -> arrays (n, *shape) that the student's function of this name gives for the same rows, or None.
+    modelled(follow): whether those are a model with a mistake that can be named.
     """
 
     exercise: Exercise
@@ -39,6 +42,7 @@ class Answers:
     own: Callable[[Follow], tuple | None] = lambda follow: None
     raised: bool = False
     deep: bool = True
+    modelled: Callable[[Follow], bool] = lambda follow: True
 
     @property
     def none(self) -> np.ndarray:
@@ -47,9 +51,9 @@ class Answers:
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         return difference(a, b, self.exercise.is_angle(), turn)
 
-    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT) -> np.ndarray:
         """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about scale."""
-        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
+        close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
 
     def outcome(self, model: Callable) -> np.ndarray:
@@ -80,13 +84,15 @@ def largest(answers: np.ndarray) -> np.ndarray:
 def followed(answers: Answers) -> Misconception | None:
     """Where a function that counts by itself is wrong and this one is right but for that: which one.
 
-    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them.
+    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them,
+    and M = q11 is no mistake in a derivation.
     """
     for follow in answers.exercise.follows:
         steps = _own_steps(answers, (follow,)) if follow.counts else None
         if steps is not None:
             outcome = answers.outcome(_with(answers.exercise, steps))
-            if not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome)):
+            fits = not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome))
+            if fits and answers.modelled(follow):
                 return consistent((follow,))
     return None
 
@@ -111,11 +117,25 @@ def diagnose(answers: Answers) -> Misconception | None:
         _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
         or fit.constant()
         or _of_called(answers)
+        or _single(answers, in_degrees(exercise, answers.robot))
         or next(fit.facts(), None)
+        or fit.nearly()
+        or _single(answers, arguments_exchanged(exercise))
         or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
         or _in_some_rows(answers)
+        or _with_a_rounded_pi(answers)
     )
+
+
+def _with_a_rounded_pi(answers):
+    """A known mistake of another unit of angles, to three digits."""
+    for known in answers.exercise.wrong:
+        if known.turn != 2 * np.pi:
+            outcome = answers.outcome(known.model)
+            if answers.fits(outcome, answers.alike(outcome, known.turn, ROUNDED_PI)):
+                return replace(known, name=f"{known.name}, with a rounded pi")
+    return None
 
 
 def _single(answers, misconceptions):
@@ -176,7 +196,7 @@ def _of_called(answers):
 
 def _in_parts(answers):
     """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes in one leg."""
-    exercise, starts = answers.exercise, _starts(answers.exercise)
+    exercise, starts = answers.exercise, _starts(answers)
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     right = _by_parts(exact | answers.refused[:, None], starts)
     first, models = {}, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
@@ -185,7 +205,7 @@ def _in_parts(answers):
         alike = _by_parts(answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts)
         taken = ~right & alike
         if np.any(taken) and np.all(right | taken):
-            return misconception
+            return replace(misconception, name=f"{misconception.name}{_alone(exercise, starts, taken)}")
         for part in np.flatnonzero(taken):
             first.setdefault(part, misconception)
     if np.all(right | np.isin(np.arange(len(right)), list(first))) and len(first) > 1:
@@ -194,10 +214,26 @@ def _in_parts(answers):
     return None
 
 
-def _starts(exercise):
-    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number."""
-    shapes = [exercise.shape(name) for name in exercise.returns]
-    widths = [width for shape in shapes for width in [shape[-1] if len(shape) > 1 else 1] * int(np.prod(shape[:1]))]
+def _alone(exercise, starts, taken):
+    """ ", in q21DD alone" where others of the returned names are right."""
+    owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
+    names = [owners[start] for start in np.asarray(starts)[taken]]
+    return "" if set(names) == set(exercise.returns) else f", in {' and '.join(dict.fromkeys(names))} alone"
+
+
+def _starts(answers):
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number.
+
+    A row of a symmetric matrix cannot: both its rows come from the same product.
+    """
+    exercise, widths = answers.exercise, []
+    with np.errstate(invalid="ignore"):
+        for name, part in zip(exercise.returns, exercise.parts(answers.expected[~answers.none])):
+            shape = exercise.shape(name)
+            square = len(shape) == 2 and shape[0] == shape[1]
+            symmetric = square and np.allclose(part, part.swapaxes(1, 2)) and np.any(part * (1 - np.eye(shape[0])))
+            count, size = int(np.prod(shape[:1])), shape[-1] if len(shape) > 1 else 1
+            widths += [count * size] if symmetric else [size] * count
     return np.cumsum([0, *widths[:-1]])
 
 
@@ -208,7 +244,7 @@ def _by_parts(true, starts):
 
 def _pair(answers):
     """Two slips in different steps, first those of which one explains a part of the answer already."""
-    exercise, starts = answers.exercise, _starts(answers.exercise)
+    exercise, starts = answers.exercise, _starts(answers)
     if not exercise.slips:
         return None
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
@@ -236,7 +272,7 @@ def _pairs(promising, slips) -> Iterator[Slip]:
 def _in_some_rows(answers):
     """Right in one mode and nowhere else."""
     for name, column in zip(answers.exercise.arguments, answers.columns):
-        if name not in ("assembly_mode", "gamma1", "gamma2", "branch"):
+        if name not in MODES:
             continue
         for mode in (-1, 1):
             rows = (np.asarray(column) == mode) & ~answers.none

@@ -18,13 +18,14 @@ _SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
 class Misconception:
     """A wrong model with a name and a hint that leads without telling; `model` has the form of Exercise.answer.
 
-    turn: one turn in the unit of the model's angles.
+    turn: one turn in the unit of the model's angles. idle: the answers say nothing of the robot, so nothing follows.
     """
 
     name: str
     hint: str
     model: Callable = field(repr=False)
     turn: float = 2 * np.pi
+    idle: bool = False
 
 
 @dataclass(frozen=True)

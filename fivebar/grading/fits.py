@@ -15,6 +15,7 @@ FEWEST = 4  # rows: fewer fit anything
 EXACT = 1e-9
 MOST_GRID = 20_000
 MOST_DECIMALS = 8
+NEARLY, SMALL = 1e-4, 0.1  # of each number; of one that is smaller than that part of the largest, of this part
 
 
 def _fact(name, hint):
@@ -24,6 +25,9 @@ def _fact(name, hint):
 def number_text(value: float, robot: Robot | None) -> str:
     """A number with what it may be made of: "0.18 (2 l)"."""
     text = f"{value:.4g}"
+    power = np.log10(abs(value)) if value else 0.0
+    if abs(power) > 1.5 and np.isclose(power, round(power), rtol=0, atol=EXACT):
+        return text  # a unit: nothing of the robot's
     plain = {"1/4": 0.25, "1/3": 1 / 3, "1/2": 0.5, "2": 2.0, "3": 3.0, "4": 4.0, "pi/2": np.pi / 2, "pi": np.pi,
              "pi/180": np.pi / 180, "180/pi": 180 / np.pi, "sqrt 2": 2**0.5}  # fmt: skip
     for word, size in plain.items():
@@ -78,6 +82,7 @@ class Fit:
             return
         yield from self._rearranged()
         yield from self._rounded()
+        yield from self._stuck()
         yield from self._by_name(self._factor, "times the right one")
         yield from self._by_name(self._offset, "")
         yield from self._on_a_grid()
@@ -89,13 +94,10 @@ class Fit:
         if not self.came.any():
             zeros = "(" + ", ".join("0" for _ in self.exercise.returns) + ")"
             zeros = zeros if len(self.exercise.returns) > 1 else "0"
-            return _fact(
-                f"always {zeros}: unfinished?", "Your function gives 0 whatever it gets: is it still to be written?"
-            )
-        return _fact(
-            "always the same answer, whatever the arguments",
-            "Which of the arguments does your function use on its way to what it returns?",
-        )
+            hint = "Your function gives 0 whatever it gets: is it still to be written?"
+            return Misconception(f"always {zeros}: unfinished?", hint, None, idle=True)
+        hint = "Which of the arguments does your function use on its way to what it returns?"
+        return Misconception("always the same answer, whatever the arguments", hint, None, idle=True)
 
     def _rearranged(self):
         """Two numbers exchanged, matrices transposed, signs."""
@@ -115,7 +117,11 @@ class Fit:
                     yield _fact(f"{name} transposed", f"Which index of {name} counts the rows?")
         wrong = np.any(self.off(self.came, self.right) > self.limits, axis=0)
         if self._all(np.where(wrong, -self.came, self.came)):
-            names = " and ".join(dict.fromkeys(n for n, w in zip(self.names, wrong) if w))
+            words = []
+            for name, part in self._parts():
+                places = [self._place(name, k) for k in np.flatnonzero(wrong[part])]
+                words += [name] if wrong[part].all() else places
+            names = " and ".join(words)
             yield _fact(f"the sign of {names} is wrong in every row", "Which way does it go for a small step? Try one.")
         elif len(self.came) >= 2 * FEWEST and np.all(np.abs(np.abs(self.came) - np.abs(self.right)) <= self.limits):
             yield _fact(
@@ -126,12 +132,52 @@ class Fit:
     def _rounded(self):
         """Cut off or rounded after some decimals, and right but for that."""
         apart = self.off(self.came, self.right)
-        for k in range(1, MOST_DECIMALS + 1):
+        for k in range(MOST_DECIMALS + 1):
+            if np.all(self.came[apart > self.limits] == 0):
+                return  # missing, not rounded
             cut = np.abs(self.came - np.round(self.came, k)) <= 1e-15 * np.maximum(1.0, np.abs(self.came))
             if np.all((cut & (apart < 10.0**-k)) | (apart <= self.limits)):
+                if k == 0:
+                    yield _fact("whole numbers: the decimals are cut off",
+                                "An array that is made of integers keeps only integers: np.zeros(2) holds floats, "
+                                "np.array([0, 0]) does not.")  # fmt: skip
+                    return
                 yield _fact(f"rounded after {k} decimals", "Who calculates on with it needs all digits: round what "
                             "you print, not what you return.")  # fmt: skip
                 return
+
+    def _stuck(self):
+        """Numbers that are the same in every row, all others right."""
+        wrong = np.any(self.off(self.came, self.right) > self.limits, axis=0)
+        same = np.ptp(self.came, axis=0) == 0
+        if not np.all(same[wrong]) or not np.any(np.ptp(self.right, axis=0)[wrong] > 0):
+            return
+        places = {name: np.flatnonzero(wrong[part]) for name, part in self._parts()}
+        words = [self._place(name, k) for name, found in places.items() for k in found]
+        texts = [f"{word} is {value:.4g}" for word, value in zip(words, self.came[0, wrong])]
+        for name, part in self._parts():
+            if len(part) > 1 and wrong[part].all() and np.ptp(self.came[:, part]) == 0:
+                texts = [f"{name} is {self.came[0, part[0]]:.4g}", *(t for t in texts if not t.startswith(f"{name}["))]
+        values = "; ".join(texts)
+        yield _fact(f"{values} in every row: all else is right", "It changes with the pose: on what does it depend?")
+
+    def _place(self, name, k):
+        """ "M[0][1]" of the k-th of a returned name's numbers."""
+        shape = self.exercise.shape(name)
+        return name + "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else name
+
+    def nearly(self) -> Misconception | None:
+        """Right to some digits, and not to all."""
+        if len(self.came) < FEWEST:
+            return None
+        sizes = np.maximum(np.abs(self.right), SMALL * np.max(np.abs(self.right)))
+        apart = self.off(self.came, self.right) / np.where(self.angles | (sizes == 0), 1.0, sizes)
+        if not 0 < (most := apart.max()) < NEARLY:
+            return None
+        return _fact(
+            f"right to {most:.0e}, and no closer",
+            "Is a constant rounded (pi), a difference taken for a derivative, a search ended early, or a float32 used?",
+        )
 
     def _parts(self):
         for name in self.exercise.returns:
@@ -162,8 +208,10 @@ class Fit:
         if self.angles[part].any():
             return None
         factor = np.sum(came * right) / np.sum(right * right)
-        if not factor or not np.all(
-            np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part]
+        if (
+            not factor
+            or abs(factor - 1) < NEARLY
+            or not np.all(np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part])
         ):
             return None
         return number_text(float(factor), self.robot)

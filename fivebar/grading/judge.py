@@ -15,6 +15,7 @@ from .exercise import Exercise, Follow, Misconception
 from .values import Unfit, read
 from .worker.replies import KINDS, Reply
 
+FEWEST, RELATED = 8, 0.7  # rows that tell; correlation
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a refusal.
 BROKEN = (
@@ -31,7 +32,8 @@ class Verdict:
     how many of how many calls; asked, came: the first wrong call; off: by how much it is off, in the answer's unit;
     diagnosis: the Misconception that gives the student's answers; line, source: in the student's file; sample: the
     numbers of that call for a figure, never printed; remarks: what was let pass; beside: what the lab's own test says;
-    explained: a sentence on Python's own message.
+    explained: a sentence on Python's own message; related: whether wrong answers go with the right ones, as those of a
+    model with a mistake do.
     """
 
     share: float
@@ -49,6 +51,7 @@ class Verdict:
     sample: dict | None = None
     beside: str = ""
     explained: str = ""
+    related: bool = False
 
 
 def judge(
@@ -61,14 +64,15 @@ def judge(
     threshold: tuple[float, Callable] | None = None,
     own: Callable[[Follow], tuple | None] = lambda follow: None,
     deep: bool = True,
+    modelled: Callable[[Follow], bool] = lambda follow: True,
 ) -> Verdict:
     """Verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
     the function shall raise or give nan; they earn only if some of the others are right. threshold: the mean error that
     the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the student's own
-    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep: of
-    `Answers`.
+    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep, modelled:
+    of `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -96,8 +100,21 @@ def judge(
         share = 0.0
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
+    with np.errstate(all="ignore"):
+        goes = related(came, expected, angles)
     answers = Answers(
-        exercise, robot, columns, came, expected, limits, good, refused, own, set(reasons) == {"exception"}, deep
+        exercise,
+        robot,
+        columns,
+        came,
+        expected,
+        limits,
+        good,
+        refused,
+        own,
+        set(reasons) == {"exception"},
+        deep,
+        modelled,
     )
     with np.errstate(all="ignore"):
         if follows := followed(answers):
@@ -112,7 +129,26 @@ def judge(
         share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
         came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
         _sample(exercise, columns, first, expected[first], came[first]), beside,
+        related=goes,
     )  # fmt: skip
+
+
+def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
+    """Whether half of the numbers (n, k) that came vary from row to row as the right ones do, or more.
+
+    Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
+    """
+    alike, most = 0, 0
+    for a, b, turns in zip(came.T, expected.T, angles):
+        rows = np.isfinite(a) & np.isfinite(b)
+        if rows.sum() < FEWEST:
+            continue
+        a, b = (np.exp(1j * part[rows]) if turns else part[rows] for part in (a, b))
+        a, b = a - a.mean(), b - b.mean()
+        sizes = np.linalg.norm(a) * np.linalg.norm(b)
+        alike += sizes > 0 and abs(np.vdot(a, b)) > RELATED * sizes
+        most += np.linalg.norm(b) > 0
+    return bool(most and alike >= most / 2)
 
 
 def answered(
@@ -210,6 +246,8 @@ def came_text(reply: Reply) -> str:
         return np.array2string(value, precision=9, separator=", ", threshold=12).replace("\n", " ")[:200]
     if isinstance(value, float):
         return f"{value:.9g}"
+    if isinstance(value, dict) and value.get("~") == "other":
+        return f"<{value.get('type', 'object')}>"
     if isinstance(value, list):
         return ("(" + ", ".join(came_text(type(reply)("value", part)) for part in value[:12]) + ")")[:200]
     return repr(value)[:200]

@@ -46,6 +46,10 @@ class Lab:
         """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both are the same."""
         return self._content().get("CONSTANTS", {})
 
+    def uses(self) -> dict[str, tuple[str, ...]]:
+        """A function -> those that it may call, whose mistakes it need not pay for: USES of exercises.py."""
+        return self._content().get("USES", {})
+
     @property
     def hides_robot(self) -> bool:
         """Whether the numbers of a student's robot are what he is to find."""

@@ -56,7 +56,9 @@ def _unknown(found, line, words):
     name = found[1]
     alike = difflib.get_close_matches(name, sorted({word for word in words} - {name}), 1, 0.7)
     same = [word for word in words if word.lower() == name.lower() and word != name]
-    if name in ("np", "numpy", "plt"):
+    words = list(words)
+    imports = [k for k, word in enumerate(words) if word == name and words[max(k - 1, 0)] in ("import", "as")]
+    if imports or name in ("np", "numpy", "plt"):
         return f"The file uses {name} without an import that works."
     if same or alike:
         return f"Nothing has that name where it is used. Is {(same or alike)[0]} meant?"
@@ -107,6 +109,8 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     (r"TypeError: can't multiply sequence by non-int",
      "A list times a number repeats the list: make it an array, np.array(...)."),
     (r"TypeError: can only concatenate", "+ joins lists and texts: make them arrays, np.array(...)."),
+    (r"TypeError: cannot unpack non-iterable NoneType",
+     "What is called here returned None: in some case it comes to its end without a return."),
     (r"TypeError: cannot unpack non-iterable (\w+)",
      "What is called here returns one thing ({0}), and more names wait for values."),
     (r"ValueError: (too many values|not enough values) to unpack",
@@ -118,6 +122,13 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     (r"IndexError: too many indices for array", "The array has fewer dimensions than indices: print its .shape."),
     (r"IndexError: index (-?\d+) is out of bounds for axis \d+ with size (\d+)",
      "The array has {1} here, counted from 0: print its .shape. Is it a row where a column was expected?"),
+    (r"TypeError: (list|tuple) indices must be integers or slices, not tuple",
+     "A {0} takes one index, [i][j] in place of [i, j]: or make it an array first, np.array(...)."),
+    (r"RuntimeError: can't start new thread|(BlockingIOError|PermissionError): .*(fork|Operation not permitted)",
+     "No thread and no other program can be started here: call the function itself."),
+    (r"FileNotFoundError|PermissionError",
+     "No file can be read here: type in the numbers that the function needs."),
+    (r"timeout", "Does a loop never end, or is far more computed than one call needs?"),
     (r"IndexError: (list|tuple) index out of range", "Counting begins at 0: the last of n has the index n - 1."),
     (r"TypeError: '([\w.]+)' object is not subscriptable",
      "Square brackets stand after a function or a number: are parentheses meant?"),

@@ -37,10 +37,12 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         parts = list(value.ravel())
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim):
         parts = list(value)
+        if exercise.shapes and np.shape(_loose(value)) == exercise.shape(names[0]) != ():
+            raise Unfit("shape", f"returned {names[0]} alone where {_listed(names)} are asked")
         if len(parts) != len(names):
             raise Unfit("shape", f"returned {len(parts)} values where {_listed(names)} are asked")
     else:
-        raise Unfit("shape", f"returned one {_kind(value)} where {_listed(names)} are asked")
+        raise Unfit("shape", f"returned {_kind(value).replace('a ', 'one ', 1)} where {_listed(names)} are asked")
     if isinstance(value, np.ndarray) and len(names) > 1:
         remarks.append(f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}")
     numbers = [_numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)]
@@ -52,6 +54,8 @@ def _numbers(name, part, shape, remarks):
     if array.shape != shape:
         kept = tuple(n for n in array.shape if n != 1)
         if kept != tuple(n for n in shape if n != 1):
+            if kept == tuple(n for n in reversed(shape) if n != 1):
+                raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?")
             product = "" if shape or len(kept) != 1 else ": does a * stand where the matrix product @ is meant?"
             raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}")
         remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
@@ -60,7 +64,7 @@ def _numbers(name, part, shape, remarks):
 
 def _array(name, part):
     if isinstance(part, str | dict) or part is None:
-        raise Unfit("type", f"{name} is {'None' if part is None else 'a ' + _kind(part)}, not a number")
+        raise Unfit("type", f"{name} is {_kind(part)}, not a number")
     try:
         array = np.asarray(part)
     except ValueError:
@@ -74,11 +78,19 @@ def _array(name, part):
     return array.astype(float)
 
 
+def _loose(value):
+    """The value as an array, of nothing where it is none."""
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        return np.empty(0)
+
+
 def _listed(names):
     return f"{len(names)} ({', '.join(names)})"
 
 
 def _kind(value):
     if isinstance(value, dict):
-        return "dict" if value["~"] == "dict" else "object"
-    return "string" if isinstance(value, str) else "number"
+        return "a dict" if value["~"] == "dict" else f"an object of type {value.get('type', 'unknown')}"
+    return "None" if value is None else "a string" if isinstance(value, str) else "a number"

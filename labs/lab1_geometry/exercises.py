@@ -174,3 +174,4 @@ PASSIVE = Exercise(
 )
 
 EXERCISES = stepwise(FiveBar, DGM, IGM, PASSIVE)
+USES = {"dgm_passive": ("dgm",)}

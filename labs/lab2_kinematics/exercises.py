@@ -203,3 +203,4 @@ DKM_PASSIVE = Exercise(
 )
 
 EXERCISES = stepwise(FiveBar, A_EXERCISE, B_EXERCISE, DKM, IKM, DKM_PASSIVE)
+USES = dict.fromkeys(("dkm", "ikm"), ("A", "B"))

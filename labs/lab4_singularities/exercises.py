@@ -63,6 +63,22 @@ TYPE = Exercise(
         ),
         *(
             Misconception(
+                f"only the {side} leg looked at",
+                "A robot has two legs. Does yours notice when the other one is straight?",
+                lambda robot, *q, k=k: kind(in_line(q[k]), in_line(q[2] + q[3] - q[0] - q[1])),
+            )
+            for side, k in (("left", 1), ("right", 3))
+        ),
+        *(
+            Misconception(
+                f"a tolerance {size} than 1e-6",
+                "Which sines does the statement take for 0? Compare with yours.",
+                lambda robot, *q, tolerance=tolerance: fb.singularity(pose(robot, *q), tolerance),
+            )
+            for size, tolerance in (("larger", 5e-3), ("smaller", 1e-8))
+        ),
+        *(
+            Misconception(
                 name,
                 "What if both conditions hold at once?",
                 lambda robot, *q, said=said: np.array([0, 1, 2, said])[singularity_type(robot, *q)],
@@ -248,3 +264,4 @@ CROSSING = Exercise(
 )
 
 EXERCISES = [TYPE, MARGINS, TYPE2_POINT, CROSSING]
+USES = dict.fromkeys(("singularity_type", "first_crossing"), ("margins",))

@@ -60,10 +60,31 @@ def doubly(robot, n):
     return chosen(robot, batch(*rows), n, 3)
 
 
+def misread(robot, draw, n, leg):
+    """Regular poses in which a leg would be in line if its passive angle were measured from the x axis."""
+    own = draw.uniform(-np.pi, np.pi, 200 * n)
+    passive = own + np.pi * draw.integers(0, 2, 200 * n)
+    drive, other = robot.drives[leg], robot.drives[1 - leg]
+    end = drive.x + drive.length * u(own) + robot.distal[leg] * u(own + passive)
+    closing = reach(other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n))
+    found = closing.q, np.arctan2(closing.sine, closing.cosine)
+    return chosen(robot, (own, passive, *found) if leg == 0 else (*found, own, passive), n, 0)
+
+
+def hardly_singular(robot, draw):
+    """On both sides of what counts as singular: sines of 1e-3 and 1e-4, and of 3e-7."""
+    sines = np.array([1e-3, -1e-4, 3e-7])
+    return batch(*(joints(pose) for pose in (beside_type_2(robot, draw, sines), *(
+        beside_type_1(robot, draw, sines, leg) for leg in (0, 1)))))  # fmt: skip
+
+
 def of_all_types(robot, draw):
     lines = [in_line(robot, draw, 3, side) for side in (-1, 1)]
     legs = [straight(robot, draw, 2, leg, passive) for leg in (0, 1) for passive in (0.0, np.pi)]
-    return batch(joints(poses(robot, draw, 6)), *lines, *legs, doubly(robot, 4))
+    misleading = [misread(robot, draw, 2, leg) for leg in (0, 1)]
+    return batch(
+        joints(poses(robot, draw, 6)), *misleading, hardly_singular(robot, draw), *lines, *legs, doubly(robot, 4)
+    )
 
 
 @pytest.mark.points(3)

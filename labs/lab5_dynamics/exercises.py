@@ -109,3 +109,4 @@ FORWARD = Exercise(
 )
 
 EXERCISES = stepwise(FiveBar, DYNAMIC_MODEL, INVERSE, FORWARD)
+USES = dict.fromkeys(("inverse_dynamics", "forward_dynamics"), ("dynamic_model",))

@@ -90,6 +90,16 @@ COMPUTED_TORQUE = Exercise(
             lambda robot, *row: computed_torque(robot, *row[:14], -row[14], -row[15]),
         ),
         Misconception(
+            "velocity feedback of the wrong sign",
+            "The joint is slower than its target. Which way must the motor push?",
+            lambda robot, *row: computed_torque(robot, *row[:15], -row[15]),
+        ),
+        Misconception(
+            "position feedback of the wrong sign",
+            "The joint stands behind its target. Which way must the motor push?",
+            lambda robot, *row: computed_torque(robot, *row[:14], -row[14], row[15]),
+        ),
+        Misconception(
             "velocity feedback missing",
             "A spring without a damper: what does the error do?",
             lambda robot, *row: computed_torque(robot, *row[:15], 0 * row[15]),
@@ -204,3 +214,4 @@ FORCE = Exercise(
 
 # The next two are judged by what they do: test_lab.py.
 EXERCISES = [TRAJECTORY, COMPUTED_TORQUE, MEETS, FORCE]
+USES = dict.fromkeys(("meets", "missing_force", "crossing_trajectory"), ("trajectory", "meets"))

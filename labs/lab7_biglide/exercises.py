@@ -349,3 +349,4 @@ EFFORTS = Exercise(
 EXERCISES = stepwise(
     KIND, DGM, IGM, DGM_PASSIVE, DKM, IKM, DKM_PASSIVE, DKM2, IKM2, DKM2_PASSIVE, DYNAMIC_MODEL, EFFORTS
 )
+USES = {"efforts": ("dgm", "igm", "dgm_passive", "dkm", "ikm", "dkm_passive", "dkm2", "ikm2", "dynamic_model")}

@@ -158,6 +158,7 @@ UNSEEN = Exercise(
 )
 
 EXERCISES = [MISSES, DERIVATIVES, UNSEEN]
+USES = {"calibrate": ("misses", "derivatives")}
 
 
 def as_built(robot):

@@ -70,8 +70,9 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
     "arguments, message",
     [
         (["check", "lab99", "my.py"], "no lab 'lab99'; the known ones are: lab1_geometry, lab2_kinematics"),
-        (["check", "lab1", "none.py"], "no file 'none.py'"),
+        (["check", "lab1", "none.py"], "no file 'none.py'; the lab's file to copy and fill in is "),
         (["check", "lab1"], "FILE is missing; the lab's file to copy and fill in is "),
+        (["check"], "which lab, and which file of yours? The known ones are: lab1_geometry, "),
         (["check", "lab1", "my.py", "--time-limit", "0"], "--time-limit must lie in 0..3600 s, not 0"),
         (["grade", "lab1"], "Name a file or a folder"),
         (["grade", "lab1", "."], "needs --out DIR"),

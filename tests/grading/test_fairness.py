@@ -90,7 +90,12 @@ def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
 
 
 def test_nothing_follows_from_what_is_no_model(tmp_path):
-    source = "dynamic_model = lambda *q: ([[1, 0], [0, 1]], [0, 0])\ninverse_dynamics = lambda *row: row[-2:]\n"
+    source = (
+        "dynamic_model = lambda *q: ([[q[0], 0], [0, q[0]]], [0, 0])\n"
+        "def inverse_dynamics(*row):\n"
+        "    M, c = dynamic_model(*row[:8])\n"
+        "    return M[0][0] * row[8], M[1][1] * row[9]\n"
+    )
     assert points("lab5", tmp_path, source).points == 0
     assert points("lab2", tmp_path, "B = lambda *q: [[0, 0], [0, 0]]\ndkm = lambda *row: (0, 0)\n").points == 0
 

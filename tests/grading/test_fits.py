@@ -15,6 +15,7 @@ SIGNS = np.where(np.arange(12) % 3, 1.0, -1.0)
 X, Y = A * B, A - 2 * B
 Q = 6 * A - 3
 M = np.stack([np.stack([A, B], -1), np.stack([A * A, A - B], -1)], axis=1)
+HOLED = M * [[1, 0], [1, 1]]
 
 PAIR = Exercise("f(a, b) -> x, y", lambda robot, a, b: (a * b, a - 2 * b))
 ONE = Exercise("f(a, b) -> x", lambda robot, a, b: a * b)
@@ -78,6 +79,11 @@ RELATIONS = {
     "transposed": (MATRIX, (M.swapaxes(1, 2), X), "M transposed"),
     "a matrix's factor": (MATRIX, (M / 9, X), "M is 0.1111 times the right one"),
     "a matrix's sign": (MATRIX, (-M, X), "the sign of M is wrong in every row"),
+    "one number the same": (MATRIX, (HOLED, X), "M[0][1] is 0 in every row: all else is right"),
+    "a matrix the same": (MATRIX, (0 * M, X), "M is 0 in every row: all else is right"),
+    "whole numbers": (ANGLE, (np.trunc(Q),), "whole numbers: the decimals are cut off"),
+    "nearly": (PAIR, (X * (1 + 1e-6 * SIGNS), Y), "right to 1e-06, and no closer"),
+    "times nearly 1": (ONE, (X * (1 + 2e-7),), "right to 2e-07, and no closer"),
     "beside a matrix": (MATRIX, (M, X + 0.118), "x is off by 0.118 = d"),
 }
 
@@ -110,7 +116,6 @@ def test_and_in_all_but_one_it_is_not(exercise, came, name, row):
         (MATRIX, (M + 0.1, X)),
         (PAIR, (3 * X, Y + A * A)),  # one is explained, the other is not
         (ONE, (np.round(X * 40 + 2) / 40 + 0.01 * A,)),
-        (ONE, (np.round(X * 20011) / 20011,)),
         (PAIR, (np.round(X, 3) + 2e-3, Y)),  # round, but farther off
         (ONE, (np.round(40 * A * A) / 40,)),  # on a grid, but far off
     ],
@@ -129,7 +134,7 @@ def test_what_is_no_plain_relation_is_not_named(exercise, came):
         (2 / 0.09, "22.22 = 2/l"), (0.5 / 0.118, "4.237 = 1/2/d"), (0.118**2, "0.01392 = d^2"),
         (-(0.118**2) / 4, "-0.003481 = -1/4 d^2"), (1 / 0.118**2, "71.82 = 1/d^2"), (4 / 0.118**2, "287.3 = 4/d^2"),
         (0.09 * (1 + 1e-8), "0.09"), (2 + 1e-7, "2"), (0.25 + 5e-9, "0.25"),
-        (0.7, "0.7"), (1.0, "1 = 2 m"), (12345.678, "1.235e+04"),
+        (1000.0, "1000"), (0.7, "0.7"), (1.0, "1 = 2 m"), (12345.678, "1.235e+04"),
     ],
 )  # fmt: skip
 def test_a_number_says_what_it_may_be_made_of(value, text):

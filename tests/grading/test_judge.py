@@ -171,7 +171,8 @@ def test_a_signature_that_cannot_be_read_is_refused():
 def test_a_mistake_in_one_leg_is_named():
     wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
     found = verdict([[x, y] for (x, _), (_, y) in zip(RIGHT, wrong)])
-    assert (found.share, found.diagnosis, found.text) == (0, OTHER, "wrong value of y")
+    assert (found.share, found.diagnosis.name, found.text) == (0, f"{OTHER.name}, in y alone", "wrong value of y")
+    assert found.diagnosis.hint == OTHER.hint
     spoilt = [[x, y + 1e-6 * (k == 3)] for k, ((x, _), (_, y)) in enumerate(zip(RIGHT, wrong))]
     assert verdict(spoilt).diagnosis is None
     assert verdict([[x + 1e-3, y] for (x, _), (_, y) in zip(RIGHT, wrong)]).diagnosis is None
@@ -181,10 +182,14 @@ def test_of_a_matrix_a_leg_has_a_whole_row():
     lost = Misconception(
         "nothing but 0.1", "Where is the rest?", lambda robot, a: 0.1 * np.eye(2) + 0 * a[:, None, None]
     )
-    model = Exercise("f(a) -> M", lambda robot, a: a[:, None, None] * np.ones((2, 2)), (lost,), shapes={"M": (2, 2)})
     a = np.array([1.0, 2.0])
-    assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
-    assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis is lost
+    for second, known in ((2.0, lost), (1.0, None)):  # a symmetric matrix is not made leg by leg
+        right = np.array([[1.0, 1.0], [second, 1.0]])
+        model = Exercise(
+            "f(a) -> M", lambda robot, a, right=right: a[:, None, None] * right, (lost,), shapes={"M": (2, 2)}
+        )
+        assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
+        assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis == known
     assert judge(model, None, (a,), [Reply("value", 0.1 * np.eye(2)) for v in a]).diagnosis is lost
 
 

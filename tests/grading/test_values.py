@@ -9,6 +9,7 @@ from fivebar.grading.values import Unfit, read
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
 PAIRS = {"~": "dict", "pairs": [["y", 2.0], ["x", 1]]}
 KIND = Exercise("kind(a) -> n", None)
+WIDE = Exercise("f(a) -> J", None, shapes={"J": (2, 3)})
 MODEL = Exercise("f(a) -> M, c", None, shapes={"M": (2, 2), "c": (2,)})
 
 
@@ -43,7 +44,7 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
             "returned a dict of y, x where 2 (x, y) are asked",
         ),
         (DGM, PAIRS | {"pairs": [[1, 2.0]]}, "shape", "returned a dict of no names where 2 (x, y) are asked"),
-        (DGM, {"~": "object"}, "shape", "returned one object where 2 (x, y) are asked"),
+        (DGM, {"~": "other", "type": "Error"}, "shape", "returned an object of type Error where 2 (x, y) are asked"),
         (DGM, np.array(1.0), "shape", "returned one number where 2 (x, y) are asked"),
         (DGM, np.ones((3, 2)), "shape", "returned 3 values where 2 (x, y) are asked"),
         (
@@ -53,12 +54,14 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
             "x has shape (2,), asked is a number: does a * stand where the matrix product @ is meant?",
         ),
         (DGM, [1.0, {"~": "dict", "pairs": []}], "type", "y is a dict, not a number"),
-        (DGM, [{"~": "object"}, 1.0], "type", "x is a object, not a number"),
+        (DGM, [{"~": "other", "type": "Pose"}, 1.0], "type", "x is an object of type Pose, not a number"),
         (DGM, ["1", 1.0], "type", "x is a string, not a number"),
         (DGM, [1.0, None], "type", "y is None, not a number"),
         (DGM, [[1.0, [2.0]], 1.0], "shape", "x is a list of lists of different lengths"),
         (DGM, [1.0, 2 + 1e-11j], "type", "y is complex: the square root of a negative number?"),
         (DGM, [1.0, ["a"]], "type", "y holds something that is not a number"),
+        (MODEL, [[1, 2], [3, 4]], "shape", "returned M alone where 2 (M, c) are asked"),
+        (WIDE, np.ones((3, 2)), "shape", "J has shape (3, 2), asked is (2, 3): its transpose?"),
         (MODEL, [np.eye(3), [1, 2]], "shape", "M has shape (3, 3), asked is (2, 2)"),
     ],
 )

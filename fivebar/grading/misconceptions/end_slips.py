@@ -128,7 +128,19 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
          M: m * turned(J) @ J @ inverse(A) @ d),
         ("c with M B^-1 d", lambda m, J, A, B, d, M: M @ inverse(B) @ d),
     )  # fmt: skip
+    height = np.array([[0.0], [9.81]])
+    weights = [
+        ("gravity added in c", lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d + height)),
+        ("gravity subtracted in c", lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d - height)),
+    ]
+    moved = Slip(
+        "the end-effector's mass at the elbows, too: m l^2 added to the inertias",
+        "J^T J holds all of the end-effector. What is left for the motors' own inertias?",
+        {"Z": lambda robot: np.diag(robot.inertias) + robot.m * np.diag([bar.length**2 for bar in robot.drives])},
+    )
     return (
+        *((moved,) if kind.turns else ()),
+        *(Slip(name, "The robot's plane lies flat. Which way does its weight pull?", {"c": c}) for name, c in weights),
         *(Slip(name, STAR if "element" in name else jacobian, {"J": J}) for name, J in Js),
         *(Slip(name, STAR if "element" in name else energy, {"M": M}) for name, M in Ms),
         *(Slip(name, STAR if "element" in name else power, {"c": c}) for name, c in cs),

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .cell.answers import call
+from .cell.stand_in import StandIn
 from .replies import Reply
 from .wire import reply
 
@@ -42,8 +43,18 @@ class Live:
     def close(self) -> None:
         """Nothing to end."""
 
-    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
-        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this ask and put back."""
+    def ask(
+        self,
+        function: str,
+        rows: list,
+        constants: dict | None = None,
+        limit: float | None = None,
+        given: dict[str, Callable] | None = None,
+    ) -> list[Reply]:
+        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this ask and put back.
+
+        given: as in `Student.ask`, and put back as well.
+        """
         if function not in self._functions:
             return [Reply("missing", text=f"no function {function}")] * len(rows)
         called = self._functions[function]
@@ -51,8 +62,9 @@ class Live:
         absent = sorted(set(constants) - {name for name in space if _is_number(space[name])})
         if absent:
             return [Reply("missing", text=f"the session has no constant {', '.join(absent)}")] * len(rows)
-        kept = {name: space[name] for name in constants}
-        space.update(constants)
+        set_ = constants | {k: StandIn(space[k], right) for k, right in (given or {}).items() if callable(space.get(k))}
+        kept = {name: space[name] for name in set_}
+        space.update(set_)
         try:
             return [_reply(called, row) for row in rows]
         finally:

@@ -7,6 +7,7 @@ import re
 import secrets
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from inspect import getsource
 from math import isfinite
@@ -18,12 +19,13 @@ from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, Worker
 from .submission import Submission
-from .wire import Garbled, clean, place, reply
+from .wire import Garbled, clean, place, reply, value
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
 MOST_NAMES = 1000  # of functions listed
 MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
+LIMIT = 2.0  # s, for one call
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 
@@ -43,7 +45,7 @@ class Student:
         self,
         submission: Submission,
         isolate: str = "process",
-        limit: float = 2.0,
+        limit: float = LIMIT,
         total: float = 10.0,
         memory: int = 1 << 30,
         cpu: int = 60,
@@ -87,20 +89,29 @@ class Student:
             self._output = self.output[:MOST_OUTPUT]
             self._worker = None
 
-    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
+    def ask(
+        self,
+        function: str,
+        rows: list,
+        constants: dict | None = None,
+        limit: float | None = None,
+        given: dict[str, Callable] | None = None,
+    ) -> list[Reply]:
         """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
 
         constants: other values for names in `constants`, with which the file is run anew; limit: seconds for one call.
+        given: name -> right(row), which stands in for the program's own function, as in `StandIn`; for good, so that
+        nothing else should be asked of this Student.
         What only today's NumPy refuses is asked again as it ran before; `mended` holds the first refusal.
         """
-        replies = self._ask(function, rows, constants, limit)
+        replies = self._ask(function, rows, constants, limit, given or {})
         refused = [reply for reply in replies if reply.kind == "exception" and old_numpy.refused(reply.text)]
         if refused and not self.mended:
             self._mend(refused[0])
-            return self._ask(function, rows, constants, limit)
+            return self._ask(function, rows, constants, limit, given or {})
         return replies
 
-    def _ask(self, function, rows, constants, limit):
+    def _ask(self, function, rows, constants, limit, given):
         rows = [[_number(part) for part in row] for row in rows]
         constants = {name: _number(part) for name, part in (constants or {}).items()}
         limit = limit or self._limit
@@ -116,7 +127,7 @@ class Student:
             start, used, done = time.monotonic(), self._used, len(replies)
             self._used = True
             try:
-                self._batch(function, rows[len(replies) :], constants, limit, start + left, replies)
+                self._batch(function, rows[len(replies) :], constants, limit, start + left, replies, given)
                 if any(answer.kind == "memory" for answer in replies):
                     self.close()  # what filled it may still be there
                 break
@@ -148,16 +159,20 @@ class Student:
         self.close()
         self._load()
 
-    def _batch(self, function, rows, constants, limit, end, replies):
+    def _batch(self, function, rows, constants, limit, end, replies, given):
         """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
-        self._worker.send({"n": nonce, "function": function, "rows": rows, "constants": constants}, limit)
+        request = {"n": nonce, "function": function, "rows": rows, "constants": constants, "given": [*given]}
+        self._worker.send(request, limit)
         data = self._worker.receive(nonce, min(LOAD_LIMIT if constants else limit, end - time.monotonic()))
         if data.get("k") == "missing":
             replies += [self._missing(function, data.get("absent"))] * len(rows)
             return
         for _ in rows:
-            replies.append(reply(self._worker.receive(nonce, min(limit, end - time.monotonic())), self._lines))
+            until = min(time.monotonic() + limit, end)
+            while (data := self._worker.receive(nonce, until - time.monotonic())).get("k") == "asks":
+                self._worker.send(_answer(data, given), limit)
+            replies.append(reply(data, self._lines))
 
     def _missing(self, function, absent):
         if absent and isinstance(absent, list):
@@ -239,6 +254,14 @@ class Student:
 def _bare(name):
     """A name without what is easily mistyped: dgmPassive and dgm_passive are alike."""
     return name.replace("_", "").lower()
+
+
+def _answer(data, given):
+    """What a right function answers to a question of the program's. Raises Garbled."""
+    name, row = data.get("f"), value(data.get("row"))
+    if not isinstance(name, str) or name not in given or not isinstance(row, list):
+        raise Garbled("a question that cannot be answered")
+    return given[name](row)
 
 
 def _number(part):

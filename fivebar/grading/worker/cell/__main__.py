@@ -13,9 +13,10 @@ import os
 import sys
 from collections.abc import Callable
 
-from answers import call
+from answers import call, plain
 from confine import confine
 from loading import FILE, Siblings, load
+from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
@@ -107,6 +108,18 @@ def main() -> None:
         if absent or not callable(function):
             send({"n": nonce, "k": "missing", "absent": absent})
             continue
+        for name in request["given"]:
+
+            def ask(row, name=name, nonce=nonce):
+                send({"n": nonce, "k": "asks", "f": name, "row": plain(row)})
+                return receive()
+
+            for space in (asked, *(sys.modules[own] for own in siblings.sources if own in sys.modules)):
+                own = vars(space).get(name)
+                if isinstance(own, StandIn):
+                    own.ask = ask
+                elif callable(own):
+                    vars(space)[name] = StandIn(own, ask)
         send({"n": nonce, "k": "asked"})
         for row in request["rows"]:
             answer = call(function, row, FILE)

@@ -1,0 +1,146 @@
+"""Questions to a student's program beside those of a check: what is wrong in one of its functions, and is it so?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..models.robots import Robot
+from .following import modelled, some
+from .judge import Verdict, answered, judge
+from .labs import Lab
+from .one_place import Rows, one_place
+from .program import Program
+from .second_look import CHANGES, changing, typed, with_other_masses
+from .variants import parameters
+from .worker.replies import Reply
+
+CLOSE = 1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
+LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
+
+
+class Questions:
+    """A student's program, the lab that asks it, and what is known of it from earlier questions."""
+
+    def __init__(
+        self,
+        program: Program,
+        lab: Lab,
+        hopeless: dict[str, Reply],
+        order: np.random.Generator,
+        known: tuple[dict, dict] | None = None,
+    ):
+        self._program, self._hopeless, self._order = program, hopeless, order
+        self._repairs, self._known = ({}, {}) if known is None else known
+        self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
+        self._constants = lab.constants()
+        self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
+
+    def _replies(self, name, rows, constants, limit):
+        if name in self._hopeless:
+            return [self._hopeless[name]] * len(rows)
+        # In an order that no program can count on; a row keeps its place in the verdict.
+        order = self._order.permutation(len(rows)).tolist()
+        came = self._program.student.ask(name, [rows[i] for i in order], constants=constants or None, limit=limit)
+        replies = [reply for _, reply in sorted(zip(order, came), key=lambda pair: pair[0])]
+        kinds = {reply.kind for reply in replies}
+        if len(kinds) == 1 and kinds <= set(LOST):
+            last = came[-1]
+            text = "so did every call of an earlier check"
+            self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
+        return replies
+
+    def judged(self, name: str, robot: Robot, columns: list, tolerance: ArrayLike) -> Verdict:
+        """The verdict on a function for itself, in those rows to which there is an answer; nothing is recorded."""
+        exercise, wanted = self._exercises[name], self._set_for(robot)
+        rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
+        replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
+        verdict = judge(exercise, robot, rows, replies, tolerance, deep=name not in self._repairs)
+        return self._settled(verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None)
+
+    def _settled(self, verdict, rows, replies, limit):
+        """The verdict with a diagnosis that other masses do not refute, or with what a second look tells."""
+        if verdict.share == 1:
+            return verdict
+        exercise, own = rows.exercise, rows.robot is self._robot
+        if verdict.diagnosis is not None:
+            other = self._with_other_masses(rows, limit) if own and not self._constants else None
+            return verdict if other is None else replace(verdict, diagnosis=other)
+        asked = [i for i in range(len(replies)) if not rows.refuse[i]]
+        known = [np.asarray(column)[asked] for column in rows.columns]
+        came = [replies[i] for i in asked]
+        found = None
+        if not own and set(parameters(rows.robot)) == set(parameters(self._robot)):
+            found = typed(exercise, rows.robot, self._robot, known, came, rows.tolerance[asked])
+        if found is None and any(reply.kind == "value" for reply in came):
+            again = self._replies(exercise.name, list(zip(*(c.tolist() for c in known))), rows.constants, limit)
+            found = CHANGES if changing(came, again) else None
+        if found or "RecursionError" in verdict.text:  # of which each change would cost as much again
+            return replace(verdict, diagnosis=found)
+        return self._with_a_slip(verdict, rows)
+
+    def _with_other_masses(self, rows, limit):
+        """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are the same."""
+        exercise, other = rows.exercise, with_other_masses(rows.robot)
+        columns, wanted = rows.columns, self._set_for(other)
+        outcomes = [exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)]
+        if np.array_equal(*outcomes, equal_nan=True):
+            return None
+        replies = self._replies(exercise.name, list(zip(*(np.asarray(c).tolist() for c in columns))), wanted, limit)
+        own = self._own(exercise, other, columns, rows.tolerance)
+        return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False).diagnosis
+
+    def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
+        """Those of these functions that answer the rows wrongly, each with its mistake; none where one is no model."""
+        found = {name: self.judged(name, robot, some(asked), CLOSE) for name, (robot, asked) in rows.items() if asked}
+        wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
+        kept = all(map(modelled, wrong.values()))
+        return {name: v.diagnosis.name if v.diagnosis else "" for name, v in wrong.items()} if kept else {}
+
+    def _with_a_slip(self, verdict, rows):
+        """The verdict with the only place whose change makes all these answers right."""
+        name = rows.exercise.name
+        if self._program.again is not None and name not in self._repairs:
+            self._repairs[name] = one_place(self._program, rows, set(self._exercises))
+        return replace(verdict, diagnosis=self._repairs.get(name))
+
+    def _own(self, exercise, robot, columns, tolerance, constants=None):
+        """Gives what a function that the exercise builds on answers to the same rows, where that is not all right."""
+        known = {}
+
+        def ask(follow):
+            if follow in known:
+                return known[follow]
+            known[follow] = None
+            called = self._exercises.get(follow.function)
+            if called is None or follow.function not in self._program.student.names:
+                return None
+            rows = columns[: follow.first]
+            set_ = self._set_for(robot) if constants is None else constants
+            replies = self._replies(follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None)
+            numbers, right = answered(called, robot, rows, replies, tolerance)
+            known[follow] = None if right or numbers is None else called.parts(numbers)
+            return known[follow]
+
+        return ask
+
+    def _set_for(self, robot):
+        """The constants to be set for a robot that is not the student's own."""
+        known = self._program.student.constants
+        return {} if robot is self._robot else {k: v for k, v in parameters(robot).items() if k in known}
+
+
+def rows_of(exercise, robot, columns, tolerance, refuse, constants):
+    """What was asked, with a tolerance and a refuse for each row."""
+    n = len(columns[0])
+    refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
+    return Rows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
+
+
+def with_answers(exercise, robot, columns):
+    """The rows to which the right model has an answer."""
+    with np.errstate(all="ignore"):
+        known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
+    return [np.asarray(column)[known] for column in columns]

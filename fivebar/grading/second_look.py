@@ -1,0 +1,69 @@
+"""What a second question tells of wrong answers: numbers typed for names, answers that change from call to call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from ..models.robots import Robot
+from .columns import Columns
+from .exercise import Exercise, Misconception
+from .judge import rows_right
+from .variants import parameters
+from .worker.replies import Reply
+
+CHANGES = Misconception(
+    "another answer to the same question, asked again",
+    "What does your function keep from call to call (a global, a list that grows, an argument that it changes), or "
+    "draw at random?",
+    None,
+    idle=True,
+)
+
+
+def changing(first: list[Reply], again: list[Reply]) -> bool:
+    """Whether any of the values given to the same questions is another one the second time."""
+    pairs = [(a.value, b.value) for a, b in zip(first, again) if a.kind == b.kind == "value"]
+    return any(repr(a) != repr(b) for a, b in pairs)
+
+
+def typed(
+    exercise: Exercise, robot: Robot, own: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
+) -> Misconception | None:
+    """Who has typed numbers of his own robot where the names stand that a check sets to another one's.
+
+    The rows are those that have an answer; tolerance (n,).
+    """
+    for names in _groups(exercise, robot, own, columns):
+        mixed = replace(robot, **{name: getattr(own, name) for name in names})
+        if rows_right(exercise, mixed, columns, replies, tolerance).all():
+            told = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+            return Misconception(
+                f"{told} of your own robot, whatever the file's names hold",
+                "This check sets the names at the top of your file to another robot's numbers. In which line does a "
+                "number stand, or a name that was given its value before?",
+                None,
+            )
+    return None
+
+
+def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
+    """Names of which the answers depend and in which the two robots differ, first alone, then together."""
+    mine, names = parameters(own), []
+    right = exercise.outcome(exercise.answer, robot, columns)
+    for name, value in parameters(robot).items():
+        if value != mine[name]:
+            changed = exercise.outcome(exercise.answer, replace(robot, **{name: mine[name]}), columns)
+            if not np.array_equal(changed, right, equal_nan=True):
+                names.append(name)
+    for count in range(1, len(names) + 1):
+        yield from combinations(names, count)
+
+
+def with_other_masses(robot: Robot) -> Robot:
+    """The robot with its masses and inertias changed, each by another factor."""
+    masses = [name for name in parameters(robot) if name[0] not in "ld"]
+    return replace(robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)})

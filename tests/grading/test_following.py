@@ -1,0 +1,147 @@
+"""A mistake is paid for once: where a function calls a wrong one, it is judged with the right one in its place."""
+
+import numpy as np
+import pytest
+
+from fivebar.grading import check
+from fivebar.grading.following import may_call, modelled
+from fivebar.grading.grade import grade
+from fivebar.grading.judge import Verdict, related
+from fivebar.grading.labs import Lab
+from fivebar.grading.program import Job
+from fivebar.grading.worker.cell.stand_in import StandIn
+
+from ..helpers.grading_lab import written
+
+EXERCISES = """
+import numpy as np
+from fivebar.grading import Exercise, Misconception
+
+def reach(robot, q, s):
+    return np.where(np.abs(q) < 3, robot.l11 * np.cos(q) + s, np.nan), s * np.sin(q)
+
+def area(robot, q, s):
+    x, y = reach(robot, q, s)
+    return x * y
+
+EXERCISES = [
+    Exercise("reach(q, s) -> x, y", reach, wrong=(Misconception(
+        "sine and cosine exchanged", "Try q = 0.", lambda robot, q, s: (robot.l11 * np.sin(q) + s, s * np.cos(q))),)),
+    Exercise("area(q, s) -> a", area),
+]
+USES = {"area": ("reach",), "widest": ("reach",)}
+"""
+CHECKS = """
+import pytest
+
+def test_reach(ask, draw):
+    "reach: anywhere"
+    ask("reach", *draw.uniform(-1, 1, (2, 12)))
+
+def test_area(ask, draw):
+    "area: anywhere"
+    ask("area", *draw.uniform(-1, 1, (2, 12)))
+
+@pytest.mark.points(2)
+def test_widest(ask, robot):
+    "widest: of four"
+    ask.verdict(float(abs(ask.call("widest", 0.5) - robot.l11 - 0.5) < 1e-9), "not the widest")
+"""
+HAND_IN = """
+from math import cos, sin
+l11 = 0.09
+def reach(q, s, l=l11): return {reach}
+def product(pair): return pair[0] * pair[1]
+def area(q, s): return {area}
+def widest(s): return max(reach(s=s, q=k * 0.1)[0] for k in range(4))
+"""
+RIGHT, WRONG = "[l * cos(q) + s, s * sin(q)]", "[l * sin(q) + s, s * cos(q)]"
+NO_MODEL = "[l * 17 * q**3 + 1, q * 2 - 5 * s**2]"
+AREA = "product(reach(q, s))"
+
+
+@pytest.fixture
+def lab(tmp_path):
+    folder = tmp_path / "labs" / "two"
+    folder.mkdir(parents=True)
+    (folder / "exercises.py").write_text(EXERCISES)
+    (folder / "test_lab.py").write_text(CHECKS)
+    return Lab(folder)
+
+
+TOLD = "judged with the right reach in place of your own, which is wrong (sine and cosine exchanged)"
+
+
+def points_and_remarks(report):
+    assert not report.faults
+    return [c.points for c in report.checks], {remark for c in report.checks for remark in c.remarks if c.points}
+
+
+@pytest.mark.parametrize(
+    "reach, area, points",
+    [(WRONG, AREA, [0, 1, 2]), (WRONG, f"2 * {AREA}", [0, 0, 2]), (NO_MODEL, AREA, [0, 0, 0])],
+    ids=["right-but-for-the-called", "wrong-itself", "nothing-to-follow-from"],
+)
+def test_who_calls_a_wrong_function_is_judged_with_the_right_one(lab, reach, area, points):
+    space = {}
+    exec(HAND_IN.format(reach=reach, area=area), space)
+    functions = {name: space[name] for name in ("reach", "area", "widest")}
+    report = check("two", labs=lab.folder.parent, **functions)
+    assert points_and_remarks(report) == (points, {TOLD} if any(points) else set())
+    assert space["reach"] is functions["reach"]
+
+
+def test_a_file_gets_the_points_that_its_session_gets(lab, tmp_path):
+    report = grade(lab, Job(written(tmp_path / "my.py", HAND_IN.format(reach=WRONG, area=AREA))))
+    assert points_and_remarks(report) == ([0, 1, 2], {TOLD})
+
+
+FORMS = {
+    "tuple": (lambda a, b: (a, b), (1.5, 2.5)),
+    "column": (lambda a, b: np.array([[a], [b]]), np.array([[1.5], [2.5]])),
+    "integers": (lambda a, b: np.array([0, 0]), np.array([1.5, 2.5])),
+    "nested": (lambda a, b: [[a], (b,)], [[1.5], (2.5,)]),
+    "another count": (lambda a, b: 7, (1.5, 2.5)),
+    "no numbers": (lambda a, b: ("x", b), (1.5, 2.5)),
+    "raises": (lambda a, b: 1 / 0, (1.5, 2.5)),
+}
+
+
+@pytest.mark.parametrize("own, wanted", FORMS.values(), ids=FORMS)
+def test_the_right_numbers_come_in_the_form_of_ones_own(own, wanted):
+    asked = []
+    stand_in = StandIn(own, lambda row: asked.append(row) or [1.5, 2.5])
+    for given in (stand_in(1, 2), stand_in(b=2, a=1), stand_in(1, b=2), stand_in(1, 2)):
+        assert type(given) is type(wanted) and np.array_equal(given, wanted)
+    assert asked == [[1, 2]] * 4
+    with pytest.raises(TypeError, match="missing"):
+        stand_in(1)
+
+
+@pytest.mark.filterwarnings("ignore:the matrix subclass")
+def test_where_there_is_no_answer_ones_own_function_refuses():
+    with pytest.raises(ZeroDivisionError):
+        StandIn(lambda a: 1 / a, lambda row: None)(0)
+    matrix = StandIn(lambda a: np.matrix(np.eye(2)), lambda row: [[[1.0, 2.0], [3.0, 4.0]]])(0)
+    assert isinstance(matrix, np.matrix) and matrix[1, 0] == 3.0
+
+
+def test_what_a_function_may_call_is_what_it_mentions():
+    source = "def a(): return b()\ndef b(): return [c for _ in d]\nf = lambda: a()\ndef g(): pass\n"
+    names = {"c", "d", "g", "a"}
+    assert may_call(source, "a", names) == {"c", "d"} and may_call(source, "f", names) == {"a", "c", "d"}
+    assert may_call(source, "g", names) == set() and may_call("def a(:", "a", names) == names
+
+
+def test_answers_go_with_the_right_ones_or_have_nothing_to_do_with_them():
+    draw = np.random.default_rng(3)
+    right = draw.uniform(-1, 1, (16, 4))
+    angles = np.zeros(4, bool)
+    assert related(2 * right + 0.1 * draw.uniform(-1, 1, right.shape), right, angles)
+    assert related(np.where([True, True, False, False], right, 0.0), right, angles)
+    assert not related(np.where([True, False, False, False], right, 0.0), right, angles)
+    chance = [related(draw.uniform(-1, 1, right.shape), right, angles) for _ in range(200)]
+    assert sum(chance) == 0
+    turned = np.pi * right
+    assert related(turned + 2 * np.pi * draw.integers(-2, 3, right.shape) + 0.3, turned, ~angles)
+    assert not modelled(Verdict(0.0)) and modelled(Verdict(0.1)) and modelled(Verdict(0.0, related=True))
