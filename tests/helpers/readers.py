@@ -251,8 +251,8 @@ COVERS = {
 # No reader of what others wrote.
 OWN = {
     "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
-        study.speed_accuracy.making:draw study.speed_accuracy.making:make study.speed_accuracy.making:redraw
-        grading.course.cohort:alone designing.shards:alone cli.__init__:main cli.__init__:_flush""",
+        study.speed_accuracy.making:draw study.speed_accuracy.making:_make study.speed_accuracy.making:redraw
+        folders:alone cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """pictures.document:document pictures.pages.document:made
         pictures.pages.document:script
         pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
