@@ -201,10 +201,7 @@ def test_what_is_no_rates_is_named(call):
         call(5)
 
 
-@pytest.mark.parametrize("call, words", [
-    (fb.dkm, "pose must be a Pose, as dgm and igm give"), (fb.ikm, "pose must be a Pose, as dgm and igm give"),
-    (fb.dkm2, "rates must be Rates, as dkm and ikm give"), (fb.ikm2, "rates must be Rates, as dkm and ikm give"),
-])  # fmt: skip
-def test_what_models_are_asked_of(call, words):
-    with pytest.raises(TypeError, match=f"{words}, not FiveBar"):
+@pytest.mark.parametrize("call", [fb.dkm, fb.ikm])
+def test_what_is_no_pose_is_named(call):
+    with pytest.raises(TypeError, match="pose must be a Pose, as dgm and igm give, not FiveBar"):
         call(AMORO, (0.0, 0.0))
