@@ -199,3 +199,9 @@ OF_RATES = [
 def test_what_is_no_rates_is_named(call):
     with pytest.raises(TypeError, match="rates must be Rates, as dkm and ikm give, not 5$"):
         call(5)
+
+
+@pytest.mark.parametrize("call", [fb.dkm, fb.ikm])
+def test_what_is_no_pose_is_named(call):
+    with pytest.raises(TypeError, match="pose must be a Pose, as dgm and igm give, not FiveBar"):
+        call(AMORO, (0.0, 0.0))
