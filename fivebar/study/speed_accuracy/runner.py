@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import SingularityError, UnreachableError
-from ...processes import end_with_parent
+from ...processes import end_with_parent, unheard
 from .chart import Attempt, Failed, load, module_of
 from .machine import describe, missing
 from .store import Partial, Result
@@ -164,7 +164,8 @@ class Worker:
         before = {name: os.environ.get(name) for name in own}
         os.environ.update(own)  # read when NumPy is loaded, there
         try:
-            process.start()
+            with unheard():
+                process.start()
             self.process = process
         finally:
             for name, value in before.items():
