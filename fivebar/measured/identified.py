@@ -73,15 +73,24 @@ class Identification:
         return one_line("Identification", " ".join(self.chosen), missed, second)
 
     def _repr_html_(self) -> str:
-        return table(repr(self), {name: f"{value:.6g} ± {self.sd[name]:.2g}" for name, value in self.values.items()})
+        rows = {name: f"{value:.6g} ± {self.sd[name]:.2g} {self._unit(name)}" for name, value in self.values.items()}
+        return table(repr(self), rows)
 
     def __str__(self) -> str:
         return "\n".join(self.lines())
 
+    def _unit(self, name):
+        words = self.robot.words
+        friction = {"fv": f"{words.effort_unit} s/{words.unit}", "fs": words.effort_unit}
+        return {"zz": "kg m²", "mx": "kg m", "my": "kg m", **friction}.get(name[:2], "kg")
+
     def lines(self) -> list[str]:
         """The table and the sentences."""
         found = [f"{'':8}{'value':>14}{'± 1 sd':>12}"]
-        found += [f"  {name:<6}{value:>14.6g}{self.sd[name]:>12.2g}" for name, value in self.values.items()]
+        found += [
+            f"  {name:<6}{value:>14.6g}{self.sd[name]:>12.2g}  {self._unit(name)}"
+            for name, value in self.values.items()
+        ]
         noise = " and ".join(f"{each:.3g}" for each in self.noise)
         unit = self.robot.words.effort_unit
         found.append(

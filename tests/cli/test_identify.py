@@ -32,6 +32,7 @@ def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
         "value",
         "± 1 sd",
         "fs2",
+        "  kg m²\n",
         "second run: misses",
         "without gravity",
         "left out",

@@ -567,7 +567,7 @@ def test_what_cannot_be_shown_is_refused(tmp_path, run, subject, options, messag
 
 
 def test_other_failures(tmp_path, run, monkeypatch):
-    with pytest.raises(TypeError, match="shows a Run, a Plan, a dict of Runs, a Study or a Map, not int"):
+    with pytest.raises(TypeError, match="shows a Run, a Plan, a TimedPath, .* or a Map, not int"):
         fb.page(3, tmp_path / "page.html")
     with pytest.raises(TypeError, match="a page compares Runs, but 'a' is a str"):
         fb.page({"a": "run"}, tmp_path / "page.html")

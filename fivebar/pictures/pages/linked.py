@@ -55,7 +55,7 @@ def page(
             raise ValueError("the page of a map shows the map's own margin: leave out show")
         return map_page(subject, path, title)
     else:
-        known = "a Run, a Plan, a dict of Runs, a Study or a Map"
+        known = "a Run, a Plan, a TimedPath, a Study, a dict of Runs or of Studies, or a Map"
         raise TypeError(f"subject: a page shows {known}, not {type(subject).__name__}")
     return made(path, code, content if title is None else content | {"title": str(title)})
 
