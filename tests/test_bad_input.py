@@ -37,6 +37,7 @@ def test_modes_of_any_integer_type_and_casadi_numbers():
         assert fb.dgm(AMORO, np.zeros((3, 2)), np.ones(3, kind)).xi[0] == pytest.approx([0.09, -0.0679632253501848])
     q = np.zeros((100, 200, 2))
     assert fb.dgm(AMORO, q, np.ones((100, 1), int)).xi.shape == (100, 200, 2)
+    assert {type(fb.FiveBar(l11=kind(0.1)).l11) for kind in (casadi.DM, casadi.SX, casadi.MX)} == {float}
     assert fb.dgm(AMORO, casadi.DM([0, 0])).xi == pytest.approx([0.09, 0.0679632253501848])
     with pytest.raises(fb.UnreachableError):
         fb.igm(AMORO, casadi.DM([1, 1]))

@@ -13,7 +13,7 @@ from .run import Event
 from .steps import MARGIN_RATES, MARGINS
 
 KINDS = Singularity.SERIAL, Singularity.SERIAL, Singularity.PARALLEL
-MOST_NEWTON = 6
+MOST_NEWTON = 50  # where the sine hardly dips below 0, a step only halves the distance at first
 ENOUGH = 1e-7  # of a step: after a Newton step as small as this the next is at rounding
 NEARBY = 1e-4  # of a step, between which the rate's slope is taken
 DIP = 0.05  # of the smaller end: a cubic that comes as near to 0 is looked at in the motion itself

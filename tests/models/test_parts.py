@@ -99,7 +99,7 @@ def test_a_large_batch_is_many_small_ones(robot, alone):
     modes = -1 if alone else modes
     whole, last = fb.dgm(robot, q, modes), (1, slice(4000, 4200))
     part = fb.dgm(robot, q[last], modes if alone else modes[last])
-    for name in ("xi", "A", "B", "q_passive", "elbows", "assembly", "working", "reach_margin"):
+    for name in ("xi", "A", "B", "q_passive", "elbows", "assembly", "working", "reach_margin", "det_A"):
         np.testing.assert_array_equal(getattr(whole, name)[last], getattr(part, name), err_msg=name)
 
 

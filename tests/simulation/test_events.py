@@ -150,6 +150,15 @@ def test_cubics_of_known_zeros_and_motions_beside_them(low, high, third, side):
     assert _there_and_back(ends, None) == _there_and_back(ends, lambda s: (lifted(s), lifted.deriv()(s))) == ()
 
 
+@pytest.mark.parametrize("low, high", [(0.3, 0.301), (0.5, 0.5002), (0.7, 0.71)])
+def test_a_motion_that_hardly_dips_below_0(low, high):
+    """The cubic of the ends turns beside both zeros: only the motion's own rate finds the place between them."""
+    motion = np.polynomial.Polynomial.fromroots([low, high]) * np.polynomial.Polynomial([1.0, 0.4, 0.7, -0.3])
+    ends = [float(p(s)) for p in (motion, motion.deriv()) for s in (0.0, 1.0)]
+    found = _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s)))
+    assert found == pytest.approx((low, high), abs=1e-14 / (high - low))
+
+
 def test_crossings_of_given_sines():
     """Sines that are known functions of time: every zero, in order, with the signs just before and just after."""
     turns, shifts = np.array([7.0, 5.0, 11.0]), np.array([0.4, -1.3, 2.0])

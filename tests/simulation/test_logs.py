@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
+from fivebar.simulation.log_columns import order
 from fivebar.simulation.logs import Gauges, evenly, read_log, wanted
 from fivebar.simulation.measured_runs import rates_of
 from tests.helpers.synthetic_logs import ros
@@ -304,3 +305,9 @@ def test_where_the_end_effector_was_logged_and_where_not():
     other = fb.Run.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
     assert other.measured.said == () and other.measured.gaps == ()
+
+
+def test_rows_of_one_time_keep_their_order():
+    t = np.repeat(0.01 * np.arange(150), 2)
+    t[100:104] = t[[102, 103, 100, 101]]
+    assert order(t).tolist() == sorted(range(300), key=t.__getitem__)  # Python's own sorting is stable
