@@ -205,6 +205,9 @@ def test_cache_folder_follows_the_platform(monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
     monkeypatch.setattr(machine_code.sys, "platform", "linux")
     assert str(machine_code.cache_folder()) == "/somewhere/fivebar"
+    monkeypatch.setenv("LOCALAPPDATA", "/local")
+    monkeypatch.setattr(machine_code.sys, "platform", "win32")
+    assert str(machine_code.cache_folder()) == "/local/fivebar"
 
 
 def forced(t):

@@ -34,6 +34,7 @@ def test_a_uniform_bar_is_known_by_its_mass():
             "inertia about its centre of mass must be finite and >= 0",
         ),
         (lambda: fb.Link(-1.0), "a link's mass must be"),
+        (lambda: fb.Link(1.0, np.inf), "a link's x must be finite"),
         (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"13": 1.0}), 'links must be a table of "11"'),
         (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {"12": "heavy"}), r'links\["12"\]: a link\'s mass'),
         (lambda: fb.FiveBar.from_links(0.1, 0.1, 0.1, 0.1, 0.1, {}, coulomb=(-1, 0)), "coulomb must be"),

@@ -57,6 +57,7 @@ def test_the_spectrum_of_pieces():
     assert spectrum([np.zeros((17, 2))], 1 / rate) == Spectrum(rate / 12, (0.0, 0.0), 0.0)
     still = spectrum([np.zeros((4000, 2)), np.zeros((2000, 2))], 1 / rate)
     assert still.noise == (0.0, 0.0) and still.fast == 0.0 and 0 < still.cutoff < 10  # the lowest that it can tell
+    assert spectrum([np.zeros((4000, 2))], 2 / rate).cutoff == still.cutoff / 2  # of rows half as often
     t = np.arange(12_000) / rate
     wave = np.stack([np.sin(6 * np.pi * t), np.cos(4 * np.pi * t)], axis=1)
     # Pieces count by their rows: noise of variances 1 and 9 over a third and two thirds of them.

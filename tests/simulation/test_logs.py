@@ -7,7 +7,6 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.simulation.log_columns import order
 from fivebar.simulation.logs import Gauges, evenly, read_log, wanted
 from fivebar.simulation.measured_runs import rates_of
 from tests.helpers.synthetic_logs import ros
@@ -265,12 +264,14 @@ def test_rates_of_long_of_short_and_of_single_stretches():
 
 
 def test_what_a_log_says_of_poses():
-    """A row that no bars reach and a row on Type 2 have no energy; a leg that stretches is an event."""
+    """Rows without rates, out of all bars' reach and on Type 2 have no energy; a leg that stretches is an event."""
     flat, t = np.arccos((0.18 - 0.118) / 0.18), 0.01 * np.arange(9)
     q = np.linspace([0.1, 0.2], [0.2, 0.3], 9)
     q[4], q[6] = (np.pi - flat, flat), (np.pi, 0.0)
-    run = fb.Run.from_log({"t": t, "q": q, "q_dot": np.full((9, 2), 0.3)})
-    assert np.flatnonzero(np.isnan(run.energy)).tolist() == [4, 6] and run.measured.rates
+    rates = np.full((9, 2), 0.3)
+    rates[2, 1] = np.nan
+    run = fb.Run.from_log({"t": t, "q": q, "q_dot": rates})
+    assert np.flatnonzero(np.isnan(run.energy)).tolist() == [2, 4, 6] and run.measured.rates
     assert run.energy[0] == fb.energy(fb.dkm(fb.dgm(ROBOT, q[0]), (0.3, 0.3)))
     assert "1 of 9 rows do not close the loop of this robot's bars, the first at 0.06 s, q = (3.1416, 0) rad" in (
         run.measured.said)  # fmt: skip
@@ -288,6 +289,9 @@ def test_what_a_log_says_of_poses():
         after = tuple(-mode if k == leg else mode for k, mode in enumerate(before))
         assert margin == robot.words.sines[leg] and modes == [before, after]
         assert fb.Run.from_log(t + (t > found), *q.T, robot=robot).events == ()  # in a gap nobody knows
+        long, back = 0.1 * np.arange(24), np.concatenate([q, q[::-1]])
+        (event,) = fb.Run.from_log(long + (long > found), *back.T, robot=robot).events  # but on the way back
+        assert event.t == pytest.approx(3.3 - found, abs=1e-9)
 
 
 def test_where_the_end_effector_was_logged_and_where_not():
@@ -305,9 +309,3 @@ def test_where_the_end_effector_was_logged_and_where_not():
     other = fb.Run.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
     assert other.measured.said == () and other.measured.gaps == ()
-
-
-def test_rows_of_one_time_keep_their_order():
-    t = np.repeat(0.01 * np.arange(150), 2)
-    t[100:104] = t[[102, 103, 100, 101]]
-    assert order(t).tolist() == sorted(range(300), key=t.__getitem__)  # Python's own sorting is stable
