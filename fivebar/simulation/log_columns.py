@@ -59,8 +59,9 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
 
 def since_1970(t, stated, said):
     """Times of a clock in ms, us or ns, whose unit nobody names, in s: of these years only one can be meant."""
+    first, last = np.nanmin(t, initial=np.inf), np.nanmax(t, initial=0.0)
     for unit, factor in () if stated else (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        if np.nanmin(t, initial=np.inf) * factor > 5e8 and np.nanmax(t, initial=0.0) * factor < 5e9:
+        if 5e8 < first * factor <= last * factor < 5e9:
             said.append(f"t is read in {unit} since 1970")
             return t * factor
     return t
