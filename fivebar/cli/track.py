@@ -123,11 +123,11 @@ def _track(arguments):
             raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
     for sentence in reference.said:
         print(f"{arguments.csv}: {sentence}", file=sys.stderr)
+    working = tuple(arguments.working or (-1, -1))
     try:
-        controller = _controller(arguments, robot, reference)
+        controller = _controller(arguments, robot, reference, working)
     except ValueError as error:
         raise UsageError(error) from None
-    working = tuple(arguments.working or (-1, -1))
     figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit, working)
     files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
     if arguments.page:
@@ -148,9 +148,8 @@ def _assembly(robot, reference, working):
     return int(igm(robot, reference(reference.start)[0], tuple(working)).assembly)
 
 
-def _controller(arguments, robot, reference):
+def _controller(arguments, robot, reference, working):
     given, assembly = (arguments.kp, arguments.kd), _assembly(robot, reference, arguments.working)
-    working = tuple(arguments.working or (-1, -1))
     if arguments.controller == "mpc":
         if given != (None, None):
             raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
