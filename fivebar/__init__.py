@@ -7,8 +7,15 @@ and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh where t
 import typing as _typing
 from importlib import import_module as _import_module
 
-from .errors import SingularityError, UnreachableError
-from .models.dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
+from .base import presentation as _presentation
+from .base.errors import SingularityError, UnreachableError
+from .models.dynamics import (
+    dynamic_model,
+    energy,
+    forward_dynamics,
+    gravity_torques,
+    inverse_dynamics,
+)
 from .models.geometry import Pose, dgm, igm
 from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
 from .models.links import Link
@@ -19,89 +26,105 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
-    "Bars": "singularities.bars",
-    "Calibration": "measured.calibration",
+    "Bars": "constraints.link_collisions",
+    "Calibration": "estimation.calibration.result",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
-    "Identification": "measured.identified",
-    "Keep": "singularities.keep",
+    "Identification": "estimation.identification.result",
+    "Keep": "constraints.constraints",
     "PD": "control.laws",
     "Path": "paths.curve",
     "Placement": "paths.placement",
     "Plan": "planning.plans",
     "PlanError": "planning.problem",
     "Run": "simulation.run",
-    "TimedPath": "paths.timed_path",
-    "TimingError": "paths.timing",
+    "TimedPath": "paths.timing.timed_path",
+    "TimingError": "paths.timing.time_path",
     "Tracker": "control.tracker",
     "Trajectory": "planning.trajectory",
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
-    "calibrate": "measured.calibrate",
-    "certify": "paths.certify",
-    "check_path": "singularities.path",
+    "calibrate": "estimation.calibration.calibrate",
+    "certify": "paths.certificates.certify",
+    "check_path": "constraints.path_check",
     "circle": "planning.trajectory",
     "compare": "simulation.comparison",
     "compile": "models.compiled",
     "crossing_polynomial": "planning.crossing",
-    "design": "designing.optimum",
+    "design": "optimal_design.optimum",
     "dexterous": "singularities.dexterous",
-    "exciting_trajectory": "measured.exciting",
-    "export": "exporting.export",
+    "exciting_trajectory": "estimation.identification.exciting",
+    "export": "exporters.export",
     "from_csv": "planning.samples",
-    "identify": "measured.identification",
-    "largest_disc": "singularities.disc",
-    "largest_rectangle": "singularities.rectangle",
+    "from_log": "estimation.logs.measured_runs",
+    "identify": "estimation.identification.identify",
+    "largest_disc": "constraints.disc",
+    "largest_rectangle": "constraints.rectangle",
     "line": "planning.trajectory",
     "locus_distance": "singularities.distance",
-    "measurement_poses": "measured.poses",
-    "page": "pictures.pages",
-    "path": "paths.read",
-    "place": "paths.place",
+    "measurement_poses": "estimation.calibration.poses",
+    "page": "visualization.pages",
+    "path": "paths.reading.read",
+    "place": "paths.placing.place",
     "plan": "planning.plan",
-    "play": "pictures.play",
+    "play": "visualization.play",
     "polynomial": "planning.trajectory",
-    "repeatability": "measured.repeatability",
+    "replay": "estimation.logs.replays",
+    "repeatability": "estimation.calibration.repeatability",
     "routes": "singularities.passages",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
-    "sweep": "designing.sweeping",
-    "time_path": "paths.timing",
-    "tip_error": "measured.tip_error",
+    "sweep": "optimal_design.sweeping",
+    "time_path": "paths.timing.time_path",
+    "tip_error": "estimation.calibration.tip_error",
 }
 
 
-_PARTS = ("amoro", "designing", "grading", "linkages", "pages", "plot", "study", "view")
+# Rooms that are used by name, and three of the room `visualization`.
+_PARTS = {
+    "amoro": "amoro",
+    "grading": "grading",
+    "linkages": "linkages",
+    "optimal_design": "optimal_design",
+    "pages": "visualization.pages",
+    "plot": "visualization.plot",
+    "study": "study",
+    "view": "visualization.view",
+}
+
+_presentation.load_presenters = lambda: _import_module(".visualization.presenters", __name__)
 
 
 if _typing.TYPE_CHECKING:  # the same, to a type checker
-    from . import amoro, designing, grading, linkages, study
+    from . import amoro, grading, linkages, optimal_design, study
+    from .constraints.constraints import Keep
+    from .constraints.disc import largest_disc
+    from .constraints.link_collisions import Bars
+    from .constraints.path_check import check_path
+    from .constraints.rectangle import largest_rectangle
     from .control.laws import PD, ComputedTorque, FeedForward
     from .control.tracker import Tracker
-    from .designing.optimum import design
-    from .designing.sweeping import sweep
-    from .exporting.export import export
-    from .measured.calibrate import calibrate
-    from .measured.calibration import Calibration
-    from .measured.exciting import exciting_trajectory
-    from .measured.identification import identify
-    from .measured.identified import Identification
-    from .measured.poses import measurement_poses
-    from .measured.repeatability import repeatability
-    from .measured.tip_error import tip_error
+    from .estimation.calibration.calibrate import calibrate
+    from .estimation.calibration.poses import measurement_poses
+    from .estimation.calibration.repeatability import repeatability
+    from .estimation.calibration.result import Calibration
+    from .estimation.calibration.tip_error import tip_error
+    from .estimation.identification.exciting import exciting_trajectory
+    from .estimation.identification.identify import identify
+    from .estimation.identification.result import Identification
+    from .exporters.export import export
     from .models.compiled import compile
-    from .paths.certify import certify
+    from .optimal_design.optimum import design
+    from .optimal_design.sweeping import sweep
+    from .paths.certificates.certify import certify
     from .paths.curve import Path
-    from .paths.place import place
     from .paths.placement import Placement
-    from .paths.read import path
-    from .paths.timed_path import TimedPath
-    from .paths.timing import TimingError, time_path
-    from .pictures import pages, plot, view
-    from .pictures.pages import page
-    from .pictures.play import play
+    from .paths.placing.place import place
+    from .paths.reading.read import path
+    from .paths.timing.time_path import TimingError, time_path
+    from .paths.timing.timed_path import TimedPath
     from .planning.crossing import crossing_polynomial
     from .planning.plan import plan
     from .planning.plans import Plan
@@ -113,21 +136,19 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .simulation.run import Run
     from .simulation.simulate import simulate
     from .singularities.aspects import aspect, aspects
-    from .singularities.bars import Bars
     from .singularities.dexterous import dexterous
-    from .singularities.disc import largest_disc
     from .singularities.distance import locus_distance
-    from .singularities.keep import Keep
     from .singularities.loci import singularity_loci
     from .singularities.maps import singularity_map
     from .singularities.passages import routes
-    from .singularities.path import check_path
-    from .singularities.rectangle import largest_rectangle
+    from .visualization import pages, plot, view
+    from .visualization.pages import page
+    from .visualization.play import play
 else:
 
     def __getattr__(name: str) -> object:
         if name in _PARTS:
-            return _import_module(f".{name}", __name__)
+            return _import_module(f".{_PARTS[name]}", __name__)
         if name == "__version__":
             return _import_module("importlib.metadata").version(__name__)
         if name not in _LATER:

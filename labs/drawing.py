@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from fivebar.pictures.style import COLOURS, INK
+from fivebar.visualization.style import COLOURS, INK
 
 LEFT, RIGHT, GREEN, PINK = COLOURS[:4]
 MM = 1e3

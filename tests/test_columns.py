@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar import columns
-from fivebar.columns import METRES, RADIANS, TIME, Quantity
+from fivebar.base import columns
+from fivebar.base.columns import METRES, RADIANS, TIME, Quantity
 
 PATH = {
     "t": TIME,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar._backend import EPS
+from fivebar.base.backend import EPS
 from tests.helpers.families import FAMILIES, poses, robots
 
 COUNT = 200 if os.environ.get("FIVEBAR_NIGHTLY") else 4

@@ -19,10 +19,10 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.folders import alone
-from fivebar.processes import end_with_parent
+from fivebar.base.folders import alone
+from fivebar.base.processes import end_with_parent
 from fivebar.study.speed_accuracy.store import Partial
-from fivebar.tables import is_part
+from fivebar.base.tables import is_part
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -114,7 +114,7 @@ def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys, mo
         assert main([*INTO[what], "--out", str(tmp_path)]) == 2
         assert f"another {what} writes to {tmp_path}: wait for its end, or give another\n" in capsys.readouterr().err
         assert theirs.exists() and not killed.exists()
-    monkeypatch.setattr("fivebar.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none"))  # no locks here
+    monkeypatch.setattr("fivebar.base.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none"))  # no locks here
     with alone(tmp_path, what), alone(tmp_path, what):
         (tmp_path / "file").touch()
     assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2

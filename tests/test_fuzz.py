@@ -106,7 +106,7 @@ def holes(thing, depth=0):
 
 # An empty cell, as measured, or judged row by row.
 MAY_HOLD_NAN = {
-    "Run", "Run.from_log", "Map", "Study", "chart", "partial", "columns", "kept result", "designs.csv", "designs.npz",
+    "Run", "from_log", "Map", "Study", "chart", "partial", "columns", "kept result", "designs.csv", "designs.npz",
     "Sweep.json", "Sweep.npz", "measured rows",
 }  # fmt: skip
 

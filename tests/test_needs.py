@@ -9,7 +9,7 @@ import pytest
 from .helpers import ROOT, needs
 
 TESTS = (
-    "tests/pictures/test_page_maps.py::test_the_map_of_a_biglide",
+    "tests/visualization/test_page_maps.py::test_the_map_of_a_biglide",
     "tests/grading/test_student.py::test_time_on_the_processor_is_limited_too[bwrap]",
     "tests/models/test_compiled.py::test_machine_code_is_kept_and_a_damaged_library_is_built_again",
     "tests/test_needs.py::test_what_is_here_is_used",

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import fivebar
-from fivebar.progress import progress
+from fivebar.base.progress import progress
 
 
 class Stream(io.StringIO):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import fivebar as fb
-from fivebar import tables
+from fivebar.base import tables
 from fivebar.linkages import PRESSES, FiveBarLinkage, FourBar, SliderCrank, Study, study
 from fivebar.planning.collocation import Pieces, scheme
 from fivebar.planning.plans import Mesh
@@ -405,7 +405,7 @@ def test_what_to_show_is_named(show, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("use", [lambda file: fb.calibrate(fb.FiveBar(), file), RUN.to_csv, fb.Run.from_log])
+@pytest.mark.parametrize("use", [lambda file: fb.calibrate(fb.FiveBar(), file), RUN.to_csv, fb.from_log])
 def test_a_name_that_no_file_may_have_is_said(use):
     with pytest.raises(OSError, match="zero byte in it: 'a.x00.csv'"):
         use("a\0.csv")

@@ -2,9 +2,9 @@
 
 from types import SimpleNamespace
 
-from .._backend import HUGE
-from ..checks import modes, number
-from ..checks import robot as must_be_robot
+from ..base.backend import HUGE
+from ..base.checks import modes, number
+from ..base.checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model
 from ..models.four_joints import four_joint_pose, four_joint_rates
 from ..models.geometry import dgm, igm

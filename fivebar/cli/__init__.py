@@ -14,8 +14,8 @@ from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 
-from ..described import printable
-from ..errors import UsageError
+from ..base.errors import UsageError
+from ..base.representation import printable
 
 # Command -> (the file that has it, read when it is asked for, what it does).
 COMMANDS = {

@@ -8,8 +8,8 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..errors import UsageError
-from ..tables import written
+from ..base.errors import UsageError
+from ..base.tables import written
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -46,7 +46,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _calibrate(arguments):
-    from ..measured.calibrate import DEFAULT, LOSSES, calibrate, known_names
+    from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
 
     robot = chosen_robot(arguments)
     if not Path(arguments.data).exists():

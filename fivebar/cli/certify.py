@@ -8,7 +8,7 @@ import sys
 from argparse import ArgumentParser, _SubParsersAction
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -40,9 +40,9 @@ def _certify(arguments):
     if arguments.check:
         _check(arguments.check)
         return
-    from ..paths.certify import certify
+    from ..paths.certificates.certify import certify
     from ..paths.placement import Placement
-    from ..paths.read import path as read
+    from ..paths.reading.read import path as read
 
     robot = chosen_robot(arguments)
     try:
@@ -76,8 +76,8 @@ def _claim(claim):
 
 
 def _check(file):
-    from ..paths.checker import check
-    from ..progress import progress
+    from ..base.progress import progress
+    from ..paths.certificates.checker import check
 
     if not file.is_file():
         raise UsageError(f"there is no file {file}")

@@ -8,7 +8,7 @@ from argparse import _SubParsersAction
 from contextlib import nullcontext
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import add_task_options, by_option, chosen_task, figure_of, listed, span
 
@@ -41,9 +41,9 @@ def _design(arguments):
         return
     if not arguments.goals:
         raise UsageError("which goal? fivebar design --list names the figures")
-    from ..designing.executors import dask_executor
-    from ..designing.figures import FIGURES
-    from ..designing.optimum import design
+    from ..optimal_design.executors import dask_executor
+    from ..optimal_design.figures import FIGURES
+    from ..optimal_design.optimum import design
 
     robot, choices = chosen_robot(arguments), chosen_task(arguments)
     if arguments.plot and arguments.plot.suffix not in (".png", ".svg", ".pdf"):

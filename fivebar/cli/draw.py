@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
@@ -75,12 +75,12 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _draw(arguments):
+    from ..base.progress import progress
     from ..control.matched import matched, missed, peak_acceleration, period_for
     from ..models.geometry import igm
     from ..models.kinematics import ikm
     from ..paths import strokes
     from ..paths.setpoints import setpoints
-    from ..progress import progress
     from ..simulation.comparison import peak_name
     from ..simulation.simulate import simulate
 
@@ -143,7 +143,7 @@ def _draw(arguments):
 
 def _read(arguments):
     """The Path of the drawing, in its own place."""
-    from ..paths.read import EXAMPLE, path
+    from ..paths.reading.read import EXAMPLE, path
 
     if arguments.example == (arguments.drawing is not None):
         raise UsageError("draw needs a file, or --example")
@@ -156,9 +156,9 @@ def _read(arguments):
 
 def _placed(arguments, robot, path):
     """The path where it is to be drawn, the working modes, and the largest scale that is known to fit, or None."""
-    from ..paths.fitting_in import bounds, fitted_in
-    from ..paths.place import place
     from ..paths.placement import Placement
+    from ..paths.placing.fitting_in import bounds, fitted_in
+    from ..paths.placing.place import place
 
     if arguments.fit and (arguments.scale or arguments.at):
         raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
@@ -181,7 +181,7 @@ def _placed(arguments, robot, path):
 
 def _modes(arguments, robot, path):
     """The working modes in which the path keeps farthest from singularities, of those that it can be followed in."""
-    from ..singularities.path import check_path
+    from ..constraints.path_check import check_path
 
     modes = [tuple(arguments.working)] if arguments.working else MODES
     found = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
@@ -216,7 +216,7 @@ def _met(path, check):
 
 def _timed(arguments, robot, path, working):
     """The motion along the path in the least time."""
-    from ..paths.timing import time_path
+    from ..paths.timing.time_path import time_path
 
     limits = {
         name: getattr(arguments, name)
@@ -232,7 +232,7 @@ def _timed(arguments, robot, path, working):
 
 def _checked(arguments, robot, path, working):
     """What `check_path` says of it in these modes; an error where it is not free of singularities."""
-    from ..singularities.path import check_path
+    from ..constraints.path_check import check_path
 
     check = check_path(robot, path.at_unit_speed, working)
     if not (check.singularity_free or _passes(arguments, check)):
@@ -244,7 +244,7 @@ def _proved(arguments, robot, path, working):
     """The Certificate, or None of a robot of another kind; where it is not proved, that is said."""
     if not robot.turns:
         return None
-    from ..paths.certify import certify
+    from ..paths.certificates.certify import certify
 
     proof = certify(robot, path, arguments.tolerance, arguments.sine, working)
     for each in proof.unproved:
@@ -256,9 +256,9 @@ def _proved(arguments, robot, path, working):
 
 def _written(arguments, robot, path, working, run, table, down, error):
     """The picture, the setpoints and the run, in their folder."""
+    from ..base.tables import saved
     from ..paths import strokes
-    from ..pictures.plot.drawing import drawing
-    from ..tables import saved
+    from ..visualization.plot.drawing import drawing
 
     arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
@@ -274,8 +274,8 @@ def _written(arguments, robot, path, working, run, table, down, error):
 
 
 def _print(robot, figures):
-    from ..pictures.style import length
     from ..simulation.comparison import peak_name
+    from ..visualization.style import length
 
     words = robot.words
     left, right = figures[peak_name(robot)]

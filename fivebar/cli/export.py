@@ -6,7 +6,7 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..errors import SingularityError, UnreachableError, UsageError
+from ..base.errors import SingularityError, UnreachableError, UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 FORMATS = "mjcf", "urdf", "sdf", "c"
@@ -28,7 +28,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _export(arguments):
-    from ..exporting.export import export
+    from ..exporters.export import export
     from ..models.geometry import dgm
 
     robot = chosen_robot(arguments)

@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .grade_folder import grade_folder, hand_out, isolation
 
 SECRET = "FIVEBAR_SECRET"
@@ -118,7 +118,7 @@ def _grade(arguments):
 
 def _program(arguments, lab):
     """The program in the file, folder or zip that is named, and those in it that it may import; says what is left."""
-    from ..described import printable
+    from ..base.representation import printable
     from ..grading.intake.hand_in import beside, choose, look_into
     from ..grading.worker.submission import SubmissionError
 

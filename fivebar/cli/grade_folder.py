@@ -5,7 +5,7 @@ import json
 import sys
 from contextlib import nullcontext
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 
 
 def isolation(isolate):
@@ -21,7 +21,7 @@ def isolation(isolate):
 
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
-    from ..folders import alone
+    from ..base.folders import alone
     from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
@@ -72,7 +72,7 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
 def _cluster(address):
     if address is None:
         return nullcontext()
-    from ..designing.executors import dask_executor
+    from ..optimal_design.executors import dask_executor
 
     return dask_executor(address)
 
@@ -80,13 +80,13 @@ def _cluster(address):
 def _processors(executor):
     if executor is None:
         return 1
-    from ..designing.executors import processors
+    from ..optimal_design.executors import processors
 
     return processors(executor)
 
 
 def _fill(arguments, lab, entries, reports):
-    from ..described import printable
+    from ..base.representation import printable
     from ..grading.course.gradebook import fill_gradebook
     from ..grading.report.outputs import write_whole
 
@@ -102,7 +102,7 @@ def _fill(arguments, lab, entries, reports):
 
 
 def _say_what_is_left(entries, left):
-    from ..described import printable
+    from ..base.representation import printable
 
     for item in left:
         print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)

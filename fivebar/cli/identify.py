@@ -6,7 +6,7 @@ import json
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -42,7 +42,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _identify(arguments):
-    from ..measured.identification import identify
+    from ..estimation.identification.identify import identify
 
     robot = chosen_robot(arguments)
     gauges = {

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from ..linkages import (
     GRAVITY,
     PRESSES,
@@ -132,7 +132,7 @@ def _run(arguments, build):
 
 
 def _live(linkage, branch, path):
-    from ..pictures.play import play
+    from ..visualization.play import play
 
     if isinstance(linkage, FiveBarLinkage):
         if linkage.motors != (1, 5):
@@ -207,7 +207,7 @@ def _ranges(result):
 
 
 def _print_ranges(result, ranges):
-    from ..pictures.style import of_unit
+    from ..visualization.style import of_unit
 
     print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
     if result.lock:

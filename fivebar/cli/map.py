@@ -7,10 +7,10 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
+from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.maps import FIELDS, singularity_map
-from ..tables import saved
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -41,9 +41,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _map(arguments):
+    from ..constraints.path_check import check_path
     from ..singularities.aspects import aspects
     from ..singularities.dexterous import dexterous
-    from ..singularities.path import check_path
 
     robot = chosen_robot(arguments)
     if arguments.data and arguments.data.suffix not in (".csv", ".npz"):
@@ -74,13 +74,13 @@ def _map(arguments):
     points = _points(path) if path else None
     _draw(data, points, regions, arguments.out)
     if arguments.graph:
-        from ..pictures.plot.graph import aspect_graph
+        from ..visualization.plot.graph import aspect_graph
 
         saved(aspect_graph(robot), arguments.graph)
     if arguments.data:
         (data.to_csv if arguments.data.suffix == ".csv" else data.to_npz)(arguments.data)
     if arguments.page:
-        from ..pictures.pages.linked import map_page
+        from ..visualization.pages.linked import map_page
 
         map_page(data, arguments.page, along=points, regions=regions)
     if arguments.json:
@@ -112,7 +112,7 @@ def _points(path):
 
 
 def _draw(data, points, regions, out):
-    from ..pictures.plot.maps import singularity_map as picture
+    from ..visualization.plot.maps import singularity_map as picture
 
     saved(picture(data, points, regions), out)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 SAMPLES = 4001

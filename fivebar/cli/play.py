@@ -6,7 +6,7 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..errors import SingularityError, UnreachableError, UsageError
+from ..base.errors import SingularityError, UnreachableError, UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -25,7 +25,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _play(arguments):
     from ..models.geometry import igm
-    from ..pictures.play import play
+    from ..visualization.play import play
 
     robot = chosen_robot(arguments)
     if not robot.turns:

@@ -4,7 +4,7 @@ import sys
 from argparse import SUPPRESS
 from dataclasses import fields, replace
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from ..models.named_robots import ROBOTS
 from ..models.parameters import robot_of
 from ..models.robots import KINDS

@@ -21,10 +21,10 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _ladder(arguments):
-    from ..errors import UsageError
-    from ..progress import progress
+    from ..base.errors import UsageError
+    from ..base.progress import progress
+    from ..base.tables import saved, written
     from ..study.ladder import CASES, RUNGS, climb, figure, table
-    from ..tables import saved, written
 
     names = arguments.robots or list(CASES)
     if unknown := [name for name in names if name not in CASES]:

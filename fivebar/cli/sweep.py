@@ -9,7 +9,7 @@ from argparse import _SubParsersAction
 from contextlib import nullcontext
 from pathlib import Path
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import add_task_options, by_option, chosen_task, figure_of, listed, span
 
@@ -50,8 +50,8 @@ def _sweep(arguments):
         return
     if not arguments.figures:
         raise UsageError("which figure? fivebar sweep --list names them")
-    from ..designing.executors import dask_executor
-    from ..designing.sweeping import sweep
+    from ..optimal_design.executors import dask_executor
+    from ..optimal_design.sweeping import sweep
 
     robot, choices = chosen_robot(arguments), chosen_task(arguments)
     if arguments.plot and arguments.plot.suffix not in (".png", ".svg", ".pdf"):
@@ -80,7 +80,7 @@ def _sweep(arguments):
 
 
 def _designs(arguments):
-    from ..designing.designs import grid, sample, triangle
+    from ..optimal_design.designs import grid, sample, triangle
 
     asked = [name for name in ("grid", "sample", "triangle", "designs") if getattr(arguments, name)]
     if len(asked) != 1:

@@ -10,7 +10,7 @@ from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import fill
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 
 _FILES = set()  # of users, by the names of the modules that they are
 OPTIONS = {"table": "--table (or --disc)", "tolerances": "--tolerance"}  # of what a figure needs
@@ -115,7 +115,7 @@ def _by_value(module):
 
 def listed() -> str:
     """All figures and motors, each with its words below it."""
-    from ..designing import FIGURES, MOTORS
+    from ..optimal_design import FIGURES, MOTORS
 
     heads = {}
     for each in FIGURES.values():

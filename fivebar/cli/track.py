@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.errors import UsageError
 from ..control.laws import PD, ComputedTorque
-from ..errors import UsageError
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
 from ..planning.trajectory import line
@@ -81,7 +81,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _demo(arguments):
-    from ..pictures.pages.linked import story
+    from ..visualization.pages.linked import story
 
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
@@ -101,8 +101,8 @@ def _demo(arguments):
 
 def _task_2(robot):
     """The lab's task 2 with a timing that can cross its singularity: the Run, and what is to be said."""
+    from ..constraints.path_check import check_path
     from ..simulation.simulate import simulate
-    from ..singularities.path import check_path
     from ..study.pitfalls import crossing
 
     met = check_path(robot, crossing.straight())
@@ -240,8 +240,8 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
 
 
 def _print_table(robot, figures):
-    from ..pictures.style import length
     from ..simulation.comparison import peak_name
+    from ..visualization.style import length
 
     words = robot.words
     left, right = figures[peak_name(robot)]
@@ -271,7 +271,7 @@ def _write(run, folder):
 
 
 def _write_page(subject, path, title=None):
-    from ..pictures.pages import page
+    from ..visualization.pages import page
 
     page(subject, path, title=title)
     return path

@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ..errors import SingularityError, UnreachableError
+from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import halves
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_of, bars_pose, closed, closure_columns, gap_rate, loop_gap

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import SingularityError, UnreachableError
+from ..base.errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import HUGE, real_numbers
-from ..checks import flag, modes, not_negative, shown
-from ..checks import robot as must_be_robot
+from ..base.backend import HUGE, real_numbers
+from ..base.checks import flag, modes, not_negative, shown
+from ..base.checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2

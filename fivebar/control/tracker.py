@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..checks import jit as must_be_jit
-from ..checks import modes, optional, positive, takes, whole
-from ..checks import robot as must_be_robot
-from ..checks import seconds as span
+from ..base.checks import jit as must_be_jit
+from ..base.checks import modes, optional, positive, takes, whole
+from ..base.checks import robot as must_be_robot
+from ..base.checks import seconds as span
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from ..base.progress import progress
 from ..models.robots import Biglide
-from ..progress import progress
 from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from ..models.robots import FiveBar, Robot
 from .exercise import Exercise
 

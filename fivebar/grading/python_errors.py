@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from ..old_numpy import CONVERTING, DROPPED, refused
+from ..base.old_numpy import CONVERTING, DROPPED, refused
 
 _NUMBERS = {function.__name__ for function in CONVERTING}
 

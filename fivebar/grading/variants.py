@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import UsageError
+from ..base.errors import UsageError
 from ..models.robots import Biglide, FiveBar, Robot
 
 PUBLIC_SEED = "public"

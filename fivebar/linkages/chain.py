@@ -13,8 +13,18 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .._backend import EPS, atan2, cos, first_index, is_symbolic, reciprocal_or_nan, sin, sqrt, sqrt_or_nan
-from ..errors import SingularityError
+from ..base.backend import (
+    EPS,
+    atan2,
+    cos,
+    first_index,
+    is_symbolic,
+    reciprocal_or_nan,
+    sin,
+    sqrt,
+    sqrt_or_nan,
+)
+from ..base.errors import SingularityError
 from ..models.dyads import RRP, RRR, SINGULAR, cross, dot
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import check_modes, finite_numbers, is_symbolic
-from ..checks import LONGEST, instance, modes, not_too_different, number, shown, size
+from ..base.backend import check_modes, finite_numbers, is_symbolic
+from ..base.checks import LONGEST, instance, modes, not_too_different, number, shown, size
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import RATIO, SHORTEST, instance, takes, text, whole
+from ..base.checks import RATIO, SHORTEST, instance, takes, text, whole
 from ..models.robots import FiveBar
 from .four_bar import FourBar
 from .limits import crank_range

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..errors import UnreachableError
+from ..base.errors import UnreachableError
 from .limits import TURN, crank_range
 from .moving import move
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..checks import instance, takes, two_numbers
+from ..base.checks import instance, takes, two_numbers
 from ..models.dyads import dot
 from .checks import loads
 from .motion import Motion, one_drive, stretch

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, unpack
-from ..checks import instance, shown, whole
+from ..base.backend import EPS, is_symbolic, reciprocal_or_nan, sqrt, unpack
+from ..base.checks import instance, shown, whole
 from ..models.dyads import RRR, cross, dot
 from ..models.geometry import dgm
 from ..models.robots import FiveBar

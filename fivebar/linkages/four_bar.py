@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from .._backend import EPS, is_symbolic
-from ..checks import instance, modes, takes
+from ..base.backend import EPS, is_symbolic
+from ..base.checks import instance, modes, takes
 from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
 from .checks import bodies, finite, pair, sizes

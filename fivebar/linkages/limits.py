@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import EPS
-from ..checks import takes
+from ..base.backend import EPS
+from ..base.checks import takes
 from .checks import linkage, one_branch
 
 if TYPE_CHECKING:

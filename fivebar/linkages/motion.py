@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from .._backend import atan2, is_symbolic, pack, sqrt
-from ..checks import inertia
+from ..base.backend import atan2, is_symbolic, pack, sqrt
+from ..base.checks import inertia
 from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
 from .checks import pair

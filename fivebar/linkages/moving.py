@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import first_index, is_symbolic
-from ..checks import takes
-from ..errors import UnreachableError
+from ..base.backend import first_index, is_symbolic
+from ..base.checks import takes
+from ..base.errors import UnreachableError
 from ..models.unreachable import raise_or_nan
 from .checks import check_branch, linkage, numbers
 from .limits import crank_range

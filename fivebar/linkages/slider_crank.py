@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .._backend import EPS, is_symbolic
+from ..base.backend import EPS, is_symbolic
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import bodies, finite, sizes
 from .limits import ends_of, guide_limits

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..checks import instance, takes, text, whole
+from ..base.checks import instance, takes, text, whole
 from .four_bar import FourBar
 from .moving import move
 

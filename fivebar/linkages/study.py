@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import finite_numbers
-from ..checks import optional, positive, strings, takes, text, two_numbers, whole
-from ..described import Pictured, one_line
-from ..errors import SingularityError
+from ..base.backend import finite_numbers
+from ..base.checks import optional, positive, strings, takes, text, two_numbers, whole
+from ..base.errors import SingularityError
+from ..base.presentation import Animated
+from ..base.representation import one_line
+from ..base.tables import TextFile, opened, write
 from ..models.robots import FiveBar
-from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
 from .checks import check_branch, loads
 from .checks import linkage as must_be_linkage
 from .drives import DRIVES, law, smooth_branch, two_motors
@@ -27,10 +28,8 @@ from .six_bar_press import SixBarPress
 from .slider_crank import SliderCrank
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
-    from ..pictures.pages import Page
-    from ..pictures.view import Scene
 
 Linkage = FourBar | SliderCrank | SixBarPress | FiveBarLinkage
 KINDS = {kind.__name__: kind for kind in Linkage.__args__}
@@ -40,7 +39,7 @@ SLOWEST = 1e-60  # rad/s
 
 
 @dataclass(frozen=True, eq=False)
-class Study(Pictured):
+class Study(Animated):
     """A linkage in motion on a grid of times, from `study`.
 
     t (n,) s; q (n,) or (n, 2) rad, continuous; columns: {quantity: (n,)}; motion: the Motion of all samples, in which
@@ -68,38 +67,6 @@ class Study(Pictured):
     def points(self) -> np.ndarray:
         """Positions of all points, (n, k, 2) m, in the order of `motion.points`."""
         return np.stack([self.motion.position(name) for name in self.motion.points], axis=1)
-
-    def plot(self, path: BinaryFile | None = None, panels: Sequence[Sequence[str]] | None = None) -> Figure:
-        """Matplotlib figure of the linkage and of quantities over time; written to `path` if given.
-
-        panels: lists of quantity names, one list for each panel; None: ways or angles, rates, accelerations, torque.
-        """
-        from ..pictures.plot.linkages import study_figure
-
-        return saved(study_figure(self, panels), path)
-
-    def animate(
-        self, path: FilePath | None = None, title: str | None = None, show: str | Sequence[str] | None = None
-    ) -> Scene:
-        """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
-        with ffmpeg .mp4, .webm) or a strip of poses (.png).
-
-        show: "trace", "velocity", "acceleration", "torques" of the traced point and the driven joint; None: its path.
-        """
-        from ..pictures.view import scene
-
-        return scene(self.linkage, self, show, title=title).saved(path)
-
-    def page(
-        self,
-        path: FilePath | None = None,
-        show: str | Sequence[str] | Sequence[Sequence[str]] | None = None,
-        title: str | None = None,
-    ) -> Page:
-        """One HTML file with the linkage beside plots of `show`, linked by the pose pointed at: `fb.page`."""
-        from ..pictures.pages import page
-
-        return page(self, path, show, title)
 
     def to_csv(self, path: TextFile) -> None:
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import takes
+from ..base.checks import takes
 from .checks import linkage, one_branch
 from .five_bar import FiveBarLinkage
 from .four_bar import FourBar, dead_centres, time_ratio, transmission_range

@@ -8,7 +8,7 @@ pose, has none; `Task` is the fastest where the motion is regular; `Joint` is wh
 from dataclasses import dataclass
 from typing import Any
 
-from .._backend import sign
+from ..base.backend import sign
 from .dyads import SINGULAR, dot
 from .four_joints import bars_of, bars_rates, closed
 from .geometry import joint_pose, task_pose

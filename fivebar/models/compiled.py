@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import jit as must_be_jit
-from ..checks import modes, strings, takes
-from ..checks import robot as must_be_robot
+from ..base.checks import jit as must_be_jit
+from ..base.checks import modes, strings, takes
+from ..base.checks import robot as must_be_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
 from .geometry import joint_pose, task_pose
 from .kinematics import dkm, dkm2, ikm, ikm2

@@ -7,7 +7,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from .._backend import EPS, atan2, copysign, cos, reciprocal_or_nan, sin, sqrt, sqrt_or_nan, where_zero
+from ..base.backend import (
+    EPS,
+    atan2,
+    copysign,
+    cos,
+    reciprocal_or_nan,
+    sin,
+    sqrt,
+    sqrt_or_nan,
+    where_zero,
+)
 
 # Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
 SINGULAR = 16 * EPS

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
-from ..checks import instance
-from ..errors import SingularityError
+from ..base.backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
+from ..base.checks import instance
+from ..base.errors import SingularityError
 from .dyads import SINGULAR, cross, dot
 from .heavy_bars import bar_forces_under, by_bar_forces, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates

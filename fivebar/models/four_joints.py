@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from .._backend import atan2, cos, sin
+from ..base.backend import atan2, cos, sin
 from .dyads import dot
 from .kinematics import Rates
 from .pose import DrivenLeg, Pose

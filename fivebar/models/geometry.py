@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import check_modes, is_symbolic, unpack
-from ..checks import robot as must_be_robot
+from ..base.backend import check_modes, is_symbolic, unpack
+from ..base.checks import robot as must_be_robot
 from .dyads import RRR
 from .pose import DrivenLeg, Pose, ReachedLeg
 from .robots import KINDS

@@ -21,7 +21,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._backend import is_symbolic
+from ..base.backend import is_symbolic
 from .dyads import dot
 from .kinematics import Accelerations, Rates
 from .loads import asked_for, at_rest

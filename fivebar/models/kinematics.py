@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import first_index, is_symbolic, pack, unpack_for
-from ..checks import instance
-from ..described import one_line, vector
-from ..errors import SingularityError
+from ..base.backend import first_index, is_symbolic, pack, unpack_for
+from ..base.checks import instance
+from ..base.errors import SingularityError
+from ..base.representation import one_line, vector
 from .dyads import SINGULAR, cross, dot
 from .pose import Pose, ReachedLeg
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import inertia, number, positive, shown
+from ..base.checks import inertia, number, positive, shown
 
 NAMES = "11", "12", "21", "22"
 ROUNDING = 1e-12  # of an inertia, by which a point mass may be less than itself

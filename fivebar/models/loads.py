@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import is_symbolic, pack, sign, sqrt
+from ..base.backend import is_symbolic, pack, sign, sqrt
 from .dyads import cross, dot
 from .kinematics import Accelerations, Rates, a_pose, some_rates
 from .physics import loads_of, named, physics_of

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from .._backend import is_symbolic
+from ..base.backend import is_symbolic
 
 Pair = tuple[Any, Any]
 NOTHING = 0.0, 0.0

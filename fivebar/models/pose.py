@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._backend import atan2, is_symbolic, pack, pack_matrix, sign
-from ..described import one_line, single, table, vector
+from ..base.backend import atan2, is_symbolic, pack, pack_matrix, sign
+from ..base.representation import one_line, single, table, vector
 from .dyads import SINGULAR, cross
 
 if TYPE_CHECKING:

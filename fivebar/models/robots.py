@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from .._backend import is_symbolic, wrap
-from ..checks import not_negative, size, two_numbers
+from ..base.backend import is_symbolic, wrap
+from ..base.checks import not_negative, size, two_numbers
 from .dyads import Crank, Slider
 from .links import Link, grouped
 from .physics import Physics

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import first_index
-from ..errors import SingularityError, UnreachableError
+from ..base.backend import first_index
+from ..base.errors import SingularityError, UnreachableError
 from .dyads import RRP
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any, ClassVar
 
-from .._backend import is_symbolic
-from ..checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
+from ..base.backend import is_symbolic
+from ..base.checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
 from .physics import named
 
 MAY_BE_NEGATIVE = "zz1", "zz2", "m"  # what is grouped, of a heavy bar whose centre of mass is not between its ends

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..checks import flag, not_negative
+from ..base.checks import flag, not_negative
 from .curve import SMOOTH, Path
 from .fit import quintic
 from .pieces import Polynomial

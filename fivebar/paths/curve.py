@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import not_negative, number, optional, positive, shown, whole
-from ..described import Pictured, one_line, vector
-from ..pictures.plot.drawing import path_picture
-from ..tables import BinaryFile, saved
+from ..base.checks import not_negative, number, optional, positive, shown, whole
+from ..base.presentation import Plotted
+from ..base.representation import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 GAP = 1e-9  # of the path's size, m: between the end of a piece and the start of the next
 SMOOTH = 1e-6  # by which xi_s may jump where the motion goes on
@@ -32,7 +31,7 @@ class Stop(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Path(Pictured):
+class Path(Plotted):
     """A curve xi(s), s from 0 to `length` m: called with s, a number or (n,), it gives (xi, xi_s, xi_ss, xi_sss), each
     (2,) or (n, 2), the exact derivatives by s.
 
@@ -141,13 +140,6 @@ class Path(Pictured):
     def line_of(self, s: float) -> int | None:
         """The line of the file that the piece at s comes from."""
         return self.lines[min(int(np.searchsorted(self._edges, s, side="right")), len(self.pieces)) - 1]
-
-    def plot(self, path: BinaryFile | None = None) -> Figure:
-        """Matplotlib figure of strokes, ways with the pen up and rests; written to `path` (PNG, SVG, PDF) if given."""
-        k, u = np.meshgrid(np.arange(len(self.pieces)), np.linspace(0, 1, 33), indexing="ij")
-        pieces = self.on(k, u * np.diff(self._edges)[:, None])[0]
-        rests = self(np.array([stop.s for stop in self.stops]))[0]
-        return saved(path_picture(pieces, np.array(self.pen), rests), path)
 
     @property
     def at_unit_speed(self) -> AtUnitSpeed:

@@ -13,9 +13,9 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import finite_numbers
-from ..checks import number, positive, shown, two_numbers
-from ..described import one_line, vector
+from ..base.backend import finite_numbers
+from ..base.checks import number, positive, shown, two_numbers
+from ..base.representation import one_line, vector
 
 ORDERS = 4  # xi and its first three derivatives
 MOST_TERMS = 24  # of a polynomial

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import finite_numbers
-from ..checks import number, positive, shown, two_numbers
-from ..described import one_line, vector
+from ..base.backend import finite_numbers
+from ..base.checks import number, positive, shown, two_numbers
+from ..base.representation import one_line, vector
 from .curve import Path
 
 

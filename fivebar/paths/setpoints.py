@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import a_callable, bounded, modes, one_of, optional, positive, takes
-from ..checks import robot as must_be_robot
-from ..described import one_line
+from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes
+from ..base.checks import robot as must_be_robot
+from ..base.representation import one_line
+from ..base.tables import TextFile, write
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
-from ..tables import TextFile, write
 from .strokes import pen_down
 
 MOST_ROWS = 10**7

@@ -9,7 +9,7 @@ import numpy as np
 from .curve import Path
 
 if TYPE_CHECKING:
-    from .timed_path import TimedPath
+    from .timing.timed_path import TimedPath
 
 
 def outlines(path: Path, each: int = 33) -> list[np.ndarray]:

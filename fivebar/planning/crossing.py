@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import finite_numbers
-from ..checks import modes, shown, takes, two_numbers
-from ..checks import robot as must_be_robot
+from ..base.backend import finite_numbers
+from ..base.checks import modes, shown, takes, two_numbers
+from ..base.checks import robot as must_be_robot
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..singularities.criterion import crossing_acceleration

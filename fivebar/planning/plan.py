@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import instance, modes, number, one_of, optional, positive, takes, whole
-from ..checks import robot as must_be_robot
+from ..base.checks import instance, modes, number, one_of, optional, positive, takes, whole
+from ..base.checks import robot as must_be_robot
+from ..constraints.constraints import Keep
 from ..models.geometry import Pose, igm
-from ..singularities.keep import Keep
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
 from .plans import Mesh, Plan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,27 +10,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..described import Pictured, one_line
+from ..base.presentation import Animated
+from ..base.representation import one_line
+from ..base.tables import TextFile, must_increase, opened, write
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.loads import asked_for, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
-from ..pictures.pages import page
-from ..pictures.plot.plans import planned
-from ..pictures.view import scene
-from ..tables import BinaryFile, FilePath, TextFile, must_increase, opened, saved, write
 from .collocation import METHODS, Pieces, scheme
 from .problem import Limits, Problem
 from .trajectory import refuse_nan
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
     from ..models.robots import Robot
-    from ..pictures.pages import Page
-    from ..pictures.view import Scene
 
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
 COLUMNS = ("t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "tau1", "tau2", "lambda1", "lambda2")
@@ -49,7 +43,7 @@ class Mesh(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(Pictured):
+class Plan(Animated):
     """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its first and last point.
 
     problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's word; meshes: the way to
@@ -229,19 +223,6 @@ class Plan(Pictured):
             pieces = Pieces(problem.scheme, knots, *np.hsplit(begins, 2), planned_in[index], tau[index])
         return cls(problem, pieces, *known)
 
-    def plot(self, path: BinaryFile | None = None) -> Figure:
-        """Matplotlib figure of path, torques and margins; written to `path` (PNG, SVG, PDF) if given."""
-        return saved(planned(self), path)
-
-    def animate(self, path: FilePath | None = None, show: str | Sequence[str] | None = None) -> Scene:
-        """The planned motion as `Run.animate` shows a simulated one."""
-        return scene(self.robot, self, show).saved(path)
-
-    def page(
-        self, path: FilePath | None = None, show: str | Sequence[str] | None = None, title: str | None = None
-    ) -> Page:
-        """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
-        return page(self, path, show, title)
 
 
 def _known(about):

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._backend import finite_numbers, real_numbers
-from ..checks import not_negative, number, positive, shown, two_numbers
-from ..errors import SingularityError, UnreachableError
+from ..base.backend import finite_numbers, real_numbers
+from ..base.checks import not_negative, number, positive, shown, two_numbers
+from ..base.errors import SingularityError, UnreachableError
+from ..constraints.constraints import Keep
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
 from ..models.physics import loads_of, smoothed
-from ..singularities.keep import Keep
 from .coordinates import BarCoordinates, TaskCoordinates
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..checks import not_negative, one_of, optional, positive, takes
-from ..columns import METRES, TIME, Columns, Quantity, read, units_named
-from ..tables import TextFile, named
+from ..base.checks import not_negative, one_of, optional, positive, takes
+from ..base.columns import METRES, TIME, Columns, Quantity, read, units_named
+from ..base.tables import TextFile, named
 from .trajectory import Trajectory
 
 PLACES = {

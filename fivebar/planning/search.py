@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._backend import atan2
+from ..base.backend import atan2
 from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from ..checks import number, positive, seconds, shown, two_numbers
-from ..described import one_line, vector
+from ..base.checks import number, positive, seconds, shown, two_numbers
+from ..base.representation import one_line, vector
 
 
 @dataclass(frozen=True, eq=False)

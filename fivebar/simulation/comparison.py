@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import instance, shown
-from ..described import aligned
+from ..base.checks import instance, shown
+from ..base.presentation import Plotted
+from ..base.representation import aligned
 from ..models.robots import Robot
-from ..tables import BinaryFile, saved
 from .run import Run
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 COLUMNS = (
     ("rms_error_m", "RMS error (µm)", 1e6), ("max_error_m", "largest (µm)", 1e6),
@@ -46,7 +46,7 @@ def compare(runs: Mapping[str, Run]) -> Comparison:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Plotted):
     """runs {name: Run}; figures {name: {figure: value}} in SI units; printed, it is a table."""
 
     runs: dict[str, Run]
@@ -64,11 +64,6 @@ class Comparison:
             lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
         return "\n".join(aligned(lines, 1))
 
-    def plot(self, path: BinaryFile | None = None) -> Figure:
-        """Matplotlib figure of errors, torques and solve times; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.comparison import comparison  # Matplotlib, which no simulation and no page needs
-
-        return saved(comparison(self), path)
 
 
 def peak_name(robot: Robot) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._backend import sign
+from ..base.backend import sign
 from ..models.robots import Robot
 from ..singularities.margins import Singularity
 from .run import Event

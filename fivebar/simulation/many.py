@@ -10,16 +10,16 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from ..checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
-from ..checks import jit as must_be_jit
-from ..checks import robot as must_be_robot
+from ..base.checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
+from ..base.checks import jit as must_be_jit
+from ..base.checks import robot as must_be_robot
+from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS, Task, halves
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
 from ..models.robots import Robot, beside
-from ..progress import progress
 from .events import meets
 from .plant import check_start, refuse_losses, refuse_sticking
 from .run import Control, Run

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..errors import SingularityError
+from ..base.errors import SingularityError
 from ..models.charts import Bars
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_rates, closed

@@ -2,38 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from os import PathLike
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import modes
-from ..checks import robot as must_be_robot
-from ..described import Pictured, one_line
+from ..base.presentation import Animated
+from ..base.representation import one_line
+from ..base.tables import TextFile, opened, write
 from ..models.four_joints import seen_rates
 from ..models.geometry import igm
+from ..models.joint_positions import elbows, joints
 from ..models.loads import potential
 from ..models.parameters import robot_of
 from ..models.physics import loads_of
-from ..models.robots import FiveBar, Robot
-from ..pictures.pages import page
-from ..pictures.skeleton import elbows, joints
-from ..pictures.view import scene
+from ..models.robots import Robot
 from ..singularities.margins import Singularity
-from ..tables import BinaryFile, FilePath, TextFile, opened, saved, write
-from .logs import Gauges, read_log
-from .measured_runs import run_fields
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike
-
-    from ..measured.replays import Replay
-    from ..pictures.pages import Page
-    from ..pictures.view import Scene
 
 
 class Event(NamedTuple):
@@ -79,7 +64,7 @@ def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Run(Pictured):
+class Run(Animated):
     """A simulated motion on the grid of its steps.
 
     t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
@@ -169,26 +154,6 @@ class Run(Pictured):
         """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot, end-effector, foot."""
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
-    def plot(self, path: BinaryFile | None = None) -> Figure:
-        """Matplotlib figure of path, errors and torques; written to `path` (PNG, SVG, PDF) if given."""
-        from ..pictures.plot.runs import tracking  # Matplotlib, which no simulation and no page needs
-
-        return saved(tracking(self), path)
-
-    def animate(self, path: FilePath | None = None, show: str | Sequence[str] | None = None) -> Scene:
-        """The motion as a page in meshcat's viewer (.html; needs no server and no network), as an animation (.gif, and
-        with ffmpeg .mp4, .webm) or a strip of poses (.png).
-
-        show: names out of view.SHOWS; None: the path, and the reference where there is one.
-        """
-        return scene(self.robot, self, show).saved(path)
-
-    def page(
-        self, path: FilePath | None = None, show: str | Sequence[str] | None = None, title: str | None = None
-    ) -> Page:
-        """One HTML file with the robot beside plots of `show`, linked by the time pointed at: `fb.page`."""
-        return page(self, path, show, title)
-
     def to_csv(self, path: TextFile) -> None:
         """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""
         about = {
@@ -210,49 +175,6 @@ class Run(Pictured):
         write(path, "run", about, columns(self.robot, self.xi_ref is not None), np.column_stack(table).tolist())
 
     @classmethod
-    def from_log(
-        cls, t: object, q1: ArrayLike | None = None, q2: ArrayLike | None = None, tau1: ArrayLike | None = None,
-        tau2: ArrayLike | None = None, *, robot: Robot | None = None, assembly: int | None = None,
-        units: Mapping[str, str] | None = None, counts_per_turn: object = None, gear_ratio: object = 1.0,
-        offset: object = (0.0, 0.0), torque_constant: object = None, **more: ArrayLike,
-    ) -> Run:  # fmt: skip
-        """The Run of a log of a robot on a table: its rows as they are, differentiated, its gaps marked by rows of nan.
-
-        t: (n,) s, with q1, q2 and perhaps tau1, tau2 (n,), and `more` of q1_dot, q2_dot, x, y, x_ref, y_ref; or instead
-        of all a mapping of these, or a CSV file with these columns in any units that its header names.
-        robot: of which it is, the lab's by default; assembly: its mode, None: the one that fits x and y, or -1.
-        units: {"q1": "deg"} of columns without one. counts_per_turn: of an encoder, where q is in counts; gear_ratio:
-        turns of it for a turn of the joint, < 0 where it turns the other way; offset: rad, of the joint beyond the
-        encoder's 0; torque_constant: N m of the motor for a unit of tau (N m/A), gear_ratio times as much at the joint.
-        Each of these a number, or two. Rows without a time or a position, gaps, restarts and jumps of whole turns are
-        named in Run.measured.said. ValueError for what is no motion.
-        """
-        source = t
-        if q1 is not None or q2 is not None or not (isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")):
-            source = {"t": t, "q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
-        elif more or tau1 is not None or tau2 is not None:
-            raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join([*more, 'tau1', 'tau2'])}")
-        robot = FiveBar() if robot is None else must_be_robot(robot, "robot")
-        log = read_log(source, robot, units, Gauges(counts_per_turn, gear_ratio, offset, torque_constant))
-        found = run_fields(log, robot, None if assembly is None else modes(1)(assembly, "assembly"))
-        events = tuple(Event(*each) for each in found.pop("events"))
-        measured = Measured(found.pop("gaps"), found.pop("said"), log.q_dot is not None)
-        return cls(robot=robot, **found, events=events, measured=measured)
-
-    def replay(
-        self, robot: Robot | None = None, by: str = "torques", controller: Callable | None = None,
-        restart: float | None = None,
-    ) -> Replay:  # fmt: skip
-        """This run beside a simulation of the same torques, or of the same reference: a Replay.
-
-        robot: that is simulated, None: the run's own. by: "torques", from the state at the start and after each gap,
-        and again every `restart` s, as nothing holds an open loop to what was measured; or "reference", the run's
-        xi_ref, or where it went, under a controller (None: computed torque).
-        """
-        from ..measured.replays import replay  # simulates: from a floor above
-
-        return replay(self, self.robot if robot is None else robot, by, controller, restart)
-
     @classmethod
     def from_csv(cls, path: TextFile) -> Run:
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""

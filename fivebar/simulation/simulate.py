@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
-from ..checks import jit as must_be_jit
-from ..checks import robot as must_be_robot
-from ..errors import SingularityError, UnreachableError
+from ..base.checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
+from ..base.checks import jit as must_be_jit
+from ..base.checks import robot as must_be_robot
+from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates

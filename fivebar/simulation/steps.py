@@ -12,7 +12,7 @@ import casadi
 import numpy as np
 from scipy.integrate import DOP853
 
-from .._backend import pack
+from ..base.backend import pack
 from ..models.charts import Bars, halves
 from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
 from ..models.four_joints import bars_rates, closed, seen_rates

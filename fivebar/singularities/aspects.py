@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import real_numbers
-from ..checks import instance, shown, takes
+from ..base.backend import real_numbers
+from ..base.checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._backend import EPS
+from ..base.backend import EPS
 from ..models.robots import Biglide
 from .locus import MODES, Locus, TypeThree, modes_of, pairs, type_of, values_of
 from .margins import Singularity

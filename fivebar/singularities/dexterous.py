@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..checks import instance, share, takes
+from ..base.checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
 from .aspects import Aspect, as_kind, aspects, numbered, parts
 from .leg_circles import LegCircles

@@ -8,8 +8,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import EPS, check_modes, is_symbolic, unpack
-from ..checks import instance, takes
+from ..base.backend import EPS, check_modes, is_symbolic, unpack
+from ..base.checks import instance, takes
 from ..models.geometry import igm
 from ..models.robots import KINDS, Biglide, FiveBar
 from .loci import singularity_loci

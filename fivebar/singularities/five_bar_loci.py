@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._backend import EPS
+from ..base.backend import EPS
 from ..models.robots import FiveBar
 from .four_bar_motion import FourBarMotion, Turning, closures
 from .leg_circles import LegCircles

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .._backend import EPS, cos, is_symbolic, sin, sqrt, where_zero
+from ..base.backend import EPS, cos, is_symbolic, sin, sqrt, where_zero
 
 ROUNDS = 8  # of Newton's steps, at most; two do but where two solutions are nearly one
 

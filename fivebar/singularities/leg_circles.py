@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .._backend import atan2, is_symbolic, sqrt
+from ..base.backend import atan2, is_symbolic, sqrt
 from ..models.robots import FiveBar
 from .locus import MODES, Locus, Vertex, pieces_of
 from .margins import Singularity

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from .._backend import EPS
+from ..base.backend import EPS
 from ..models.robots import FiveBar
 from .five_bar_loci import NEAR, SHORTEST, CouplerCurve, distal_chains
 from .four_bar_motion import Turning

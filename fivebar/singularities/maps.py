@@ -6,25 +6,31 @@ import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._backend import HUGE
-from ..checks import robot as must_be_robot
-from ..checks import shown, takes
-from ..described import one_line
+from ..base.backend import HUGE
+from ..base.checks import robot as must_be_robot
+from ..base.checks import shown, takes
+from ..base.presentation import Paged
+from ..base.representation import one_line
+from ..base.tables import (
+    STRANGE,
+    BinaryFile,
+    FilePath,
+    TextFile,
+    arrays_in,
+    file_or_path,
+    write,
+    written,
+)
 from ..models.geometry import joint_pose, task_pose
 from ..models.parameters import robot_of
 from ..models.robots import Robot
-from ..tables import STRANGE, BinaryFile, FilePath, TextFile, arrays_in, file_or_path, write, written
 from .loci import singularity_loci
 from .locus import MODES
 from .margins import Singularity, singularity_margins
-
-if TYPE_CHECKING:
-    from ..pictures.pages import Page
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
 SHARE = 0.5  # of the machine's memory that a map may fill
@@ -47,7 +53,7 @@ SIGNED = ("parallel", "serial_left", "serial_right")
 
 
 @dataclass(frozen=True, eq=False)
-class Map:
+class Map(Paged):
     """A margin on a grid, from `singularity_map`.
 
     space "task": x (nx,), y (ny,) m are the end-effector's; modes: pairs of working modes, one for each layer;
@@ -82,12 +88,6 @@ class Map:
 
     def _about(self):
         return {"robot": self.robot.parameters, "field": self.field, "space": self.space, "modes": self.modes}
-
-    def page(self, path: FilePath | None = None, title: str | None = None) -> Page:
-        """One HTML file with the map, and beside it the robot in the pose pointed at: `fb.page`."""
-        from ..pictures.pages import page
-
-        return page(self, path, title=title)
 
     def to_csv(self, path: TextFile) -> None:
         """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""

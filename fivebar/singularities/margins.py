@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .._backend import is_symbolic
-from ..checks import not_negative, takes
-from ..described import one_line, vector
+from ..base.backend import is_symbolic
+from ..base.checks import not_negative, takes
+from ..base.representation import one_line, vector
 from ..models.dyads import dot
 from ..models.geometry import Pose
 

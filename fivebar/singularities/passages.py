@@ -13,8 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..checks import flag, instance, takes, whole
-from ..described import one_line
+from ..base.checks import flag, instance, takes, whole
+from ..base.representation import one_line
 from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
 from ..models.robots import Biglide, FiveBar

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import QhullError, Voronoi
 
-from .._backend import EPS
+from ..base.backend import EPS
 from .locus import Locus
 from .roots import rising_zeros
 

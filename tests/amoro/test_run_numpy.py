@@ -6,7 +6,7 @@ import linecache
 import numpy as np
 import pytest
 
-from fivebar import old_numpy
+from fivebar.base import old_numpy
 from fivebar.amoro.ros_free.explain import explanation
 from fivebar.amoro.ros_free.tracebacks import last_place
 from tests.amoro.test_run import START, run

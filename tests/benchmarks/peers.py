@@ -5,7 +5,7 @@ What it prints is shipped as DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.
 
 import numpy as np
 
-from fivebar._backend import wrap
+from fivebar.base.backend import wrap
 from fivebar.study.speed_accuracy.charts.motions import DRIVEN
 from fivebar.study.speed_accuracy.charts.simulators import FAR
 from fivebar.study.speed_accuracy.rivals.drake import drake_bushing

@@ -18,7 +18,7 @@ def peak_memory(n):
 
 def main(quick=False):
     """Print every figure with its bound."""
-    from fivebar.pictures.plot.maps import singularity_map as picture
+    from fivebar.visualization.plot.maps import singularity_map as picture
 
     robot, n, repeats = fb.FiveBar(), 50 if quick else 1000, 1 if quick else 9
     points = sum(len(piece.points) for piece in fb.singularity_loci(robot).task)

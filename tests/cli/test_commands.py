@@ -11,7 +11,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import COMMANDS, main
 from fivebar.cli.robot_options import add_robot_options, chosen_robot
-from fivebar.errors import UsageError
+from fivebar.base.errors import UsageError
 from fivebar.models.named_robots import ROBOTS
 from tests.helpers import ROOT
 

@@ -28,7 +28,7 @@ def test_a_sweep_its_folder_and_its_table(tmp_path, capsys):
     assert said.err.split() == [str(tmp_path / name) for name in ("all.csv", "picture.png", "out")]
     again = json.loads(ran([*words, "--json", "--best", 1], capsys).out)
     assert again["designs"] == 9 and again["best"][0]["design"] == 8
-    done = fb.designing.Sweep.load(tmp_path / "out")
+    done = fb.optimal_design.Sweep.load(tmp_path / "out")
     assert again["best"][0]["workspace_area"] == done["workspace_area"].max()
     assert ran(["sweep", "bars", *GRID, "--out", tmp_path / "out"], capsys, 2).err.startswith("fivebar: out: ")
 
@@ -98,7 +98,7 @@ def test_a_design_and_a_front(tmp_path, capsys):
     words = ["design", "bars", "global_conditioning=max", *BOUNDS, *TABLE, "--points", 4, "--effort", 0.2]
     said = ran([*words, "--out", tmp_path / "front", "--plot", tmp_path / "front.svg"], capsys)
     assert said.out.splitlines()[0].split()[-2:] == ["held", "by"] and len(said.out.splitlines()) > 2
-    front = fb.designing.Front.load(tmp_path / "front")
+    front = fb.optimal_design.Front.load(tmp_path / "front")
     assert (np.diff(front["bars"]) > 0).all() and (tmp_path / "front.svg").stat().st_size > 10_000
     found = json.loads(ran([*words, "--json"], capsys).out)
     assert [each["values"] for each in found] == [dict(each.values) for each in front.designs]

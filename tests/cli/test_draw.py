@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.paths.checker import check
+from fivebar.paths.certificates.checker import check
 
 pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" viewBox="0 0 40 30">{}</svg>'

@@ -55,7 +55,7 @@ SLOW = {
         "tests/models/test_accuracy.py", "tests/models/test_biglide_accuracy.py", "tests/simulation/test_friction.py",
         "--deselect=tests/models/test_accuracy.py::test_oracle",
     ),
-    "simulation": ("tests/simulation/test_encoders.py", "tests/measured/test_replays.py"),
+    "simulation": ("tests/simulation/test_encoders.py", "tests/estimation/test_replays.py"),
     "singularities": (
         "tests/singularities/test_dexterous.py", "tests/singularities/test_inscribed.py", "tests/planning/test_keep.py",
         "tests/planning/test_loads.py", "tests/singularities/test_aspect_families.py", "-k", "not nothing_asked",

@@ -39,7 +39,7 @@ ONCE = {
     "calibrate": (b"q1,q2,x,y\n-2,-1,0.1,0.1\n-1,-2,0.1,-1e308\n",),
     "measured rows": (b"q1,q2,distance,to\n-2,-1,0.01,2\n-1,-2,0.01,1e276\n", b"q1,q2,x,y,assembly\n-2,-1,0,0,7\n"),
     "Identification": (b"\xff", b'{"fivebar": "identification", "values": {}}'),
-    "Run.from_log": (LOG.replace(b"\n7,", b"\n1e308,"), LOG.replace(b"\n3,", b"\n1e30,"),
+    "from_log": (LOG.replace(b"\n7,", b"\n1e308,"), LOG.replace(b"\n3,", b"\n1e30,"),
                      LOG.replace(b"q2", b"q2,tau2"), LOG.replace(b"0.3\n", b"1e200\n")),
     "columns": (b"t,x\n1,2\n2,-1e308\n",),
     "Sweep.json": tuple(

@@ -18,14 +18,14 @@ import nbformat
 import numpy as np
 
 import fivebar as fb
-from fivebar import columns
+from fivebar.base import columns
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import robot_from
-from fivebar.designing.designs import designs_of
-from fivebar.designing.results import Front
-from fivebar.designing.shards import MANIFEST, read_chunk, read_manifest
-from fivebar.designing.sweeps import Sweep
-from fivebar.errors import UsageError
+from fivebar.optimal_design.designs import designs_of
+from fivebar.optimal_design.results import Front
+from fivebar.optimal_design.shards import MANIFEST, read_chunk, read_manifest
+from fivebar.optimal_design.sweeps import Sweep
+from fivebar.base.errors import UsageError
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import fill_gradebook
 from fivebar.grading.intake.hand_in import look_into
@@ -33,8 +33,8 @@ from fivebar.grading.labs import find_lab
 from fivebar.grading.results import Check, Report
 from fivebar.grading.worker.submission import read_submission
 from fivebar.linkages import FourBar, Study, study
-from fivebar.measured.rows import rows_of
-from fivebar.paths.checker import check, digest
+from fivebar.estimation.calibration.rows import rows_of
+from fivebar.paths.certificates.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
 from fivebar.study.speed_accuracy.store import Partial, Result
 from fivebar.study.speed_accuracy.store import from_csv as result_from_csv
@@ -185,7 +185,7 @@ def readers():
                               (_text(calibrated.to_json),)),
         "Identification": Reader(lambda path: str(fb.Identification.from_json(path)), "it.json",
                                  (_text(identified.to_json),)),
-        "Run.from_log": Reader(fb.Run.from_log, "it.csv", (log, log.replace(b"q1,", b"q1 (deg),"))),
+        "from_log": Reader(fb.from_log, "it.csv", (log, log.replace(b"q1,", b"q1 (deg),"))),
         "identify": Reader(lambda path: str(fb.identify(ROBOT, path, unknown=["zz1", "m"])), "it.csv",
                            (log,), named=False),
         "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
@@ -231,31 +231,31 @@ def _zipped(content):
 
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
-    "cli.robot_options:robot_from": "robot.toml", "columns:_numbers": "columns", "tables:whole_text": "columns",
-    "tables:arrays_in": "Map",
+    "cli.robot_options:robot_from": "robot.toml", "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
+    "base.tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
     "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
-    "linkages.study:from_csv": "Study", "paths.checker:check": "certificate", 
+    "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
-    "study.speed_accuracy.store:from_csv": "chart", "tables:about": "Run", "tables:opened": "from_csv",
-    "cli.grade_folder:hand_out": "ids", "designing.designs:_from_file": "designs.npz",
-    "designing.designs:rows": "designs.csv",
-    "designing.results:_load": "Design", "designing.shards:read_chunk": "chunk",
-    "designing.shards:read_manifest": "manifest",
-    "measured.identified:from_json": "Identification", "measured.saving:read_calibration": "Calibration",
-    "measured.samples:_is_a_run": "identify", "paths.timed_path:from_csv": "TimedPath",
+    "study.speed_accuracy.store:from_csv": "chart", "base.tables:about": "Run", "base.tables:opened": "from_csv",
+    "cli.grade_folder:hand_out": "ids", "optimal_design.designs:_from_file": "designs.npz",
+    "optimal_design.designs:rows": "designs.csv",
+    "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
+    "optimal_design.shards:read_manifest": "manifest",
+    "estimation.identification.result:from_json": "Identification", "estimation.calibration.saving:read_calibration": "Calibration",
+    "estimation.identification.samples:_is_a_run": "identify", "paths.timing.time_path.timed_path:from_csv": "TimedPath",
 }  # fmt: skip
 # No reader of what others wrote.
 OWN = {
-    "writers": """tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
+    "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:draw study.speed_accuracy.making:_make study.speed_accuracy.making:redraw
-        folders:alone cli.__init__:main cli.__init__:_flush""",
-    "files of the package and its dependencies": """pictures.document:document pictures.pages.document:made
-        pictures.pages.document:script
-        pictures.play.live:_own pictures.view.page:_licences pictures.view.page:_packed_viewer pictures.view.page:page
+        base.folders:alone cli.__init__:main cli.__init__:_flush""",
+    "files of the package and its dependencies": """visualization.document:document visualization.pages.document:made
+        visualization.pages.document:script
+        visualization.play.live:_own visualization.view.page:_licences visualization.view.page:_packed_viewer visualization.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
@@ -269,9 +269,9 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
-    "its own words": "designing.task:about",
+    "its own words": "optimal_design.task:about",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
-    "what paths.checker:check has proved": "cli.certify:_check",
+    "what paths.certificates.checker:check has proved": "cli.certify:_check",
 }
 
 

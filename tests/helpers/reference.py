@@ -9,7 +9,16 @@ import pdoc
 
 import fivebar as fb
 
-PARTS = ("amoro", "columns", "designing", "grading", "linkages", "pages", "plot", "study", "view")
+PARTS = (
+    "amoro",
+    "grading",
+    "linkages",
+    "optimal_design",
+    "study",
+    "visualization.pages",
+    "visualization.plot",
+    "visualization.view",
+)
 
 
 CONVERT = pdoc.docstrings.convert

@@ -4,7 +4,7 @@ import os
 import tempfile
 import time
 
-from fivebar.errors import SingularityError
+from fivebar.base.errors import SingularityError
 from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 import fivebar as fb
-from fivebar.measured.machine import LENGTHS, UNKNOWNS
+from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS
 
 NOMINAL = fb.FiveBar(0.09, 0.1, 0.085, 0.095, 0.118)
 LAB = fb.FiveBar()

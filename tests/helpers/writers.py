@@ -4,7 +4,7 @@ import ast
 
 import fivebar as fb
 from fivebar import linkages
-from fivebar.view import strip
+from fivebar.visualization.view import strip
 from tests.helpers import functions_with
 
 ROBOT = fb.FiveBar()
@@ -43,9 +43,9 @@ def writers():
 
 # Who writes without `tables.written`, `saved` and `replaced`, and why that may be.
 DIRECT = {
-    "tables:saved": "that is it", "tables:written": "that is it", "described:_repr_html_": "into memory",
-    "pictures.plot.poses:strip_png": "into memory",
-    "designing.page:save_page": "into memory", "pictures.plot.poses:save_strip": "Scene.save replaces",
+    "base.tables:saved": "that is it", "base.tables:written": "that is it", "base.representation:_repr_html_": "into memory",
+    "visualization.plot.poses:strip_png": "into memory",
+    "visualization.pages.fronts:save_page": "into memory", "visualization.plot.poses:save_strip": "Scene.save replaces",
     "models.machine_code:_build": "in a folder of its own, which is moved as a whole",
     "study.speed_accuracy.making:draw": "into memory", 
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",

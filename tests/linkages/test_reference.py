@@ -113,7 +113,7 @@ def test_vector_method_equations_8_to_16(row):
 
 
 def test_vector_method_figures_2_to_7():
-    from fivebar.pictures.plot.linkages import vector_method_figure
+    from fivebar.visualization.plot.linkages import vector_method_figure
 
     run = study(vector_method(), speed=1.0)
     figure = vector_method_figure(run)

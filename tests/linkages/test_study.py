@@ -27,7 +27,7 @@ from fivebar.linkages import (
 )
 from fivebar.linkages.quantities import known, unit
 from fivebar.linkages.six_bar_press import SPEED
-from fivebar.pictures.plot.linkages import coupler_curve_figure
+from fivebar.visualization.plot.linkages import coupler_curve_figure
 
 TABLE_2 = FourBar(0.2, 0.06, 0.16, 0.14, point=(0.1, 0.03), coupler_body=Body(0.4, 0.001, (0.08, 0.0)))
 STUDIES = {

@@ -5,7 +5,7 @@ import pytest
 from mpmath import mp, mpf
 
 import fivebar as fb
-from fivebar.checks import HEAVIEST, LIGHTEST, LONGEST, RATIO, SHORTEST
+from fivebar.base.checks import HEAVIEST, LIGHTEST, LONGEST, RATIO, SHORTEST
 
 
 @pytest.mark.parametrize("size", [1e-100, 1e-7, 1e7, 1e80])

@@ -17,8 +17,8 @@ from mpmath import iv, mp
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.paths import checker
-from fivebar.paths.certify import certify
+from fivebar.paths.certificates import checker
+from fivebar.paths.certificates.certify import certify
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line, Polynomial
 

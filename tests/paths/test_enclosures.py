@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.bounds import Stretches, enclosed
+from fivebar.paths.timing.bounds import Stretches, enclosed
 from fivebar.paths.curve import Path
-from fivebar.paths.enclosures import TERMS, Series, place_series
+from fivebar.paths.timing.enclosures import TERMS, Series, place_series
 from fivebar.paths.pieces import Arc, Line, Polynomial
 from tests.helpers.paths_to_time import ROBOTS
 

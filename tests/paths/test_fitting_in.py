@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.fitting_in import bounds, fitted_in
+from fivebar.paths.placing.fitting_in import bounds, fitted_in
 from fivebar.paths.pieces import Arc
 from fivebar.paths.setpoints import setpoints
 from fivebar.paths.strokes import outlines, runs

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths import timing_solve
+from fivebar.paths.timing import solve as timing_solve
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used

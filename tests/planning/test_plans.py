@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.dynamics import bar_force_dynamics
-from fivebar.pictures.pages.runs import runs_content, sampled
+from fivebar.visualization.pages.runs import runs_content, sampled
 from fivebar.planning import plans
 from fivebar.planning.plan import plan
 from fivebar.planning.problem import PlanError

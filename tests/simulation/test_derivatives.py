@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fivebar.simulation import measured_runs
-from fivebar.simulation.derivatives import DEGREE, FIDELITY, Spectrum, derivatives, half_window, kernels, spectrum
+from fivebar.estimation.logs import measured_runs
+from fivebar.estimation.logs.derivatives import DEGREE, FIDELITY, Spectrum, derivatives, half_window, kernels, spectrum
 
 
 @pytest.mark.parametrize("cutoff", [0.002, 0.01, 0.05, 1 / 12])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.simulation.log_columns import order, since_1970
+from fivebar.estimation.logs.columns import order, since_1970
 
 
 def test_rows_of_one_time_keep_their_order():
@@ -17,7 +17,7 @@ def test_rows_of_one_time_keep_their_order():
 def test_a_time_of_which_no_step_is_left(late):
     t = [*0.01 * np.arange(8), late]
     with pytest.raises(ValueError, match="row 8: t = .* s is no time of a log with rows every 0.01 s"):
-        fb.Run.from_log(t, np.linspace(0.1, 0.2, 9), np.linspace(0.2, 0.3, 9))
+        fb.from_log(t, np.linspace(0.1, 0.2, 9), np.linspace(0.2, 0.3, 9))
 
 
 @pytest.mark.parametrize("t", [np.empty(0), np.full(3, np.nan)])

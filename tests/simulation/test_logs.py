@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.simulation.logs import Gauges, evenly, read_log, wanted
-from fivebar.simulation.measured_runs import rates_of
+from fivebar.estimation.logs.logs import Gauges, evenly, read_log, wanted
+from fivebar.estimation.logs.measured_runs import rates_of
 from tests.helpers.synthetic_logs import ros
 
 ROBOT = fb.FiveBar()
@@ -28,21 +28,21 @@ def rows_of(run):
 @pytest.mark.parametrize(
     "made",
     [
-        lambda: fb.Run.from_log(RUN.t, *RUN.q.T, *RUN.tau.T),
-        lambda: fb.Run.from_log(COLUMNS, robot=ROBOT),
-        lambda: fb.Run.from_log(
+        lambda: fb.from_log(RUN.t, *RUN.q.T, *RUN.tau.T),
+        lambda: fb.from_log(COLUMNS, robot=ROBOT),
+        lambda: fb.from_log(
             {"t": 1e3 * RUN.t, "q": np.degrees(RUN.q), "tau": RUN.tau}, units={"t": "ms", "q1": "deg", "q2": "deg"}
         ),
-        lambda: fb.Run.from_log(
+        lambda: fb.from_log(
             RUN.t, *((RUN.q - [0.1, 0.2]) * [-50, 50] * 4096 / (2 * np.pi)).T, *(RUN.tau / [-50, 50] / 0.062).T,
             counts_per_turn=4096, gear_ratio=(-50, 50), offset=(0.1, 0.2), torque_constant=0.062,
         ),
-        lambda: fb.Run.from_log({name: each[SHUFFLED] for name, each in COLUMNS.items()}),
-        lambda: fb.Run.from_log({name: each[OVERTAKEN] for name, each in COLUMNS.items()}),
-        lambda: fb.Run.from_log(ros(RUN, "%time,frame,field.{}0,field.{}1", lambda t: f"{round(1e9 * t)},,")),
-        lambda: fb.Run.from_log(ros(RUN, "stamp.sec,stamp.nsec,{}[0],{}[1]", lambda t: f"{int(t)},{t % 1 * 1e9:.0f},")),
-        lambda: fb.Run.from_log(ros(RUN, "__time,/joints/left/{},/joints/right/{}", lambda t: f"{t:.9f},")),
-        lambda: fb.Run.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")),
+        lambda: fb.from_log({name: each[SHUFFLED] for name, each in COLUMNS.items()}),
+        lambda: fb.from_log({name: each[OVERTAKEN] for name, each in COLUMNS.items()}),
+        lambda: fb.from_log(ros(RUN, "%time,frame,field.{}0,field.{}1", lambda t: f"{round(1e9 * t)},,")),
+        lambda: fb.from_log(ros(RUN, "stamp.sec,stamp.nsec,{}[0],{}[1]", lambda t: f"{int(t)},{t % 1 * 1e9:.0f},")),
+        lambda: fb.from_log(ros(RUN, "__time,/joints/left/{},/joints/right/{}", lambda t: f"{t:.9f},")),
+        lambda: fb.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")),
     ],
     ids=["arrays", "mapping", "units", "counts", "shuffled", "overtaken", "rostopic", "ROS 2", "PlotJuggler", "csv"],
 )  # fmt: skip
@@ -68,7 +68,7 @@ def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
     t[350:] -= t[350]
     q = RUN.q[keep].copy()
     q[50] = np.nan
-    run = fb.Run.from_log(t, *q.T, *RUN.tau[keep].T)
+    run = fb.from_log(t, *q.T, *RUN.tau[keep].T)
     assert [why.split(" at ")[0].split(" before")[0] for _, _, why in run.measured.gaps] == [
         "1 row missing", "40 rows missing", "time jumps back from 0.778 to 0 s"]  # fmt: skip
     assert (~rows_of(run)).sum() == 3 and (np.diff(run.t) > 0).all()
@@ -86,11 +86,11 @@ def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
 
 def test_a_log_with_its_reference_and_end_effector():
     log = {**COLUMNS, "xi": RUN.xi, "xi_ref": RUN.xi_ref}
-    run = fb.Run.from_log(log)
+    run = fb.from_log(log)
     np.testing.assert_allclose(run.error, RUN.error, atol=1e-15)
     other = fb.dgm(ROBOT, RUN.q, 1, unreachable="nan").xi
-    assert np.allclose(fb.Run.from_log({**COLUMNS, "xi": other}).xi, other)  # the mode that fits
-    said = fb.Run.from_log({**COLUMNS, "xi": RUN.xi + 0.03}).measured.said
+    assert np.allclose(fb.from_log({**COLUMNS, "xi": other}).xi, other)  # the mode that fits
+    said = fb.from_log({**COLUMNS, "xi": RUN.xi + 0.03}).measured.said
     assert any("mm (median) from where the joints say" in sentence for sentence in said)
 
 
@@ -114,7 +114,7 @@ def test_a_log_with_its_reference_and_end_effector():
 )
 def test_what_is_no_log_is_refused(log, words):
     with pytest.raises(ValueError, match=words):
-        fb.Run.from_log(log)
+        fb.from_log(log)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_what_is_no_log_is_refused(log, words):
 )
 def test_options_that_cannot_be(log, options, words):
     with pytest.raises((TypeError, ValueError), match=words):
-        fb.Run.from_log(log, **options)
+        fb.from_log(log, **options)
 
 
 def test_columns_in_any_units_of_both_kinds_of_robots():
@@ -254,7 +254,7 @@ def test_rates_of_long_of_short_and_of_single_stretches():
     expected = np.tile((0.3, -0.2), (106, 1))
     expected[103] = 0.0
     np.testing.assert_allclose(rates_of(log), expected, atol=1e-9)
-    run = fb.Run.from_log({"t": t, "q1": 0.3 * t, "q2": 1.0 - 0.2 * t})
+    run = fb.from_log({"t": t, "q1": 0.3 * t, "q2": 1.0 - 0.2 * t})
     at = np.flatnonzero(~rows_of(run))
     assert at.tolist() == [100, 104, 106] and run.t[at] == pytest.approx([1.02, 1.11, 1.175])
     assert [gap[:2] for gap in run.measured.gaps] == [
@@ -270,7 +270,7 @@ def test_what_a_log_says_of_poses():
     q[4], q[6] = (np.pi - flat, flat), (np.pi, 0.0)
     rates = np.full((9, 2), 0.3)
     rates[2, 1] = np.nan
-    run = fb.Run.from_log({"t": t, "q": q, "q_dot": rates})
+    run = fb.from_log({"t": t, "q": q, "q_dot": rates})
     assert np.flatnonzero(np.isnan(run.energy)).tolist() == [2, 4, 6] and run.measured.rates
     assert run.energy[0] == fb.energy(fb.dkm(fb.dgm(ROBOT, q[0]), (0.3, 0.3)))
     assert "1 of 9 rows do not close the loop of this robot's bars, the first at 0.06 s, q = (3.1416, 0) rad" in (
@@ -282,15 +282,15 @@ def test_what_a_log_says_of_poses():
         (fb.Biglide(), np.stack([0 * t, right], axis=1), 0, 0.16 / 0.31 * 1.1, (-1, -1, -1)),
         (ROBOT, np.linspace([2.5, 2.3], [2.5, 2.45], 12), 1, None, (1, -1, -1)),
     ):
-        ((found, kind, margin, *modes),) = fb.Run.from_log(t, *q.T, robot=robot).events
+        ((found, kind, margin, *modes),) = fb.from_log(t, *q.T, robot=robot).events
         if when is None:
             when = brentq(lambda x, q=q: fb.dgm(ROBOT, q[0] + x / 1.1 * (q[-1] - q[0])).sines[1], 0.5, 0.8)
         assert found == pytest.approx(when, abs=1e-4) and kind == fb.Singularity.SERIAL
         after = tuple(-mode if k == leg else mode for k, mode in enumerate(before))
         assert margin == robot.words.sines[leg] and modes == [before, after]
-        assert fb.Run.from_log(t + (t > found), *q.T, robot=robot).events == ()  # in a gap nobody knows
+        assert fb.from_log(t + (t > found), *q.T, robot=robot).events == ()  # in a gap nobody knows
         long, back = 0.1 * np.arange(24), np.concatenate([q, q[::-1]])
-        (event,) = fb.Run.from_log(long + (long > found), *back.T, robot=robot).events  # but on the way back
+        (event,) = fb.from_log(long + (long > found), *back.T, robot=robot).events  # but on the way back
         assert event.t == pytest.approx(3.3 - found, abs=1e-9)
 
 
@@ -298,14 +298,14 @@ def test_where_the_end_effector_was_logged_and_where_not():
     """Noise moves its median beyond 2 % of a bar: then it is said; what is missing is by the joints."""
     xi = RUN.xi + np.array([0.0, 0.0015])
     xi[:30] = np.nan
-    run = fb.Run.from_log({**COLUMNS, "xi": xi})
+    run = fb.from_log({**COLUMNS, "xi": xi})
     np.testing.assert_allclose(run.xi[:30], RUN.xi[:30], atol=1e-15)
     assert (run.xi[30:] == xi[30:]).all() and run.measured.said == ()
-    said = fb.Run.from_log({**COLUMNS, "xi": xi + np.array([0.0, 0.0005])}).measured.said
+    said = fb.from_log({**COLUMNS, "xi": xi + np.array([0.0, 0.0005])}).measured.said
     assert said == (
         "x and y are 2 mm (median) from where the joints say in assembly mode -1: another mode, frame or other "
         "lengths; fb.calibrate tells",
     )
-    other = fb.Run.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
+    other = fb.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
     assert other.measured.said == () and other.measured.gaps == ()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar import cli
-from fivebar.pictures.plot.maps import singularity_map as picture
+from fivebar.visualization.plot.maps import singularity_map as picture
 from fivebar.singularities.maps import Map
 from fivebar.singularities.margins import Singularity
 from tests.models.test_biglide import LAB, MODES, UNEQUAL

@@ -6,7 +6,7 @@ import casadi
 import numpy as np
 import pytest
 
-from fivebar._backend import as_numbers
+from fivebar.base.backend import as_numbers
 from fivebar.singularities.four_bar_motion import Turning, closures, four_bar_directions
 
 CHAINS = {

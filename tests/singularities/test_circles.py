@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar._backend import as_numbers
+from fivebar.base.backend import as_numbers
 from fivebar.singularities.leg_circles import LegCircles, turn_to
 from fivebar.singularities.locus import MODES
 from fivebar.singularities.margins import Singularity

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.disc import _equidistant, _feet, _kept_room, _polished, room_at, too_narrow
-from fivebar.singularities.kept_paths import broken
+from fivebar.constraints.disc import _equidistant, _feet, _kept_room, _polished, room_at, too_narrow
+from fivebar.constraints.violations import broken
 from tests.helpers.curves import backwards, ellipse, polygon
 
 ROBOT = fb.FiveBar()

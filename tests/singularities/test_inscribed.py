@@ -8,8 +8,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.singularities.aspects import aspects
-from fivebar.singularities.disc import _polished, largest_disc, punctures, room_at
-from fivebar.singularities.rectangle import largest_rectangle
+from fivebar.constraints.disc import _polished, largest_disc, punctures, room_at
+from fivebar.constraints.rectangle import largest_rectangle
 from fivebar.singularities.regions import roomiest
 from tests.helpers import DATA
 

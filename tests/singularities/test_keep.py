@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.bars import apart
-from fivebar.singularities.keep import off_sides
-from fivebar.singularities.walls import walls
+from fivebar.constraints.link_collisions import apart
+from fivebar.constraints.constraints import off_sides
+from fivebar.constraints.boundaries import walls
 
 ROBOT = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)

@@ -11,7 +11,7 @@ import fivebar as fb
 from fivebar.singularities.criterion import crossing_acceleration, force_at, largest_force
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
-from fivebar.singularities.path import check_path
+from fivebar.constraints.path_check import check_path
 from tests.helpers import DATA
 
 REFERENCE = json.loads((DATA / "five_bar.json").read_text())

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities import path as module
-from fivebar.singularities.path import SAMPLES, _finite, _near, _root, _times, _Zero, _zero_between, _zeros
+from fivebar.constraints import path_check as module
+from fivebar.constraints.path_check import SAMPLES, _finite, _near, _root, _times, _Zero, _zero_between, _zeros
 from tests.conftest import UNEQUAL
 
 T = np.linspace(0, 1, SAMPLES)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fivebar.singularities.locus import Locus, pairs
-from fivebar.singularities.outline import CORNERS, INWARDS, Outline, _turns, apart
-from fivebar.singularities.rectangle import _area, _around, _fitted, _grown, _off_end, _off_piece, _roomiest, _starts
+from fivebar.constraints.outline import CORNERS, INWARDS, Outline, _turns, apart
+from fivebar.constraints.rectangle import _area, _around, _fitted, _grown, _off_end, _off_piece, _roomiest, _starts
 from fivebar.singularities.regions import Arc, inside
 from tests.helpers.curves import LABEL, TURN, backwards, ellipse, polygon
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.disc import walled
-from fivebar.singularities.keep import off_sides
+from fivebar.constraints.disc import walled
+from fivebar.constraints.constraints import off_sides
 from fivebar.singularities.leg_circles import size_of
-from fivebar.singularities.walls import _polyline, _put, facing, kept_at, walls
+from fivebar.constraints.boundaries import _polyline, _put, facing, kept_at, walls
 from tests.helpers.curves import polygon
 
 ROBOT, UNEQUAL = fb.FiveBar(), fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -127,7 +127,7 @@ def test_margins_end_along_walls_where_they_are_met():
 
 @pytest.mark.parametrize("robot, working", [(ROBOT, (1, -1)), (fb.FiveBar(0.06, 0.1, 0.1, 0.12, 0.05), (1, 1))])
 def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, monkeypatch):
-    monkeypatch.setattr("fivebar.singularities.walls.GRID", 121)
+    monkeypatch.setattr("fivebar.constraints.boundaries.GRID", 121)
     keep, reach = fb.Keep(bars=fb.Bars(0.01, posts=0.01)), robot.l11 + robot.l12
     found = walls(robot, working, keep)
     for arc in found:

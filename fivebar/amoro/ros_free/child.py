@@ -14,7 +14,7 @@ from types import ModuleType
 import casadi  # noqa: F401  so that its import is not the script's time
 import numpy as np
 
-from ... import old_numpy
+from ...base import old_numpy
 from . import lenient, names, outputs, report
 from . import world as place
 from .clock import RealClock, SimulatedClock, real_monotonic, real_sleep

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ...old_numpy import CONVERSION, CONVERTING, DROPPED, is_single
+from ...base.old_numpy import CONVERSION, CONVERTING, DROPPED, is_single
 from .tracebacks import is_users
 
 CONVERSIONS = {"array", "asarray", "print", *(function.__name__ for function in CONVERTING)}

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from ... import old_numpy
+from ...base import old_numpy
 from .tracebacks import is_users
 
 

@@ -11,11 +11,11 @@ from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...described import printable
-from ...errors import UsageError
+from ...base.errors import UsageError
+from ...base.progress import progress
+from ...base.representation import printable
+from ...base.tables import STRANGE
 from ...models.robots import Robot
-from ...progress import progress
-from ...tables import STRANGE
 from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab

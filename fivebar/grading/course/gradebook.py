@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...errors import UsageError
+from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
 from ..report.text import number

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
-from ...described import printable
+from ...base.representation import printable
 from ..report.text import number
 from ..results import Report
 

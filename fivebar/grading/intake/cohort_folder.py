@@ -7,11 +7,21 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...errors import UsageError
+from ...base.errors import UsageError
 from ..labs import Lab
 from ..variants import id_key
 from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError
-from .hand_in import CANVAS, MOODLE, NO_FILE, Left, ProgramFile, beside, choose, is_hidden, look_into
+from .hand_in import (
+    CANVAS,
+    MOODLE,
+    NO_FILE,
+    Left,
+    ProgramFile,
+    beside,
+    choose,
+    is_hidden,
+    look_into,
+)
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from ...described import printable
-from ...tables import replaced
+from ...base.representation import printable
+from ...base.tables import replaced
 from ..results import Report, withheld
 from .text import headlines, told, word
 

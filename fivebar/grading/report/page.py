@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from ...described import printable
+from ...base.representation import printable
 from ..results import Report
 from .text import closing, facts, headlines, not_started, number, word
 

@@ -8,7 +8,7 @@ import shutil
 import textwrap
 from collections.abc import Iterator
 
-from ...described import printable
+from ...base.representation import printable
 from ..results import Check, Report
 from ..worker.replies import KINDS
 

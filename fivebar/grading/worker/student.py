@@ -14,7 +14,7 @@ from math import isfinite
 
 import numpy as np
 
-from ... import old_numpy
+from ...base import old_numpy
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, Worker

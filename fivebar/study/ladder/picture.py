@@ -6,7 +6,7 @@ import textwrap
 
 from matplotlib.figure import Figure
 
-from ...pictures.style import COLOURS, INK
+from ...visualization.style import COLOURS, INK
 from .rungs import CASES, RUNGS, Rung
 
 PALE = "#777777"

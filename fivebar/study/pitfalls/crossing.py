@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...constraints.path_check import check_path
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import ikm, ikm2
 from ...planning.trajectory import line, polynomial
-from ...singularities.path import check_path
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

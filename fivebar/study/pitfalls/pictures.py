@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...pictures.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
+from ...visualization.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
 from .differentiation import OURS as OURS_BOUND
 from .joint_space import FREE_END
 from .sampled import boundary

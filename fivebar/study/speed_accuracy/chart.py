@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from ...errors import UsageError
+from ...base.errors import UsageError
 from ..chart_names import CHARTS
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
-from ...folders import alone
-from ...progress import progress
-from ...tables import saved, written
+from ...base.folders import alone
+from ...base.progress import progress
+from ...base.tables import saved, written
 from ..chart_names import PEERS
 from . import findings, picture, runner
 from .chart import MODULES, load, module_of

@@ -6,7 +6,7 @@ import base64
 from html import escape
 from typing import TYPE_CHECKING
 
-from ...tables import written
+from ...base.tables import written
 
 if TYPE_CHECKING:
     from pathlib import Path

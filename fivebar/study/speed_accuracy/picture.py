@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 from PIL import Image
 
-from ...pictures.style import COLOURS as OKABE_ITO
-from ...pictures.style import INK
+from ...visualization.style import COLOURS as OKABE_ITO
+from ...visualization.style import INK
 from .chart import OURS
 from .findings import caption, counted, failures, orders, words_of
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import SingularityError, UnreachableError
-from ...processes import end_with_parent, unheard
+from ...base.errors import SingularityError, UnreachableError
+from ...base.processes import end_with_parent, unheard
 from .chart import Attempt, Failed, load, module_of
 from .machine import describe, missing
 from .store import Partial, Result

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...tables import TextFile, opened, write, written
+from ...base.tables import TextFile, opened, write, written
 from .chart import Chart
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ class Gate:
 
 
 def as_with_old_numpy(source: str) -> Callable:
-    """How `fivebar.old_numpy`, given as text, rewrites a statement."""
+    """How `fivebar.base.old_numpy`, given as text, rewrites a statement."""
     known = {}
     exec(source, known)
     known["install"]()

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from ....exporting.c import PRELUDE, to_c
-from ....exporting.header import CONTROLLER, MODELS, NAMES, controller
-from ....exporting.instructions import Language, statements
+from ....exporters.c import PRELUDE, to_c
+from ....exporters.header import CONTROLLER, MODELS, NAMES, controller
 from ....models.compiled import compile
 from ....models.geometry import dgm
+from ....models.instructions import Language, statements
 from ....models.kinematics import dkm, dkm2
 from ....models.machine_code import library
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...._backend import cos, sin, sqrt
+from ....base.backend import cos, sin, sqrt
 from ....models.geometry import dgm
 from ....models.robots import FiveBar
 from ...pitfalls.half_angle import half_angle

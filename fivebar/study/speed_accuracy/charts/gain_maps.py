@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..picture import ABOVE, BELOW, EDGE, HEAD, HEIGHT, INK, LEFT, LINE, RIGHT, WIDTH, title, wrapped
+from ..picture import (
+    ABOVE,
+    BELOW,
+    EDGE,
+    HEAD,
+    HEIGHT,
+    INK,
+    LEFT,
+    LINE,
+    RIGHT,
+    WIDTH,
+    title,
+    wrapped,
+)
 from .stability import NEVER, PROBLEMS, WINDOWS, gains, side_of
 
 if TYPE_CHECKING:

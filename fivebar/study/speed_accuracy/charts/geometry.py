@@ -10,14 +10,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import root
 
-from ...._backend import EPS
+from ....base.backend import EPS
 from ....models.compiled import Buffered, compile
 from ....models.geometry import dgm
 from ....models.machine_code import library
 from ....singularities.margins import singularity_margins
 from ...pitfalls.newton_dgm import newton_dgm
 from ..chart import LIMIT, OURS, Attempt, Chart, Failed, Method, Panel
-from .dgm_routes import ASSEMBLY, C_LOOP, ROBOT, arctg, elbows, equivalent_four_bar, ours, printed, tangent_half_angle
+from .dgm_routes import (
+    ASSEMBLY,
+    C_LOOP,
+    ROBOT,
+    arctg,
+    elbows,
+    equivalent_four_bar,
+    ours,
+    printed,
+    tangent_half_angle,
+)
 from .exact import distance, exact_motion
 
 if TYPE_CHECKING:

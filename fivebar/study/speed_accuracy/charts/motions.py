@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...._backend import cos
+from ....base.backend import cos
 from ....models.geometry import dgm
 from ....models.kinematics import Rates, dkm
 from ....models.robots import FiveBar, Robot

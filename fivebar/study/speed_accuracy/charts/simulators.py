@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from ...._backend import wrap
+from ....base.backend import wrap
 from ....models.charts import Bars, Joint
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import dgm

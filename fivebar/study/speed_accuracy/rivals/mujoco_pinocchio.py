@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....exporting.export import export
+from ....exporters.export import export
 from ....simulation.steps import tableau
 from ..charts.motions import DURATION, ROBOT
 from .native import mujoco_loop, pinocchio_loop

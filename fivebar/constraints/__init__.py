@@ -1,0 +1,1 @@
+"""Constraints on a motion, and the regions and paths that satisfy them."""

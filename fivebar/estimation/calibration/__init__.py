@@ -1,0 +1,1 @@
+"""Geometric calibration: lengths, offsets and the frame of the measuring device."""

@@ -1,0 +1,152 @@
+"""`tip_error`: how far off the tip of a robot is whose lengths and zeros are known to tolerances only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.backend import finite_numbers, is_symbolic
+from ...base.checks import instance, not_negative, one_of, shown, takes, whole
+from ...base.presentation import Plotted
+from ...base.representation import one_line
+from ...models.geometry import Pose, igm
+from ...models.robots import FiveBar
+from .calibrate import known_names
+from .measured_robot import PLACE, seen, values_of
+
+if TYPE_CHECKING:
+    pass
+
+DIRECTIONS = 720  # half a turn of them, in which a worst case is looked for: to 1e-5 of it
+INSIDE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class TipError(Plotted):
+    """Errors of the tip at n poses under tolerances, to first order and by Monte Carlo; from `tip_error`.
+
+    names, tolerances (k,); jacobian (n, 2, k): of the tip by these, the motors held; drawn: samples of the tip's error
+    at each pose (n, samples, 2), m, nan where the drawn robot does not close.
+    """
+
+    pose: Pose
+    names: tuple[str, ...]
+    tolerances: np.ndarray
+    jacobian: np.ndarray
+    drawn: np.ndarray = field(repr=False)
+    distribution: str = "normal"
+
+    def __repr__(self) -> str:
+        n, samples = self.drawn.shape[:2]
+        words = f"{n} poses", f"{samples} samples", f"sd up to {1e3 * self.sd.max():.3g} mm"
+        return one_line("TipError", *words, f"by Monte Carlo {1e3 * self.monte_carlo_sd.max():.3g} mm")
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
+        variance = self.tolerances**2 / (3.0 if self.distribution == "uniform" else 1.0)
+        return np.einsum("nik,k,njk->nij", self.jacobian, variance, self.jacobian)
+
+    @cached_property
+    def sd(self) -> np.ndarray:
+        """(n,) RMS distance from where it should be, m, to first order."""
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+
+    @cached_property
+    def monte_carlo_sd(self) -> np.ndarray:
+        """(n,) the same of the drawn robots that close, bias included; nan where none does."""
+        with np.errstate(invalid="ignore"):
+            total, count = np.nansum(self.drawn**2, axis=(1, 2)), self._closed.sum(axis=1)
+            return np.sqrt(np.where(count, total / np.maximum(count, 1), np.nan))
+
+    @cached_property
+    def bias(self) -> np.ndarray:
+        """(n, 2) mean error of the drawn robots, m: 0 to first order."""
+        count = np.maximum(self._closed.sum(axis=1), 1)[:, None]
+        return np.nansum(self.drawn, axis=1) / count
+
+    @cached_property
+    def _closed(self):
+        return np.isfinite(self.drawn[..., 0])
+
+    @property
+    def open(self) -> np.ndarray:
+        """(n,) share of drawn robots that cannot take the pose's motor angles at all."""
+        return 1 - self._closed.mean(axis=1)
+
+    @cached_property
+    def radius(self) -> np.ndarray:
+        """(n,) within which 95 % of all drawn robots are, m; inf where more do not close."""
+        size = np.nan_to_num(np.hypot(*np.moveaxis(self.drawn, 2, 0)), nan=np.inf)
+        return np.quantile(size, INSIDE, axis=1, method="higher")
+
+    @cached_property
+    def worst(self) -> np.ndarray:
+        """(n,) farthest, m, to first order, with every parameter within its tolerance."""
+        angle = np.linspace(0, np.pi, DIRECTIONS, endpoint=False)
+        along = np.stack([np.cos(angle), np.sin(angle)])
+        return np.abs(np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along)).sum(axis=2).max(axis=1)
+
+    @cached_property
+    def shares(self) -> dict[str, np.ndarray]:
+        """Part (n,) of the variance that each tolerance makes, to first order."""
+        parts = (self.jacobian**2).sum(axis=1) * self.tolerances**2
+        total = np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+        return dict(zip(self.names, (parts / total).T))
+
+
+
+@takes(
+    robot=instance(FiveBar), samples=whole(10, 1_000_000), seed=whole(0, 2**63),
+    distribution=one_of("normal", "uniform"),
+)  # fmt: skip
+def tip_error(
+    robot: FiveBar, tolerances: Mapping[str, float], poses: Pose | ArrayLike, *, working: ArrayLike = (-1, -1),
+    samples: int = 20_000, seed: int = 0, distribution: str = "normal",
+) -> TipError:  # fmt: skip
+    """Errors of the tip of a robot that is commanded by its nominal model, and built to tolerances.
+
+        d xi = A^-1 (u_i2 . dP_i + d l_i2), q held        (AMORO eq. 13, with the bars' lengths derived too)
+
+    tolerances: {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one), ratio1, ratio2; m
+        and rad: standard deviations, or with distribution="uniform" the half width.
+    poses: a Pose, of one or a batch, or points (n, 2), m, reached in the mode `working`. samples: robots drawn.
+    ValueError names a tolerance that is none; UnreachableError, SingularityError as `igm`.
+    """
+    if not isinstance(tolerances, Mapping):
+        raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")
+    names = known_names(tuple(tolerances), "tolerances")
+    sizes = np.array([not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()])
+    pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
+    if pose.robot != robot:
+        raise ValueError("poses must be of the same robot")
+    q, assembly = np.atleast_2d(pose.q).reshape(-1, 2), np.atleast_1d(pose.assembly).ravel()
+    if not np.isfinite(q).all() or (assembly == 0).any():
+        raise ValueError("poses must be reached, and off Type-2 singularities: there the tip is not held at all")
+    if len(q) * samples > 2e7:
+        raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
+    p, columns = values_of(robot), np.array([PLACE[name] for name in names])
+    at, jacobian = seen(p, q, assembly)
+    draw = np.random.default_rng(seed)
+    shape = len(names), samples
+    unit = draw.uniform(-1, 1, shape) if distribution == "uniform" else draw.standard_normal(shape)
+    robots = np.repeat(p[:, None], samples, axis=1)
+    robots[columns] += sizes[:, None] * unit
+    impossible = (robots[:4] <= 0).any(axis=0) | (robots[PLACE["scale"]] <= 0)
+    drawn = np.empty((len(q), samples, 2))
+    for k in range(len(q)):
+        drawn[k] = seen(robots, np.tile(q[k], (samples, 1)), np.full(samples, assembly[k]), derive=False)[0] - at[k]
+    drawn[:, impossible] = np.nan
+    return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
+
+
+def _points(poses):
+    found = finite_numbers(poses, "poses") if not is_symbolic(poses) else np.empty(0)
+    if found.ndim not in (1, 2) or found.shape[-1] != 2:
+        raise ValueError(f"poses must be a Pose, or points of shape (2,) or (n, 2), not {shown(poses)}")
+    return found

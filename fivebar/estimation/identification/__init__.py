@@ -1,0 +1,1 @@
+"""Identification of the dynamic parameters: regressor, base parameters, confidence."""

@@ -1,0 +1,1 @@
+"""Logs of a bench: reading, filtering, differentiation, replay."""

@@ -1,0 +1,1 @@
+"""Certificates of a timed path, and the checker that needs nothing of the rest."""

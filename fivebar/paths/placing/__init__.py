@@ -1,0 +1,1 @@
+"""Place a drawing in the workspace: the largest size, the largest clearance."""

@@ -1,0 +1,103 @@
+"""Where a drawing fits into the aspects, by their largest rectangles: a simple answer, and a safe one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from operator import itemgetter
+
+import numpy as np
+
+from ...constraints.link_collisions import apart
+from ...constraints.rectangle import Rectangle, largest_rectangle
+from ...models.geometry import igm
+from ...models.robots import FiveBar
+from ...singularities.aspects import Aspect, aspects
+from ..curve import Path
+from ..pieces import Arc
+from ..placement import Placement
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A placement in a rectangle of an aspect; scale: the largest with which the drawing would lie in it."""
+
+    placement: Placement
+    aspect: Aspect
+    rectangle: Rectangle
+    scale: float
+
+
+def bounds(path: Path) -> np.ndarray:
+    """((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by control points."""
+    corners = []
+    for piece in path.pieces:
+        if isinstance(piece, Arc):
+            first, last = sorted((piece.angle0, piece.angle1))
+            quarters = np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1) * np.pi / 2
+            angles = np.concatenate([[first, last], quarters])
+            corners.append(np.array(piece.centre) + piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+        elif hasattr(piece, "bernstein"):
+            corners.append(piece.bernstein)
+        else:
+            corners.append(piece.coefficients.cumsum(axis=0))
+    corners = np.concatenate(corners)
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def fitted_in(
+    robot: FiveBar, path: Path, turn: float = 0.0, scale: float | None = 1.0, working: tuple[int, int] | None = None,
+    margin: float = 0.005,
+) -> Fit:  # fmt: skip
+    """The drawing in the middle of an aspect's largest upright rectangle: Fit.
+
+    scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from all singularities.
+    Aspects are taken in this order: those where the legs do not cross, above the motors, in the lab's modes, large; the
+    first that holds the drawing, or without a scale the one that holds it largest and where the legs do not cross.
+    The rectangle is in the aspect and the drawing in the rectangle: so it keeps off all singularities, but a larger one
+    may fit, elsewhere or turned. ValueError with the largest scale where it does not.
+    """
+    box = bounds(path.moved(0j, Placement(turn=turn).turned))
+    size = np.maximum(box[1] - box[0], 1e-9)
+    parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
+    crossed = {part.number: _legs_cross(robot, part) for part in parts}
+    parts.sort(key=lambda p: (crossed[p.number], p.point[1] <= 0, p.working != (-1, -1), -p.area))
+    found, refused = [], f"no aspect in working modes {working}"
+    for part in parts:
+        # The rectangle's area is none larger than the aspect's.
+        if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
+            continue
+        try:
+            rectangle = largest_rectangle(part, margin)
+        except ValueError as error:
+            refused = str(error)
+            continue
+        room = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
+        found.append((float((room / size).min()), part, rectangle))
+        if scale is not None and found[-1][0] >= scale:
+            break
+    if not found:
+        raise ValueError(refused)
+    if scale is None:
+        share, aspect, rectangle = max(found, key=lambda each: (not crossed[each[1].number], round(each[0], 4)))
+    else:
+        share, aspect, rectangle = max(found, key=lambda each: (min(each[0], scale), each is found[-1]))
+    if scale is not None and scale > share:
+        wide, high = 1e3 * size * scale
+        raise ValueError(
+            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's rectangle"
+            f"{'' if working is None else f' in working modes {tuple(working)}'}: it fits with scale "
+            f"{np.floor(1e4 * share) / 1e4:.6g} at most"
+        )
+    scale = share * (1 - 1e-9) if scale is None else scale
+    middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
+    shift = middle - scale * box.mean(axis=0)
+    return Fit(Placement((float(shift[0]), float(shift[1])), turn, scale), aspect, rectangle, share)
+
+
+def _legs_cross(robot, aspect):
+    """Whether bars of both legs cross where the aspect is roomiest."""
+    pose = igm(robot, aspect.point, aspect.working)
+    base, elbow, tip = np.array([-0.5, 0.5]) * robot.d, pose.elbows @ (1, 1j), complex(*aspect.point)
+    bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
+    return any(apart(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])

@@ -1,0 +1,263 @@
+"""The search for where paths lie best in some aspects: from a coarse grid of shifts and turns, then improved."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ...base.progress import progress
+from ..curve import Path
+from ..placement import Placement
+from .clearance import SAMPLES, TIGHT, Room
+
+SHIFTS, FEW = 36, 24  # a side of the grid of shifts on which the search begins, and points of the paths that it tries
+TURNS = 16  # of a full turn, where the search begins
+STARTS = 5  # placements, the best of the search, that are improved
+ROUNDS, SEEN = 60, 400  # of an improvement, at most, and points of the border that it remembers
+SMALLER, HALVINGS = 0.01, 7  # than what is surely too large, the least scale tried; of the way to what fits
+NEARLY = 1.15, 1.0, 0.85, 0.7, 0.5, 0.3, 0.1  # times the scale that fits on the grid, from where placements are grown,
+GROWN = 3  # so many of each, until one is as large as that
+SHRUNK = 13  # times that what has grown too large is made smaller
+CORNERS = 240  # of a path, at most, that are looked at beside its samples
+
+
+class Found(NamedTuple):
+    """A placement of paths about their middle: its room, m, the room in which each path is, shift, turn and scale."""
+
+    room: float
+    which: tuple[int, ...]
+    shift: complex
+    turn: float
+    scale: float
+
+    def placement(self, middle: complex) -> Placement:
+        shift = self.shift - self.scale * np.exp(1j * self.turn) * middle
+        return Placement((shift.real, shift.imag), math.remainder(self.turn, 2 * math.pi), self.scale)
+
+
+class Search:
+    """Placements of paths, all by one shift, turn and scale, each in one of the rooms.
+
+    turn: rad, None: free; margin: m, that all keep.
+    """
+
+    def __init__(self, paths: list[Path], rooms: list[Room], turn: float | None, margin: float) -> None:
+        self.paths, self.rooms, self.turn, self.margin = paths, rooms, turn, margin
+        samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
+        z = np.concatenate(samples)
+        self.owner = np.repeat(np.arange(len(paths)), [len(each) for each in samples])
+        self.middle = complex((z.real.min() + z.real.max()) / 2, (z.imag.min() + z.imag.max()) / 2)
+        self.z = z - self.middle
+        self.size = float(np.abs(self.z).max())
+        few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
+        self.few, self.first = np.concatenate(few), np.cumsum([0, *(len(each) for each in few[:-1])])
+        self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
+        low, high = (np.array([getattr(room, end) for room in rooms]) for end in ("low", "high"))
+        x = np.linspace(low.real.min(), high.real.max(), SHIFTS)
+        y = np.linspace(low.imag.min(), high.imag.max(), SHIFTS)
+        self.centres = (x[:, None] + 1j * y).ravel()
+
+    def coarse(self, scale: float, mixed: bool = False) -> list[Found]:
+        """The best shifts on the grid, the best first, one for each turn and room; mixed: each path in its own room."""
+        found = []
+        for turn in self.turns:
+            z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
+            if mixed:
+                rooms = np.array([np.minimum.reduceat(room.on_grid(z), self.first, axis=1) for room in self.rooms])
+                room = rooms.max(axis=0).min(axis=1)
+                best = [(float(room[at]), rooms[:, at].argmax(axis=0).tolist(), at) for at in np.argsort(-room)[:3]]
+            else:
+                rooms = [room.on_grid(z).min(axis=1) for room in self.rooms]
+                best = [(float(room.max()), [k] * len(self.paths), room.argmax()) for k, room in enumerate(rooms)]
+            found += [Found(room, tuple(which), complex(self.centres[at]), turn, scale) for room, which, at in best]
+        return sorted(found, key=lambda each: -each.room)
+
+    def fits(self, scale: float, count: int = 1) -> list[Found]:
+        """Placements that keep the margin, with most room first: so many, each in rooms of its own; of several paths in
+        one room, if all of them fit into one."""
+        kept = self._fits(scale, count, False)
+        return kept if kept or len(self.paths) == 1 else self._fits(scale, count, True)
+
+    def _fits(self, scale, count, mixed):
+        chosen = []
+        for each in self.coarse(scale, mixed):
+            if sum(each.which == other.which for other in chosen) < 3 and len(chosen) < STARTS + count - 1:
+                chosen.append(each)
+        with progress(total=len(chosen) + 1, desc="place", delay=2) as bar:
+            found = []
+            for each in chosen:
+                found.append(self.improved(each))
+                bar.update()
+            found.sort(key=lambda each: -each.room)
+            found[0] = self.improved(found[0])
+            bar.update()
+        own, kept = {each.which: each for each in reversed(found)}, []
+        for each in sorted(own.values(), key=lambda each: -each.room):
+            if len(kept) < count and self.keeps(each):
+                kept.append(each)
+        return kept
+
+    def exactly(self, found: Found, least: float = -np.inf) -> tuple[float, complex]:
+        """The room of a placement, exactly, and the point where it is least."""
+        placement = found.placement(self.middle)
+        z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
+        rough = np.minimum.reduceat(self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths))))
+        room, at = np.inf, None
+        for k in np.argsort(rough):
+            own, where = self.rooms[found.which[k]].along(placement(self.paths[k]), least, room)
+            room, at = min((room, at), (own, where), key=lambda each: each[0])
+            if room <= least:
+                break
+        return room, at
+
+    def settled(self, found: Found) -> Found:
+        """With as few changes of rooms from path to path as its room allows."""
+        room, _ = self.exactly(found)
+        placement = found.placement(self.middle)
+        which, runs = list(found.which), []
+        for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
+            placed = placement(path)
+            own = {k for k, each in enumerate(self.rooms) if k == which[n] or each.along(placed, room, room)[0] >= room}
+            if runs and runs[-1][0] & own:
+                runs[-1] = runs[-1][0] & own, runs[-1][1] + 1
+            else:
+                runs.append((own, 1))
+        return found._replace(which=tuple(min(own) for own, count in runs for _ in range(count)) or found.which)
+
+    def least(self, found: Found) -> float:
+        """What the exact room must be above, so that the margin is kept: more than that by what is not known of it."""
+        return self.margin + 2 * TIGHT * found.scale * max(path.length for path in self.paths)
+
+    def keeps(self, found: Found) -> bool:
+        least = self.least(found)
+        return self.exactly(found, least)[0] > least
+
+    def rough(self, which: tuple[int, ...], z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Signed distances of the paths' samples from their borders, and their gradients."""
+        own, away, normal = np.array(which)[self.owner], np.empty(len(z)), np.empty(len(z), dtype=complex)
+        for k in set(which):
+            away[own == k], normal[own == k] = self.rooms[k].rough(z[own == k])
+        return away, normal
+
+    def improved(self, start: Found, growing: bool = False) -> Found:
+        """From a start, by linear programs, as the distances from the nearest points of the borders change; growing:
+        to the largest scale that leaves the margin, in place of the most room."""
+        (_, which, shift, turn, scale), turning = start, self.turn is None
+        step = max(0.3 * self.size * scale, 0.1 * min(self.rooms[k].most for k in which))
+        seen = np.empty((0, 2), dtype=complex)
+        now = self.rough(which, shift + scale * np.exp(1j * turn) * self.z)
+        for _ in range(ROUNDS):
+            z = scale * np.exp(1j * turn) * self.z
+            least = float(now[0].min())
+            near = now[0] < least + 4 * step
+            away, normal, arm = now[0][near], now[1][near], z[near]
+            if least > 0 and len(seen):
+                # Where a point is as near to several borders, those met before are kept off too.
+                own, border = z[seen[:, 0].real.astype(int)], seen[:, 1]
+                other = shift + own - border
+                close = np.abs(other) < least + 4 * step
+                away = np.concatenate([away, np.abs(other[close])])
+                normal = np.concatenate([normal, other[close] / np.abs(other[close])])
+                arm = np.concatenate([arm, own[close]])
+            normal = normal.conj()
+            size = self.size * scale
+            # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the growth alone.
+            rates = np.stack([normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1)
+            rates[:, 2:] /= size
+            free = np.array([1, 1, turning, growing])
+            if growing:
+                cost, rows, right = [0, 0, 0, -1, 0], np.pad(-rates, ((0, 0), (0, 1))), away - self.margin
+                right = np.maximum(right, 0.0) if least >= self.margin else right
+            else:
+                cost, rows = [0, 0, 0, 0, -1], np.column_stack([-rates, np.ones(len(away))])
+                right = away
+            bounds = [*((-step * f, step * f) for f in free), (None, None)]
+            answer = linprog(cost, A_ub=rows, b_ub=right, bounds=bounds)
+            if answer.x is None:
+                step /= 4
+                continue
+            dx, dy, dturn, grown, room = answer.x
+            if (grown if growing else room - least) < 1e-8 * size:
+                break
+            trial = shift + complex(dx, dy), turn + dturn / size, scale * (1 + grown / size)
+            placed = trial[0] + trial[2] * np.exp(1j * trial[1]) * self.z
+            then = self.rough(which, placed)
+            met = np.flatnonzero(then[0] < then[0].min() + step)
+            seen = np.concatenate([seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)])[-SEEN:]
+            better = (
+                (then[0].min() >= min(self.margin, least) and trial[2] > scale) if growing else then[0].min() > least
+            )
+            if better:
+                (shift, turn, scale), now = trial, then
+            else:
+                step /= 3
+            if step < 1e-7 * size:
+                break
+        return Found(float(now[0].min()), which, shift, turn, scale)
+
+    def largest(self) -> Found:
+        """The placement of the largest scale found: grown from where the paths nearly fit on the grid."""
+        best = self._largest(False)
+        if len(self.paths) > 1:
+            best = _larger(best, self._largest(True))
+        if best is None:
+            raise ValueError(f"place: nothing larger than a point was found to keep a margin of {self.margin:g} m")
+        return best
+
+    def _largest(self, mixed):
+        high = max(abs(room.high - room.low) for room in self.rooms) / self.size
+        low, best = SMALLER * high, None
+        with progress(total=HALVINGS + len(NEARLY) + 2, desc="largest scale", delay=2) as bar:
+            for _ in range(HALVINGS):
+                middle = math.sqrt(low * high)
+                low, high = (middle, high) if self.coarse(middle, mixed)[0].room > self.margin else (low, middle)
+                bar.update()
+            for share in NEARLY:
+                for start in self.coarse(share * low, mixed)[:GROWN] if best is None or best.scale < low else ():
+                    if start.room > self.margin - 0.15 * self.size * start.scale:
+                        best = _larger(best, self.grown(start))
+                bar.update()
+            for _ in range(2 if best else 0):
+                best = _larger(best, self.grown(best))
+                bar.update()
+        return best
+
+    def grown(self, start: Found) -> Found | None:
+        """The largest that a placement can be improved and grown to; None where it does not fit."""
+        first = self.improved(start)
+        if first.room <= self.margin:
+            return None
+        found = self.improved(first, growing=True)
+        least = self.least(found)
+        for k in range(SHRUNK):  # the search knows path and border from samples
+            room, _ = self.exactly(found)
+            if room > least:
+                return found
+            # Growth changes distances by no more than this: so much less is enough, but where the samples are on both
+            # sides of a border.
+            less = max(1.1 * (least - room) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale)
+            if less >= 0.5 * found.scale:
+                break
+            found = found._replace(scale=found.scale - less)
+        return first if self.keeps(first) else None
+
+
+def _larger(one, other):
+    return max(filter(None, (one, other)), key=lambda each: each.scale, default=None)
+
+
+def _samples(path, count):
+    """Points of a path, its corners among them."""
+    corners = np.array([stop.s for stop in path.stops])
+    corners = corners[:: math.ceil(len(corners) / CORNERS)]
+    return path(np.union1d(np.linspace(0, path.length, count), corners))[0] @ (1, 1j)
+
+
+def _few(z, count):
+    """Of points those that are farthest in some directions, and some between."""
+    ways = np.exp(2j * np.pi * np.arange(count // 2) / (count // 2))
+    far = (z[:, None] * ways.conj()).real.argmax(axis=0)
+    return z[np.union1d(far, np.linspace(0, len(z) - 1, count - count // 2).round().astype(int))]

@@ -1,0 +1,1 @@
+"""Time-optimal timing of a path with a proven lower bound."""

@@ -1,0 +1,126 @@
+"""A limit on the jerk: the fastest motion without it, its s(t) averaged over a while, all slowed down until it fits.
+
+The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to rest w later. How long
+w is best is sought. It is not promised that nothing is faster (where the jerk rules, it takes a fifth longer than the
+best); the lower bound stays that of the motion without the limit. The limits are looked at beside all times at which a
+derivative jumps and at PLACES in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from ...base.errors import SingularityError
+from ...models.dynamics import inverse_dynamics
+from ...models.geometry import igm
+from ...models.kinematics import ikm, ikm2
+from .refusals import where
+from .solve import TimingError
+
+if TYPE_CHECKING:
+    from .timed_path import TimedPath
+
+PLACES = 7  # between two times at which a derivative jumps
+MARGIN = 1e-5  # of the limits: between those places
+SHARES = np.geomspace(0.01, 2.0, 15)  # of the motion's time, near one of which w is sought
+STEPS = 7  # of that search
+JUMP = 1e-6  # of the largest curvature, that is none
+
+
+def refuse_kinks(path) -> None:
+    """ValueError where the curvature jumps and the motion does not rest; SingularityError is `refuse_crossing`'s."""
+    n = len(path.pieces)
+    if n == 1:
+        return
+    before, after = np.arange(n - 1), np.arange(1, n)
+    ends = np.array([piece.length for piece in path.pieces[:-1]])
+    bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
+    inner = path.on(np.arange(n), np.array([piece.length for piece in path.pieces]) / 2)[2]
+    largest = max(np.abs(each).max() for each in (*bends, inner))
+    rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
+    bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
+    if bad.any():
+        k = int(np.argmax(bad))
+        raise ValueError(
+            "time_path: jerk_limit needs a path whose curvature does not jump, as it does at "
+            f"{where(path, path.knots[k + 1])}: fivebar.path(..., curvature=True) blends corners so"
+        )
+
+
+def refuse_crossing(motion: TimedPath) -> None:
+    """SingularityError for a path across Type 2: averaged, it would not keep the crossing criterion."""
+    if motion.crossing.any():
+        s = float(motion.s[np.argmax(motion.crossing)])
+        raise SingularityError(
+            f"time_path: jerk_limit is not known across Type 2, which the path crosses at {where(motion.path, s)}", 0.0
+        )
+
+
+def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
+    """The motion with its jerk_limit kept, in `duration` s if it is given."""
+    refuse_crossing(motion)
+    tried: dict[float, TimedPath] = {}
+
+    def time(w):
+        tried[w] = _paced(replace(motion, smooth=float(np.exp(w))))
+        return tried[w].duration
+
+    widths = np.log(SHARES * motion.clock.taken.sum())
+    k = int(np.argmin([time(w) for w in widths]))
+    ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
+    minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
+    best = min(tried.values(), key=lambda each: each.duration)
+    if duration is None:
+        return best
+    if duration < best.duration:
+        raise TimingError(
+            f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least that was found with "
+            "this jerk_limit", 0.0, False,
+        )  # fmt: skip
+    rests = sum(stop.seconds for stop in motion.path.stops)
+    return replace(best, pace=best.pace * (duration - rests) / (best.duration - rests))
+
+
+def _paced(motion):
+    """At the pace at which it keeps its limits."""
+    turns = np.flatnonzero(np.diff(motion.piece) * motion.x[1:-1]) + 1  # nodes where xi_sss jumps, and it does not rest
+    edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
+    edges = edges[np.append(True, np.diff(edges) > 1e-12)]
+    inside = np.concatenate([[1e-6], np.linspace(0, 1, PLACES + 2)[1:-1], [1 - 1e-6]])
+    t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
+    k, gone, speed, push = motion.clock.along(t)
+    jerk = motion.clock.jerk(t)
+    xi, xi_s, xi_ss, xi_sss = motion.path.on(motion.piece[k], motion.first[k] + gone)
+    pose = igm(motion.robot, xi, motion.working)
+    v, u, j = speed[:, None], push[:, None], jerk[:, None]
+    rates = ikm(pose, xi_s * v)
+    acc = ikm2(rates, xi_ss * v**2 + xi_s * u)
+    limits, feed = motion.limits, np.array(motion.path.feed)[motion.piece[k]]
+    tip = np.linalg.norm(xi_s, axis=1) * speed
+    shares = [1e-9, np.max(tip / np.minimum(feed, limits.speed or np.inf))]
+    if limits.joint_speed:
+        shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
+    for value, limit in ((acc.q_ddot, limits.joint_acceleration), (acc.xi_ddot, limits.acceleration)):
+        if limit:
+            size = np.abs(value) if value is acc.q_ddot else np.linalg.norm(value, axis=1)
+            shares.append(np.sqrt(np.max(size / limit)))
+    third = xi_sss * v**3 + 3 * xi_ss * v * u + xi_s * j
+    shares.append(np.cbrt(np.linalg.norm(third, axis=1).max() / limits.jerk))
+    pace = float(max(shares)) * (1 + MARGIN)
+    if limits.torque:
+
+        def fits(pace):
+            slow = ikm2(ikm(pose, xi_s * v / pace), (xi_ss * v**2 + xi_s * u) / pace**2)
+            return (np.abs(inverse_dynamics(slow)) <= np.array(limits.torque) * (1 - MARGIN)).all()
+
+        low = pace
+        while not fits(pace) and pace < 1e6:
+            low, pace = pace, 1.5 * pace
+        while pace > low * (1 + MARGIN):
+            middle = np.sqrt(low * pace)
+            low, pace = (low, middle) if fits(middle) else (middle, pace)
+    return replace(motion, pace=pace)

@@ -1,0 +1,216 @@
+"""A curve that no motion along a path can pass: from it, a lower bound of the time.
+
+Every limit is a row a u + b x + v sqrt(x) + c <= 0 with x = s'^2, u = x_s / 2. Let a > 0 on a stretch, and X a function
+of s with a X_s / 2 + b X + v sqrt(X) + c > 0 throughout. A motion with x <= X at the start of the stretch stays below:
+where it first met X it would have x_s <= -2 (b X + v sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it;
+where a < 0 the same holds backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the
+row's left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein coefficients, all
+kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at once (the maximum velocity curve). So
+every motion has sqrt(x) below the square root of the least of these curves, and its time is at least the integral of
+one over it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .constraint_rows import PARTS, Rows
+
+MARGIN = 1e-9  # of the limits, by which they are widened here and narrowed where a motion is made: rounding
+BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)  # Bernstein coefficients of t (1 - t)
+
+
+class Ceiling(NamedTuple):
+    """x at the nodes (n + 1,), no motion is above; least time (n,) s on each stretch; size (n,): largest |u| of the
+    curves on it; stuck: the stretch that no motion passes, None if there is none."""
+
+    x: np.ndarray
+    time: np.ndarray
+    size: np.ndarray
+    stuck: int | None
+
+
+def caps(rows: Rows, alone: Rows) -> np.ndarray:
+    """Largest x (2, n) that leaves a u at the first and the last place of each stretch; < 0 where none does."""
+    found = []
+    with np.errstate(all="ignore"):
+        for at in (0, 2):
+            a, b, v, c = (rows.parts[name][at] for name in PARTS)
+            da, db, dv, dc = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
+            dc = dc + MARGIN * 4
+            best = np.full(a.shape[1], np.inf)
+            for k in range(len(a)):
+                # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
+                up, down = a[k], -a
+                P, V, Q = (
+                    up * (f - df) + down * (f[k] - df[k]) - da[k] * np.abs(f) - da * np.abs(f[k])
+                    for f, df in ((b, db), (v, dv), (c, dc))
+                )
+                Q = -Q
+                root = (-V + np.sqrt(np.maximum(V * V + 4 * P * Q, 0.0))) / (2 * P)
+                none = (P > 0) & (Q < 0) & ((V >= 0) | (V * V + 4 * P * Q < 0)) | (P == 0) & (V >= 0) & (Q < 0)
+                bound = np.where(P > 0, root * root, np.inf)
+                bound = np.where(none, -1.0, bound)
+                best = np.minimum(best, np.where((up > 0) & (down > 0), bound, np.inf).min(axis=0))
+            if alone.parts["b"].shape[1]:
+                w, limit = alone.parts["b"][at], MARGIN - alone.parts["c"][at]
+                best = np.minimum(best, np.where(w > 0, limit / w, np.inf).min(axis=0))
+            found.append(best * (1 + MARGIN))
+    return np.array(found)
+
+
+def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Ceiling:
+    """The Ceiling from the rows of n stretches of these lengths, m, and what bounds x at the nodes (n + 1,)."""
+    n, x, stuck = len(length), top.tolist(), None
+    h = length.tolist()
+    forward, backward = _lists(rows, 1), _lists(rows, -1)
+    ahead, behind = [None] * n, [None] * n
+    for i in range(n):
+        ahead[i] = _above(x[i], forward[i], h[i])
+        x[i + 1] = min(x[i + 1], ahead[i][2])
+        if x[i + 1] < 0:
+            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
+    for i in range(n - 1, -1, -1):
+        behind[i] = _above(x[i + 1], backward[i], h[i])
+        x[i] = min(x[i], behind[i][2])
+        if x[i] < 0:
+            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
+    time, size = np.zeros(n), np.zeros(n)
+    for i in range(n):
+        ahead[i] = _above(x[i], forward[i], h[i])
+        time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
+        size[i] = max(
+            (abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)), default=math.inf
+        )
+    if alone.parts["b"].shape[1]:
+        time = np.maximum(time, _cruise(alone, length))
+    return Ceiling(np.array(x), time, size, stuck)
+
+
+def _lists(rows, way):
+    """For each stretch its rows with a > 0 (way 1), or run backwards those with a < 0: tuples of numbers."""
+    a, b, v, c = (rows.parts[name][::way] for name in PARTS)
+    a = way * a
+    least = np.minimum(np.minimum(a[0], a[2]), a[1] - rows.bend["a"] / 2) - rows.slack["a"]
+    largest = a.max(axis=0)
+    fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
+    table = np.concatenate(
+        [a, b, v, c, np.stack([rows.bend[name] for name in PARTS]), np.stack([rows.slack[name] for name in PARTS])]
+    )
+    table = table.transpose(2, 1, 0)
+    return [table[i, fits[:, i]].tolist() for i in range(table.shape[0])]
+
+
+def _above(x0, rows, h):
+    """(u0, u1, x1): a parabola from x0 that the motion cannot pass, by the row that bounds it most."""
+    root0 = math.sqrt(x0) if x0 < math.inf else math.inf
+    best, guess = None, math.inf
+    if x0 == math.inf:
+        return math.inf, math.inf, math.inf
+    for row in rows:
+        a0, _, a1, b0, _, b1, v0, _, v1, c0, _, c1 = row[:12]
+        u0 = -(b0 * x0 + v0 * root0 + c0) / a0
+        steep, y = a1 + b1 * h, x0 + h * u0
+        if steep <= 0:
+            continue
+        u1 = -(b1 * y + c1) / steep
+        if v1:
+            u1 = -(b1 * y + v1 * math.sqrt(max(y + h * u1, 0.0)) + c1) / steep
+        if u0 + u1 < guess:
+            best, guess = row, u0 + u1
+    if best is None:
+        return math.inf, math.inf, math.inf
+    (
+        a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1,
+        a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack,
+    ) = best  # fmt: skip
+    x1, loose = x0 + h * guess, 1e-3
+    for _ in range(60):
+        high, low = max(x0, x1), min(x0, x1)
+        low, high = max(low * (1 - loose), 0.0), high * (1 + loose)
+        if low == 0 and loose > 1:
+            high *= 2
+        # Least v sqrt(X) by parts of one sign.
+        r_low, r_high = math.sqrt(low), math.sqrt(high)
+        if v0 > 0 and vm > 0 and v1 > 0:
+            r0 = rm = r1 = r_low
+        else:
+            r0 = rm = r1 = r_high
+            if not (v0 <= 0 and vm <= 0 and v1 <= 0):
+                v0 = vm = v1 = min(v0, vm, v1)
+        size = 1.5 * max(abs(guess), 1e-300) + loose * abs(guess)
+        open_ = a_slack * size + b_slack * high + v_slack * r_high + c_slack + MARGIN
+        bend = a_bend * size + b_bend * high + v_bend * r_high + c_bend
+        u0 = -(b0 * x0 + v0 * r0 + c0 - open_) / a0
+        y = x0 + h * u0
+        p = (
+            (a0 * u0 + 2 * am * u0) / 4 + (b0 * y + bm * x0) / 2 + (v0 * r0 + vm * rm + c0 + cm) / 2,
+            (2 * am * u0 + a1 * u0) / 6
+            + (b0 * y + 4 * bm * y + b1 * x0) / 6
+            + (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6,
+            a1 * u0 / 4 + (bm + b1) * y / 2 + (vm * rm + v1 * r1 + cm + c1) / 2,
+            b1 * y + v1 * r1 + c1,
+        )
+        q = (a0 / 4, (a0 + 2 * am) / 6 + b0 * h / 6, (2 * am + a1) / 4 + bm * h / 2, a1 + b1 * h)
+        if min(q) <= 0:
+            return math.inf, math.inf, math.inf
+        u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q))
+        found = x0 + h * (u0 + u1)
+        if max(abs(u0), abs(u1)) <= size and low <= min(x0, found, y) and max(x0, found, y) <= high:
+            return u0, u1, found
+        if found < 0:
+            return u0, u1, found
+        loose, guess, x1 = loose * 2, math.copysign(max(abs(guess), abs(u0), abs(u1)), guess), found
+    return math.inf, math.inf, math.inf
+
+
+def duration(h: float, x0: float, x1: float, bent: float) -> float:
+    """Time, s, over a stretch h on which x goes from x0 to x1 as a parabola with x_ss = 2 bent: s'' = u0 + bent s."""
+    total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
+    if total == 0:
+        return math.inf
+    plain, part = h / total, bent * (h / total) ** 2
+    if abs(part) < 1e-6:
+        return 2 * plain * (1 + part / 3)
+    root = math.sqrt(abs(part))
+    if part > 0:
+        return 2 * plain * math.atanh(root) / root if root < 1 else math.inf
+    return 2 * plain * math.atan(root) / root
+
+
+def _least_time(x0, ahead, x1, behind, h):
+    """Least time below both curves, from x0 on and back from x1."""
+    curves = [
+        (start, u0, (u1 - u0) / h, end) if end < math.inf and min(start + h * u0, start, end) >= 0 else None
+        for start, (u0, u1, end) in ((x0, ahead), (x1, behind))
+    ]
+    bounds = [duration(h, start, end, bent) for start, _, bent, end in filter(None, curves)]
+    if len(bounds) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
+        (f0, fu, fk, _), (g0, gu, gk, g1) = curves
+        # Where they meet: any place is valid, as below both is below either.
+        a, b, c = fk - gk, 2 * (fu + gu + gk * h), f0 - g1
+        root = b * b - 4 * a * c
+        s = -2 * c / (b + math.sqrt(root)) if root >= 0 and b > 0 else 0.0
+        if 0 < s < h:
+            rest = h - s
+            parts = (
+                duration(s, f0, f0 + s * (2 * fu + s * fk), fk),
+                duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk),
+            )
+            bounds.append(sum(parts))
+    return max(bounds, default=0.0) * (1 - 1e-12)
+
+
+def _cruise(alone, length):
+    """Least time (n,) s by the rows w x + c <= 0, c < 0 the same throughout: the integral of sqrt(w / -c)."""
+    w, c = alone.parts["b"], -alone.parts["c"][0] + MARGIN
+    chord = (w[0] + w[2]) / 2
+    less = np.maximum(chord - w[1], 0.0) / 2 + alone.bend["b"] / 4 + alone.slack["b"]
+    first, last = (np.maximum(each - less, 0.0) / c for each in (w[0], w[2]))
+    roots = np.sqrt(first) + np.sqrt(last)
+    with np.errstate(all="ignore"):
+        mean = np.where(roots > 0, 2 / 3 * (first + np.sqrt(first * last) + last) / roots, 0.0)
+    return (mean * length).max(axis=0)

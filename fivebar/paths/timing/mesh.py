@@ -1,0 +1,210 @@
+"""The stretches on which a path is timed: cut at its knots, exactly at Type 2, and until all on each is enclosed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...models.physics import physics_of
+from .bounds import Bernstein, Stretches, enclosed
+from .refusals import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
+from .sign_changes import cut_at_signs, cut_where_missed
+
+if TYPE_CHECKING:
+    from ...models.robots import Robot
+    from ..curve import Path
+
+FIRST = 96  # stretches of a whole path at first
+LONG = 1e-4  # of it: shorter ones are left where it is not known which way a joint turns
+ZERO = 1e-11  # of a joint's largest derivative: rounding of where it turns round
+SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A path in stretches, and all that is asked for on them.
+
+    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of
+    both joints' slopes, 0 where not known;
+    crossing (n + 1,): nodes on Type 2; rest (n + 1,): nodes at which the motion stops; speed (n,): the path's feed.
+    """
+
+    robot: Robot
+    path: Path
+    working: tuple[int, int]
+    stretches: Stretches
+    found: dict[str, Bernstein]
+    crossing: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.stretches)
+
+    @property
+    def s(self) -> np.ndarray:
+        starts = self.path.knots[self.stretches.piece]
+        return np.append(starts + self.stretches.first, self.path.length)
+
+    @property
+    def side(self) -> np.ndarray:
+        D = self.factors["D"]
+        return np.sign(np.where(np.abs(D.first) > np.abs(D.last), D.first, D.last))
+
+    @property
+    def turns(self) -> np.ndarray:
+        return np.stack([_sign(self.found[name]) for name in ("q1", "q2")])
+
+    @property
+    def rest(self) -> np.ndarray:
+        stops = np.array([stop.s for stop in self.path.stops])
+        return np.abs(self.s[:, None] - stops).min(axis=1) <= 1e-12 * self.path.length
+
+    @property
+    def speed(self) -> np.ndarray:
+        return np.array(self.path.feed, dtype=float)[self.stretches.piece]
+
+    def place(self, k: int) -> str:
+        """Where a node is, in words."""
+        return where(self.path, self.s[k])
+
+    def share(self, name: str, k: int) -> float:
+        """How large a factor of the torques is at node k, of its largest size on the path."""
+        found = [self.found[f"{name}{leg}"] for leg in (1, 2) if f"{name}{leg}" in self.found]
+        largest = max((np.abs(each.first).max() for each in found), default=0.0)
+        return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
+
+    def layer(self, k: int) -> float:
+        """How far from node k on Type 2, m, a torque's factor a of u changes by as much as it is there.
+
+        Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin layer alone.
+        """
+        if not self.criterion[k]:
+            return math.inf
+        each = [self.found[name] for name in ("a1", "a2")]
+        slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
+        return min((abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf)
+
+    @cached_property
+    def criterion(self) -> np.ndarray:
+        """Nodes (n + 1,) on Type 2 where the crossing criterion ties u to x: not where the path runs along the bars."""
+        return self._not_void("a", self.crossing)
+
+    @cached_property
+    def tied(self) -> np.ndarray:
+        """Of these nodes (n + 1,) those where the elbows' viscous friction makes the criterion one of sqrt(x) too."""
+        return self._not_void("v", self.criterion)
+
+    def _not_void(self, name, nodes):
+        """Of these nodes (n + 1,) those where this part of the torques is more than rounding."""
+        found = nodes.copy()
+        for k in np.flatnonzero(found):
+            found[k] = self.share(name, k) > VOID
+        return found
+
+    @cached_property
+    def factors(self) -> dict[str, Bernstein]:
+        """`found`; beside nodes where the criterion is void, the torques' factors and det A over the distance to it."""
+        nodes = self.crossing & ~self.criterion
+        if not nodes.any():
+            return self.found
+        after, before = nodes[:-1], nodes[1:]
+        names = [name for name in self.found if name == "D" or name[0] in "abvcf"]
+        return self.found | {name: _over_distance(self.found[name], after, before) for name in names}
+
+    def split(self, parts: np.ndarray) -> Mesh:
+        """With each stretch cut in so many parts (n,), 1 or more."""
+        return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts), self)
+
+
+def _sign(value):
+    """Of a function on stretches at whose ends it may be 0; 0 where it may change within."""
+    none = ZERO * value.size().max()
+    return np.where(value.least() >= -none, 1.0, np.where(value.largest() <= none, -1.0, 0.0))
+
+
+def _over_distance(value, after, before):
+    """A function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
+    near = np.where(before, value.last, value.first)
+    steep, whole = 2 * (value.middle - near), np.where(before, value.first, value.last) - near
+    first, last = np.where(before, whole, steep), np.where(before, steep, whole)
+    at = after | before
+    parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
+    return Bernstein(*parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack))
+
+
+def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
+    """The first mesh. UnreachableError where the path leaves what the legs reach, SingularityError where it touches
+    Type 1, or Type 2 without crossing it; all with s and the place."""
+    stretches = _first(path)
+    refuse_unreachable(robot, path, stretches, working)
+    return _enclosed(robot, path, working, cut_at_signs(robot, path, stretches, working), None)
+
+
+def _first(path):
+    lengths = np.diff(path.knots)
+    rests = np.isin(path.knots, [stop.s for stop in path.stops])
+    least = np.where(rests[:-1] & rests[1:], 2, 1)  # from rest to rest it has to move in between
+    count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), least)
+    piece = np.repeat(np.arange(len(lengths)), count)
+    share = np.concatenate([np.arange(n + 1) / n for n in count])
+    ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
+    last = np.cumsum(count + 1) - 1
+    starts = np.delete(np.arange(len(ends)), last)
+    return Stretches(piece, ends[starts], ends[starts + 1])
+
+
+def _enclosed(robot, path, working, stretches, known):
+    """The Mesh on these stretches, those split further on which something is not decided; known: one to take from."""
+    while True:
+        found = _found(robot, path, working, stretches, known)
+        D = found["D"]
+        # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
+        low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
+        open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))
+        decided = (D.least() > 0) | (D.largest() < 0)
+        # Beside such a node it is t times a function of degree 1.
+        for ends, here, there in ((low[:-1], D.first, D.last), (low[1:], D.last, D.first)):
+            near, far = 2 * (D.middle - here), there - here
+            decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
+        bad = open_ | ~decided
+        if (physics := physics_of(robot)) is not None and physics.sticks:
+            unknown = (_sign(found["q1"]) == 0) | (_sign(found["q2"]) == 0)
+            bad |= unknown & (stretches.length > LONG * path.length)
+        mesh = Mesh(robot, path, working, stretches, found, low)
+        if not bad.any():
+            refuse_touching(mesh)
+            return mesh
+        tiny = bad & (stretches.length < SHORTEST * path.length)
+        if tiny.any():
+            refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
+        known, stretches = mesh, stretches.parted(1 + bad)
+        stretches = cut_where_missed(robot, path, stretches, working)
+
+
+def _found(robot, path, working, stretches, known):
+    """`enclosed`, of stretches that are known taken over."""
+    if known is None:
+        return enclosed(robot, path, stretches, working)
+    old = {
+        key: k
+        for k, key in enumerate(
+            zip(*map(np.ndarray.tolist, (known.stretches.piece, known.stretches.first, known.stretches.last)))
+        )
+    }
+    keys = zip(*map(np.ndarray.tolist, (stretches.piece, stretches.first, stretches.last)))
+    source = np.array([old.get(key, -1) for key in keys])
+    new = source < 0
+    fresh = enclosed(robot, path, stretches.taken(new), working) if new.any() else known.found
+    found = {}
+    for name, value in fresh.items():
+        parts = []
+        for mine, theirs in zip(value, known.found[name]):
+            whole = theirs[source]
+            if new.any():
+                whole[new] = mine
+            parts.append(whole)
+        found[name] = Bernstein(*parts)
+    return found

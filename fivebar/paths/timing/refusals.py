@@ -1,0 +1,84 @@
+"""Places on a path where it cannot be timed, refused with s and what is wrong there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.errors import SingularityError, UnreachableError
+from ...models.geometry import igm
+from .sign_changes import SAMPLES
+
+if TYPE_CHECKING:
+    from ...models.robots import Robot
+    from ..curve import Path
+    from .bounds import Stretches
+    from .mesh import Mesh
+
+VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
+TOUCH = 1e-9  # of det A, as in `singularity`
+
+
+def where(path: Path, s: float) -> str:
+    """A place of a path, in words."""
+    x, y = path(s)[0]
+    return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
+
+
+def refuse_unreachable(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> None:
+    """UnreachableError or SingularityError where the path first leaves what the legs reach."""
+    s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
+    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
+    bad = ~np.isfinite(igm(robot, xi, working, unreachable="nan").q).all(axis=1)
+    if not bad.any():
+        return
+    k = int(np.argmax(bad))
+    piece, last = stretches.piece[k // (SAMPLES + 1)], s.ravel()[k]
+    first = s.ravel()[k - 1] if k % (SAMPLES + 1) else last
+    for _ in range(60):  # from where it is reached to where it is not
+        middle = (first + last) / 2
+        open_ = np.isnan(igm(robot, path.on(piece, middle)[0], working, unreachable="nan").q).any()
+        first, last = (first, middle) if open_ else (middle, last)
+    s = float(path.knots[piece] + last)
+    try:
+        igm(robot, path.on(piece, last)[0], working)
+    except (UnreachableError, SingularityError) as error:
+        amount = error.gap if isinstance(error, UnreachableError) else error.margin
+        raise type(error)(f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount) from None
+
+
+def refuse_undecided(mesh: Mesh, k: int, leg: bool) -> None:
+    """Of a stretch too short to be divided, k; leg: whether a leg is in line on it, else det A is 0."""
+    s = mesh.s[k]
+    at = where(mesh.path, s)
+    if leg:
+        raise SingularityError(
+            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at {at}", 0.0
+        )
+    raise SingularityError(
+        f"time_path: the path grazes Type 2 (det A = 0 without changing sign) at {at}: there the bars carry nothing "
+        "across themselves, and no speed makes that right on both sides; move or turn the path", 0.0,
+    )  # fmt: skip
+
+
+def refuse_touching(mesh: Mesh) -> None:
+    """Of a path that rests on Type 2, touches it at a node, or runs along the bars there and bends."""
+    D, side = mesh.found["D"], mesh.side
+    ends = np.append(D.first, D.last[-1])
+    bad = (np.abs(ends) <= TOUCH) & mesh.rest
+    if bad.any():
+        raise SingularityError(
+            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let "
+            "it pass, or rest elsewhere", 0.0,
+        )  # fmt: skip
+    graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
+    if len(graze):
+        refuse_undecided(mesh, int(graze[0]) + 1, False)
+    for k in np.flatnonzero(mesh.crossing):
+        a, *others = (mesh.share(name, k) for name in "abvc")
+        if a <= VOID < max(others):
+            raise SingularityError(
+                f"time_path: the path runs along the distal bars where it crosses Type 2, at {mesh.place(k)}, and "
+                "bends or falls across them: nothing can push it there: no speed, or one alone, would cross it", 0.0,
+            )  # fmt: skip

@@ -1,0 +1,82 @@
+"""A motion along a path in a given time, with forces as small as that allows."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.progress import progress
+from .lower_bound import duration as taken
+from .solve import Solved, TimingError, refined, solve
+
+if TYPE_CHECKING:
+    from .constraint_rows import Limits
+    from .mesh import Mesh
+
+CLOSE = 1e-4  # to which the share of the limits is found
+STEPS = 40
+
+
+def slowed(mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float) -> tuple[Mesh, Solved]:
+    """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations times the least share.
+
+    The share is found by halving; the last step between two motions, one a little too fast and one a little too slow,
+    is a mixture x = (1 - w) x_1 + w x_2 of their squares of the speed. Torques and accelerations of a mixture are the
+    mixtures of theirs (with viscous friction nearly), and where both pass Type 2, so does it.
+    """
+    mesh, fast = refined(mesh, limits, gap, until)
+    low, high, slow = 0.0, 1.0, None
+    guess = (fast.time.sum() / wanted) ** 2
+    for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
+        share = guess if low == 0 else math.sqrt(low * high)
+        found = _solved(mesh, limits.times(share))
+        if found is not None and found.time.sum() <= wanted:
+            high, fast = share, found
+            guess = share * (found.time.sum() / wanted) ** 2 * (1 - CLOSE)
+        else:
+            low, slow = share, found
+            if high / low < 1 + CLOSE:
+                break
+            continue
+        if low and high / low < 1 + CLOSE:
+            break
+    length = mesh.stretches.length
+    if slow is None:
+        slow = _slower(mesh, fast, wanted)
+    x, bent, time = _mixture(length, fast, slow, wanted)
+    return mesh, fast._replace(x=x, bent=bent, time=time)
+
+
+def _solved(mesh, limits):
+    try:
+        found = solve(mesh, limits)
+    except TimingError:
+        return None
+    return found if math.isfinite(found.gap) else None
+
+
+def _slower(mesh, fast, wanted):
+    """The motion at a slower pace: all that grows with the speed becomes smaller; it must be held at rest, too."""
+    weighs = any(name in mesh.found for name in ("c1", "c2"))
+    if weighs and mesh.crossing.any():
+        k = int(np.argmax(mesh.crossing))
+        raise TimingError(
+            f"time_path: no motion was found that takes {wanted:.6g} s of moving: with gravity it has to pass Type 2 "
+            f"at {mesh.place(k)} at speed; the slowest one found takes {fast.time.sum():.6g} s",
+            float(mesh.s[k]), False,
+        )  # fmt: skip
+    share = (fast.time.sum() / (1.001 * wanted)) ** 2
+    return fast._replace(x=share * fast.x, bent=share * fast.bent, time=fast.time / math.sqrt(share))
+
+
+def _mixture(length, fast, slow, wanted):
+    """x, bent and the times of the mixture of two motions that takes so long."""
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        w = (low + high) / 2
+        x, bent = (1 - w) * fast.x + w * slow.x, (1 - w) * fast.bent + w * slow.bent
+        time = np.array([taken(*each) for each in zip(length, x[:-1], x[1:], bent)])
+        low, high = (w, high) if time.sum() < wanted else (low, w)
+    return x, bent, time

@@ -1,0 +1,279 @@
+"""On stretches of a path what no motion passes, and a motion that keeps the limits; split until both agree."""
+
+from __future__ import annotations
+
+import time
+from itertools import count
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...base.progress import progress
+from ...models.dynamics import gravity_torques
+from ...models.geometry import igm
+from ...models.physics import physics_of
+from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
+from .feasible_motion import polygons, profile
+from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
+
+if TYPE_CHECKING:
+    from .mesh import Mesh
+
+MOST = 20000  # stretches
+LOOKS, FAILURES = 1_000_000, 100  # at stretches, on all meshes: about 30 s; meshes without a motion
+BESIDE = 3  # stretches on either side of Type 2
+LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
+LAYER = 0.1  # of what `Mesh.layer` tells
+CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
+STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
+NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
+OFF = 1e-3, 1e-2  # of x, by which the motion is then below it
+SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
+
+
+class TimingError(RuntimeError):
+    """No motion along the path was found that keeps the limits; proved: there is none."""
+
+    def __init__(self, message: str, s: float, proved: bool) -> None:
+        super().__init__(message)
+        self.s, self.proved = s, proved
+
+
+class Solved(NamedTuple):
+    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch.
+
+    time is inf from rest to rest where no motion was found; stuck: the nodes where one near the ceiling was not found,
+    so that there is none or a slower one there. looks: how many stretches were looked at for it.
+    """
+
+    above: Ceiling
+    top: np.ndarray
+    x: np.ndarray
+    bent: np.ndarray
+    time: np.ndarray
+    stuck: tuple[int, ...] = ()
+    looks: int = 0
+
+    @property
+    def gap(self) -> float:
+        return float(self.time.sum() / self.above.time.sum()) - 1
+
+
+def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
+    """The mesh, split until both bounds are within `gap`, or too much was looked at, and what was found on it.
+
+    until: of the thread's processor time, s.
+    """
+    best, hints, failures, looks = None, None, 0, 0
+    while (thin := _beside_type_2(mesh, True)).any():
+        mesh = mesh.split(1 + thin)
+    for _ in progress(count(), desc="least time", unit=" rounds", delay=2, leave=False):
+        found = solve(mesh, limits, hints)
+        looks += found.looks
+        late = len(mesh) > MOST or looks > LOOKS or time.thread_time() > until
+        if np.isfinite(found.gap):
+            if best is None or found.gap < best[1].gap:
+                best = mesh, found
+            if found.gap <= gap:
+                break
+            parts = _parts(mesh, found, gap)
+            mean = (found.x[1:] + found.x[:-1]) / 2
+            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
+        else:
+            failures += 1
+            late |= best is None and failures > FAILURES
+            open_ = ~np.isfinite(found.above.size)
+            parts = 1 + (open_ if open_.any() else _about(mesh.stretches.length, found.stuck))
+        if late:
+            break
+        after = mesh.split(parts)
+        if hints is not None:
+            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
+        mesh = after
+    if best is None:
+        _refuse(mesh, limits, found.stuck[0], False)
+    return best
+
+
+def _parts(mesh, found, gap):
+    """Into how many parts each stretch is to be divided (n,), so that the bounds come closer."""
+    # The gap of a stretch goes as the square of its length.
+    part = _made(found, found.time - found.above.time)
+    wanted = np.sqrt(part / min(0.7 * gap * found.above.time.sum() / len(mesh), 0.5 * part.max()))
+    parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
+    if found.stuck:  # all of it is slower for what is missing in one place
+        parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
+    return np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
+
+
+def _beside_type_2(mesh, thin):
+    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin layers alone."""
+    length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
+    D = mesh.found["D"]
+    clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
+    for k in np.flatnonzero(mesh.crossing):
+        near = slice(max(k - BESIDE, 0), k + BESIDE)
+        share = max(LAYER * mesh.layer(k) / mesh.path.length, SHORT)
+        if share < LONG or not thin:
+            long[near] |= clear[near] & (length[near] > min(share, LONG) * mesh.path.length)
+    return long
+
+
+def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
+    """What is found on this mesh.
+
+    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
+    closely, x_ss / 2 and x, all from a coarser mesh.
+    """
+    along = None if hints is None else hints[0]
+    length, about = mesh.stretches.length, (mesh.side, mesh.turns, _directions(len(mesh), along))
+    speed = np.minimum(mesh.speed, limits.speed or np.inf)
+    rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
+    ends = caps(rows, alone)
+    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
+    top[mesh.crossing & ~mesh.criterion] = np.inf
+    if (top < 0).any():
+        _refuse(mesh, limits, int(np.argmin(top)), True)
+    rest, none = mesh.rest, np.zeros(len(mesh))
+    above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
+    if above.stuck is not None:
+        _refuse(mesh, limits, above.stuck, True)
+    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh))  # bounds take so long
+    if not np.isfinite(above.size).all():
+        return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
+    narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
+    rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
+    lean = _lean(mesh, rows, above)
+    part, tied = np.cumsum(rest[:-1]) - 1, mesh.tied.any()  # part: from rest to rest
+
+    def tried(share, bent, mean=None):
+        # Slower motions need less room: where none is found on a coarse mesh, one below a share of the ceiling is.
+        below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
+        form, near = (bent, none), below.x
+        if mean is not None:
+            form, near = (bent - lean * mean, lean), (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
+        found, closed = best._replace(time=none + np.inf, looks=0), []
+        for _ in range(NEWTON if tied else 0):
+            x, closed = profile(polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest)
+            near = np.where(x > 0, x, near)
+            found = found._replace(looks=found.looks + len(mesh))
+        for off in OFF if tied else (0.0,):
+            table = polygons(rows, alone, length, below, *form, near * (1 - off), off, mesh)
+            x, stuck = profile(table, below, rest)
+            own = table.curvature(x)
+            time = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
+            never = np.isinf(np.bincount(part, time))[part]
+            for k in np.setdiff1d(part[never], part[stuck]):  # it rests there
+                stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
+            found = _faster(found, Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)), part)
+            left = np.isinf(found.time) & ~np.isin(part, part[closed])
+            if not left.any():
+                break
+        return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
+
+    means = () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]  # either may keep to a slow motion
+    for mean in means:
+        best = _faster(best, tried(none + 1, hints[1], mean), part)
+    left, share, stuck = np.isinf(best.time), none + 1, ()
+    if not left.any():
+        return best
+    for each in SHARES:
+        share = np.where(left, each, share)
+        found = tried(share, none)
+        best = _faster(best, found, part)
+        left = np.isinf(best.time)
+        if each == 1 or each == SHARES[-1]:
+            stuck += tuple(i for i in found.stuck if left[i])
+        if not left.any():
+            best = _faster(best, tried(share, _bent(best.x, length), (best.x[1:] + best.x[:-1]) / 2), part)
+            break
+    return best._replace(stuck=stuck)
+
+
+def _faster(one, other, part):
+    """Of two motions the faster, each part (n,) from rest to rest for itself."""
+    better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
+    x = np.where(np.append(better, False), other.x, one.x)
+    bent, time = (np.where(better, new, old) for new, old in zip(other[3:5], one[3:5]))
+    return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
+
+
+def _lean(mesh, rows, above):
+    """By how much x_ss / 2 grows with x (n,), where Type 2 is so near that torques move u little: u = -(b / a) x."""
+    if not mesh.crossing.any() or not rows.torque.any():
+        return np.zeros(len(mesh))
+    a, b, c = (rows.parts[name][:, np.flatnonzero(rows.torque)[::2]] for name in "abc")
+    with np.errstate(all="ignore"):
+        pull = b / a
+        grows = 2 * pull[0] * pull[2] - (pull[2] - pull[0]) / mesh.stretches.length
+    tied = (a[0] * a[2] > 0) & (np.abs(b[1]) * (above.x[1:] + above.x[:-1]) / 2 > np.abs(c[1]))
+    tied &= np.abs(grows) * mesh.stretches.length**2 < STEEP
+    best = np.where(tied, np.abs(a[1]), 0.0).argmax(axis=0)
+    at = best, np.arange(len(mesh))
+    return np.where(tied[at], grows[at], 0.0)
+
+
+def _made(found, part):
+    """By how much each stretch lets the bounds part (n,), s: half by the time on it, half by x against its ceiling.
+
+    What is lost in one place shows on all stretches that follow, where nothing is lost any more.
+    """
+    with np.errstate(all="ignore"):
+        behind = np.log(found.above.x / found.x)
+    known = np.isfinite(behind)
+    nodes = np.arange(len(behind))
+    behind = np.interp(nodes, nodes[known], behind[known])
+    grows = np.abs(np.diff(behind))
+    whole = grows.sum()
+    return (part + grows * (part.sum() / whole)) / 2 if whole > 0 else part
+
+
+def _about(length, nodes):
+    """The longest of the stretches near each of these nodes."""
+    found = np.zeros(len(length), dtype=bool)
+    for node in nodes:
+        near = slice(max(node - 12, 0), node + 13)
+        found[near] |= length[near] >= 0.5 * length[near].max()
+    return found
+
+
+def _bent(x, length):
+    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion switches."""
+    slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
+    before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
+    return np.where(before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0)
+
+
+def _directions(n, along):
+    even = np.broadcast_to((np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n))
+    if along is None:
+        return even
+    near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
+    return np.sort(np.concatenate([even, near]), axis=0)
+
+
+def _along(mesh, found):
+    """Direction (n,) of the end-effector's acceleration on each stretch, rad from the path's."""
+    u, x = np.diff(found.x) / (2 * mesh.stretches.length), (found.x[1:] + found.x[:-1]) / 2
+    g, m, k = (mesh.found[name].middle for name in "gmk")
+    return np.arctan2(k * x, g * u + m * x)
+
+
+def _refuse(mesh, limits, node, proved):
+    raise TimingError(
+        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these limits near "
+        f"{mesh.place(node)}{_why(mesh, limits, node)}", float(mesh.s[node]), proved,
+    )  # fmt: skip
+
+
+def _why(mesh, limits, node):
+    """What is known of the reason."""
+    if mesh.crossing.any():
+        k = np.flatnonzero(mesh.crossing)
+        nearest = int(k[np.abs(k - node).argmin()])
+        return f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s'' to s'^2"
+    physics = physics_of(mesh.robot)
+    if limits.torque is not None and physics is not None and physics.weighs:
+        tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
+        return f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g}) {mesh.robot.words.effort_unit}"
+    return ""

@@ -1,0 +1,213 @@
+"""A path with its timing: a reference for every controller."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.checks import bounded, positive
+from ...base.presentation import Plotted
+from ...base.representation import one_line
+from ...base.tables import TextFile, opened, write
+from ...models.dynamics import inverse_dynamics
+from ...models.geometry import igm
+from ...models.kinematics import Accelerations, ikm, ikm2
+from ...models.parameters import robot_of
+from ...planning.trajectory import refuse_nan
+from ..curve import Path
+from ..pieces import Arc, Line, Polynomial
+from .clock import Clock
+from .constraint_rows import Limits
+
+if TYPE_CHECKING:
+
+    from ...models.robots import Robot
+
+COLUMNS = (
+    "t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "q1", "q2", "q1_dot", "q2_dot", "tau1", "tau2", "s", "pen",
+)  # fmt: skip
+MOST_ROWS = 10**7
+ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
+BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPath(Plotted):
+    """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot), each (2,) or (n, 2),
+    and rests at its first and last point before and after.
+
+    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0): piece (n,) of the
+    path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
+    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none is known. crossing
+    (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that
+    no motion passes. smooth: s over which s(t) is averaged, where a jerk is limited, and pace: by how much all of it is
+    slower then; x and bent are of the motion that is averaged.
+    """
+
+    robot: Robot
+    path: Path
+    working: tuple[int, int]
+    limits: Limits
+    piece: np.ndarray
+    first: np.ndarray
+    x: np.ndarray
+    bent: np.ndarray
+    lower_bound: float
+    crossing: np.ndarray
+    cap: np.ndarray
+    ceiling: np.ndarray
+    smooth: float = 0.0
+    pace: float = 1.0
+    start = 0.0
+
+    def __repr__(self) -> str:
+        proved = f"proved: no less than {self.lower_bound:.6g} s" if self.lower_bound else ""
+        crossed = int(self.crossing.sum())
+        ways = f"{crossed} crossing{'s' * (crossed > 1)} of Type 2" if crossed else ""
+        return one_line(
+            "TimedPath", f"{self.path.length:.6g} m", f"{self.duration:.6g} s", proved, f"working {self.working}", ways
+        )
+
+    @cached_property
+    def s(self) -> np.ndarray:
+        """Of the nodes (n + 1,), m."""
+        return np.append(self.path.knots[self.piece] + self.first, self.path.length)
+
+    @cached_property
+    def _lengths(self):
+        ends = np.append(self.first[1:], self.path.pieces[-1].length)
+        whole = np.array([piece.length for piece in self.path.pieces])
+        return np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
+
+    @cached_property
+    def clock(self) -> Clock:
+        """s by time, at the pace of 1."""
+        waits = np.zeros(len(self.x))
+        for stop in self.path.stops:
+            waits[np.abs(self.s - stop.s).argmin()] += stop.seconds / self.pace
+        return Clock(self._lengths, self.x, self.bent, waits, self.smooth)
+
+    @property
+    def duration(self) -> float:
+        return self.clock.end * self.pace
+
+    @property
+    def gap(self) -> float:
+        """By what share of the lower bound it takes longer."""
+        return self.duration / self.lower_bound - 1
+
+    @property
+    def times(self) -> np.ndarray:
+        """At which it passes its nodes (n + 1,), or leaves them after a rest, s."""
+        return self.clock.times * self.pace
+
+    def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:
+        """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
+        t = np.asarray(t, dtype=float)
+        refuse_nan(t)
+        k, gone, speed, push = self.clock.along(t / self.pace)
+        return k, gone, speed / self.pace, push / self.pace**2
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self._motion(*self.along(t))
+
+    def _motion(self, k, gone, speed, push):
+        xi, xi_s, xi_ss, _ = self.path.on(self.piece[k], self.first[k] + gone)
+        speed, push = speed[..., None], push[..., None]
+        return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
+
+    def accelerations(self, t: ArrayLike) -> Accelerations:
+        """The motion as `Accelerations`, with pose and rates."""
+        xi, xi_dot, xi_ddot = self(t)
+        return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
+
+    def joints(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Active joints' coordinates and rates (*batch, 2): rad, rad/s."""
+        rates = self.accelerations(t).rates
+        return rates.pose.q, rates.q_dot
+
+    def tau(self, t: ArrayLike) -> np.ndarray:
+        """Torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those that hold the robot."""
+        k, gone, speed, push = self.along(t)
+        if self.crossing.any():
+            # Beside the node, on the same stretch: the quotient by det A goes on from there.
+            h, least = self._lengths[k], BESIDE * self.path.length
+            low = np.where(self.crossing[k], np.minimum(least, h / 2), 0.0)
+            high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
+            moved = np.clip(gone, low, high)
+            u0 = push - self.bent[k] * gone
+            square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)  # at rest below 0 by rounding
+            speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
+            push, gone = u0 + self.bent[k] * moved, moved
+        xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
+        return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
+
+    def pen(self, t: ArrayLike) -> np.ndarray:
+        """Whether the pen is down at times t."""
+        return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
+
+    def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
+        """Write setpoints, `rate` times a second and at the last instant too; what was asked and found goes into a
+        comment line, from which `from_csv` reads it. SI; pen is 1 where it is down."""
+        rate = positive(rate, "to_csv: rate")
+        steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
+        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
+        t = np.arange(steps + 1) / rate
+        t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
+        (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
+        s = self.path.knots[self.piece[k]] + self.first[k] + gone
+        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
+        about = {
+            "robot": self.robot.parameters, "path": _described(self.path), "working": self.working,
+            "limits": asdict(self.limits), "lower_bound": self.lower_bound,
+            "smooth": self.smooth, "pace": self.pace,
+            **{name: _plain(getattr(self, name)) for name in ARRAYS},
+        }  # fmt: skip
+        rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
+        write(path, "timed path", about, COLUMNS, rows)
+
+    @classmethod
+    def from_csv(cls, path: TextFile) -> TimedPath:
+        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        with opened(path) as table:
+            return table.about("timed path", "a file written by TimedPath.to_csv", _known)
+
+
+
+def _described(path):
+    """A Path as a file has it."""
+    pieces = [
+        {"arc": [p.centre, p.radius, p.angle0, p.angle1]} if isinstance(p, Arc)
+        else {"line": [p.start, p.end]} if isinstance(p, Line)
+        else {"polynomial": [p.coefficients, p.length]}
+        for p in path.pieces
+    ]  # fmt: skip
+    feed = [None if np.isinf(each) else each for each in path.feed]
+    return {"pieces": pieces, "pen": path.pen, "dwells": list(path.dwells.items()), "feed": feed}
+
+
+def _plain(values):
+    return [None if value == np.inf else value for value in values.tolist()]
+
+
+def _known(about):
+    kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
+    made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
+    feed = [np.inf if each is None else each for each in about["path"]["feed"]]
+    path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
+    limits = Limits.checked(**about["limits"])
+    arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
+    n = len(arrays["piece"])
+    if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
+        raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
+    numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
+    if bad := [name for name, value in {**arrays, **numbers}.items() if np.isnan(np.asarray(value, dtype=float)).any()]:
+        raise ValueError(f"{', '.join(bad)} must be numbers, not nan")
+    if not np.isin(arrays["piece"], np.arange(len(made))).all():
+        raise ValueError(f"piece must number the {len(made)} pieces from 0")
+    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
+    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays)

@@ -1,0 +1,166 @@
+"""The verb `play`: one page that computes, complete in one file."""
+
+from __future__ import annotations
+
+import hashlib
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from ...base.checks import instance, optional, takes
+from ...base.representation import one_line
+from ...base.tables import written
+from ...linkages import FourBar, SixBarPress, SliderCrank
+from ...models.geometry import Pose, dgm, igm
+from ...models.named_robots import ROBOTS
+from ...models.robots import FiveBar
+from ..document import as_json, document, framed
+from ..pages.document import script
+from ..style import LEGS, LINKS
+from .functions import BEYOND, INERTIAS, LENGTHS, models
+from .mechanisms import address_of, digits, mechanisms, straight_lines
+
+if TYPE_CHECKING:
+    from ...base.tables import TextFile
+    from ...linkages.motion import Linkage
+
+HERE = Path(__file__).parent
+PARTS = (
+    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "hands", "five_controls",
+    "linkage", "bench", "bench_controls", "bench_hands", "start",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Live:
+    """The live page of a robot in a pose, or of a linkage; in a notebook it shows itself, `save` writes its file.
+
+    fragment: what follows the page's address, "#...": any live page shows the same with it.
+    """
+
+    subject: FiveBar | Linkage
+    pose: Pose | None
+    fragment: str
+
+    def __repr__(self) -> str:
+        title = self.subject.words.title if isinstance(self.subject, FiveBar) else self.subject.title
+        return one_line("Live page", title, self.fragment)
+
+    @property
+    def html(self) -> str:
+        """The page, complete."""
+        if self.pose is not None:
+            return _page(as_json(_content(self.subject, self.pose, "")))
+        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
+
+    def save(self, path: TextFile) -> None:
+        """Write the page (HTML in UTF-8), whole or not at all. path: a path or an open text file."""
+        with written(path) as file:
+            file.write(self.html)
+
+    def _repr_html_(self):
+        return framed(self.html, "live page", 760)
+
+
+@takes(robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)), pose=optional(instance(Pose)))
+def play(
+    robot: FiveBar | Linkage | None = None, pose: Pose | None = None, branch: int | tuple[int, int] | None = None
+) -> Live:
+    """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci follow: Live.
+
+    One file for any browser, without a network; it computes with these models, written out in JavaScript.
+    robot: None is the AMORO robot; dry friction is left out there; or a linkage, whose ground is laid on the x axis.
+    pose: in which it begins, of this robot (None: one far from singularities). branch: of a linkage.
+    ValueError for a pose that is another robot's, no single one, or at a singularity, and for a linkage that the page
+    does not have.
+    """
+    if robot is not None and not isinstance(robot, FiveBar):
+        if pose is not None:
+            raise ValueError(f"pose is a robot's: with a {robot.title} leave it out")
+        return Live(robot, None, address_of(robot, branch))
+    if branch is not None:
+        raise ValueError("branch is a linkage's: a robot's pose says its modes")
+    robot = robot or (pose.robot if pose is not None else FiveBar())
+    if pose is None:
+        pose = _start(robot)
+    elif pose.robot != robot:
+        raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
+    if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
+        raise ValueError("pose must be a single one that closes, away from Type 1: the page's working modes are signs")
+    return Live(robot, pose, _fragment(robot, pose))
+
+
+def _fragment(robot, pose):
+    numbers = {name: getattr(robot, name) for name in (*LENGTHS, *INERTIAS)}
+    numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
+    numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
+    signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
+    return "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
+
+
+def _content(robot, pose, opening):
+    tableau = {
+        "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])], "B": DOP853.B.tolist(),
+        "C": DOP853.C[:12].tolist(), "E3": DOP853.E3.tolist(), "E5": DOP853.E5.tolist(),
+    }  # fmt: skip
+    return {
+        "title": "Five-bar, live",
+        "opening": opening,
+        "tableau": tableau,
+        "presets": _presets(),
+        "kinds": mechanisms()[1],
+        "legs": LEGS[:2],
+        "links": LINKS,
+        "straight": straight_lines(),
+        **_parameters(robot, pose),
+    }
+
+
+@lru_cache(maxsize=1)
+def _presets():
+    named = {name: each for name, each in ROBOTS.items() if each.robot.turns}
+    return {name: _parameters(each.robot, _start(each.robot)) | {"source": each.source} for name, each in named.items()}
+
+
+def _parameters(robot, pose):
+    scalars = (*LENGTHS, *INERTIAS, *BEYOND)
+    own = {name: getattr(robot, name) for name in scalars if name != "gravity"}
+    own |= {"gravity": list(robot.gravity), "dry": bool(robot.fs1 or robot.fs2)}
+    size = sum(own[name] for name in LENGTHS)
+    digit = 10 ** np.floor(np.log10(size / 5))
+    return {
+        "robot": own, "xi": pose.xi.tolist(), "working": pose.working.tolist(),
+        "wanted": float(digit * np.round(size / 5 / digit)),
+    }  # fmt: skip
+
+
+def _start(robot):
+    """A pose far from singularities, in the lab's modes where they can be."""
+    best, found = -1.0, None
+    q = np.stack(np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2), axis=-1).reshape(-1, 2)
+    for assembly in (-1, 1):
+        pose = dgm(robot, q, assembly, unreachable="nan")
+        margin = np.minimum(np.abs(np.stack(pose.sines)).min(axis=0), np.abs(pose.det_A))
+        above = np.where((pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0), 1.0, 0.8)
+        score = np.nan_to_num(margin * above, nan=-1.0)
+        k = int(score.argmax())
+        if score[k] > best:
+            best, found = score[k], igm(robot, pose.xi[k], pose.working[k])
+    return found
+
+
+@lru_cache(maxsize=4)
+def _page(content):
+    """The page around this JSON; only a script of this very text is run by the browser."""
+    code = "\n".join(["", '"use strict";', script("common"), models(), *(_own(name) for name in PARTS), ""])
+    policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
+    return document(HERE, "Five-bar, live", policy, content=content, code=code)
+
+
+def _own(name):
+    return (HERE / f"{name}.js").read_text("utf-8")

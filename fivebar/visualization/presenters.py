@@ -1,0 +1,78 @@
+"""Which function draws which class: what `.plot()`, `.page()`, `.scene()` of results call.
+
+Options of `.plot()` besides `path`: `panels` of a linkage's Study, `robots` of a Front, `figure` of a Sweep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ..base.tables import BinaryFile, saved
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .pages import Page
+    from .play.live import Live
+    from .view import Scene
+
+# Class name -> module in `plot` and its function (result, **options) -> Figure.
+PLOTS = {
+    "Calibration": ("calibration", "calibrated"),
+    "Comparison": ("comparison", "comparison"),
+    "Design": ("designs", "design_picture"),
+    "Front": ("designs", "front_picture"),
+    "Identification": ("identification", "identification"),
+    "MeasurementPoses": ("accuracy", "toured"),
+    "Path": ("drawing", "path_picture"),
+    "Plan": ("plans", "planned"),
+    "Repeatability": ("accuracy", "repeated"),
+    "Replay": ("replays", "replayed"),
+    "Run": ("runs", "tracking"),
+    "Study": ("linkages", "study_figure"),
+    "Sweep": ("designs", "sweep_picture"),
+    "TimedPath": ("timed_paths", "timed"),
+    "TipError": ("accuracy", "tip_errors"),
+}
+
+
+def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
+    """Draw a result; write the figure to `path` if given."""
+    module, name = PLOTS[type(result).__name__]
+    draw = getattr(import_module(f".plot.{module}", __package__), name)
+    return saved(draw(result, **options), path)
+
+
+def page(result: Any, path: Any, show: object, title: str | None) -> Page | Live | None:
+    """Make the page of a result: of a Design its live page, of a Front a table with a picture, else linked plots."""
+    from .pages import fronts, page
+
+    match type(result).__name__:
+        case "Design":
+            live = fronts.live_page(result)
+            if path is not None:
+                live.save(path)
+            return live
+        case "Front":
+            return fronts.save_page(result, path)
+        case "Replay":
+            usual = ("xi", "tau", "q")
+            return page(result.runs, path, usual if show is None else show, title)
+        case _:
+            return page(result, path, show, title)
+
+
+def scene(result: Any, show: object, title: str | None) -> Scene:
+    """Make the 3-D scene of a motion; of a Replay, both motions side by side on one clock."""
+    from .view import scene
+
+    if type(result).__name__ == "Replay":
+        names = ("measured", "simulated")
+        measured, simulated = result.measured, result.simulated
+        if measured.xi_ref is None:
+            simulated = replace(simulated, xi_ref=None)
+        return scene(measured.robot, measured, show, beside=simulated, title=title, names=names)
+    mechanism = result.linkage if type(result).__name__ == "Study" else result.robot
+    return scene(mechanism, result, show, title=title)

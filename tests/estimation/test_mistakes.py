@@ -1,0 +1,228 @@
+"""Mistakes in measured data are found and named, with the line, and good data are never accused."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.cli import main
+from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS
+from tests.helpers.twins import HOME, LAB, measured, poses, seen, twin
+
+GEOMETRY = (*LENGTHS, "offset1", "offset2")
+FREE = (*GEOMETRY, *FRAME[:3])
+COUNTS = 4096 / (2 * np.pi)
+
+
+def data_of(seed, n=20, sigma=1e-4, modes_noted=False):
+    rng = np.random.default_rng(seed)
+    true = twin(rng, LAB, FREE) | dict(x0=0.3, y0=-0.2, turn=0.4)
+    q, points, _, working = seen(true, poses(true, n, rng))
+    points = points + sigma * rng.standard_normal(points.shape)
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
+    return true, data | dict(working1=working[:, 0].copy(), working2=working[:, 1].copy()) if modes_noted else data
+
+
+def degrees(data, *names):
+    return data | {name: np.degrees(data[name]) for name in names}
+
+
+COLUMNS = {
+    "q1 in degrees": lambda data: degrees(data, "q1"),
+    "q2 in degrees": lambda data: degrees(data, "q2"),
+    "q1 and q2 in degrees": lambda data: degrees(data, "q1", "q2"),
+    "q1 and q2 swapped": lambda data: data | dict(q1=data["q2"], q2=data["q1"]),
+    "q1 with the wrong sign": lambda data: data | dict(q1=-data["q1"]),
+    "x in mm": lambda data: data | dict(x=1e3 * data["x"]),
+    "y in mm": lambda data: data | dict(y=1e3 * data["y"]),
+    "x and y in mm": lambda data: data | dict(x=1e3 * data["x"], y=1e3 * data["y"]),
+    "x and y swapped": lambda data: data | dict(x=data["y"], y=data["x"]),
+    "q1 and q2 in counts, 4096 a turn": lambda data: data | dict(q1=COUNTS * data["q1"], q2=COUNTS * data["q2"]),
+}
+
+
+@pytest.mark.parametrize("what", COLUMNS)
+def test_a_wrong_column_is_named_and_mended(what):
+    true, data = data_of(1)
+    data = data[1] if isinstance(data, tuple) else data
+    with pytest.raises(ValueError, match=f"a mistake in data: column {what}"):
+        fb.calibrate(LAB, COLUMNS[what](data), FREE)
+    found = fb.calibrate(LAB, COLUMNS[what](data), FREE, mistakes="mend")
+    assert found.rms < 1.2e-4 and found.said[0].startswith(f"put right: column {what}")
+    assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
+
+
+@pytest.mark.parametrize("what", ["q2 in degrees", "q1 and q2 in degrees", "x in mm"])
+def test_a_wrong_unit_where_one_coordinate_is_measured(what):
+    rng = np.random.default_rng(13)
+    true = twin(rng, LAB, GEOMETRY)
+    data = measured(true, 25, rng, 1e-5)
+    del data["y"]
+    with pytest.raises(ValueError, match=f"a mistake in data: column {what}"):
+        fb.calibrate(LAB, COLUMNS[what](data), GEOMETRY)
+    q, points, assembly, _ = seen(true, poses(true, 20, rng))
+    far = 1e3 * np.hypot(*(points - np.roll(points, -1, axis=0)).T)
+    data = dict(q1=q[:, 0], q2=q[:, 1], distance=far, to=np.roll(np.arange(20), -1) + 1, assembly=assembly)
+    with pytest.raises(ValueError, match="a mistake in data: column distance in mm"):
+        fb.calibrate(LAB, data, GEOMETRY)
+
+
+def test_two_wrong_columns_are_both_named():
+    _, data = data_of(2)
+    with pytest.raises(ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"):
+        fb.calibrate(LAB, degrees(data, "q2") | dict(y=1e3 * data["y"]), FREE)
+
+
+def test_wrong_rows_are_named():
+    _, data = data_of(3)
+    data["q1"][4] = np.degrees(data["q1"][4])
+    data["x"][7] *= 1e3
+    data["x"][9], data["y"][9] = data["y"][9], data["x"][9]
+    with pytest.raises(ValueError) as error:
+        fb.calibrate(LAB, data, FREE)
+    for words in ("3 mistakes", "row 5: q1 in degrees", "row 8: x in mm", "row 10: x and y swapped"):
+        assert words in str(error.value)
+    found = fb.calibrate(LAB, data, FREE, mistakes="mend")
+    assert found.rms < 1.2e-4 and len(found.said) == 3
+
+
+def test_modes_that_are_noted_wrong():
+    _, data = data_of(4, modes_noted=True)
+    assert fb.calibrate(LAB, data, FREE).said == ()
+    data["working1"][3] *= -1
+    with pytest.raises(
+        ValueError, match=r"a mistake in data: row 4: noted working \([+-]1, [+-]1\), but its angles and"
+    ):
+        fb.calibrate(LAB, data, FREE)
+    data["working2"] *= -1
+    with pytest.raises(ValueError, match="column working2 with the wrong sign in 20 of 20 rows; row 4: noted"):
+        fb.calibrate(LAB, data, FREE)
+
+
+def test_a_row_alone_in_its_mode_is_pointed_at_where_no_modes_are_noted():
+    rng = np.random.default_rng(9)
+    true = twin(rng, LAB, GEOMETRY)
+    at_home = [pose for pose in poses(true, 60, rng, HOME) if pose.assembly == -1]
+    shown = [*at_home[:14], *poses(true, 1, rng, ((1, 1),))]
+    q, points, *_ = seen(true, shown)
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
+    (sentence,) = fb.calibrate(LAB, data, GEOMETRY).said
+    assert sentence.startswith("row 15 is in working (+1, +1), assembly") and "working (-1, -1)" in sentence
+    with pytest.raises(ValueError, match="a mistake in data: column q1 in degrees.*; row 15 is in working"):
+        fb.calibrate(LAB, degrees(data, "q1"), GEOMETRY)
+
+
+@pytest.mark.parametrize(
+    "change, asked, words",
+    [
+        (dict(x0=0.2, y0=0.1, turn=0.5), GEOMETRY, "x0, y0, turn should be unknown, too"),
+        (dict(x0=0.2, y0=0.1), GEOMETRY, "x0, y0 should be unknown, too"),
+        (dict(offset1=0.8), LENGTHS, "offset1, offset2 should be unknown, too"),
+    ],
+)
+def test_unknowns_that_were_forgotten_are_named(change, asked, words):
+    rng = np.random.default_rng(10)
+    true = twin(rng, LAB, LENGTHS) | change
+    data = measured(true, 15, rng, 1e-5)
+    for how in ("raise", "mend"):  # there is nothing to mend in the rows
+        with pytest.raises(ValueError, match=f"a mistake in data: {words}"):
+            fb.calibrate(LAB, data, asked, mistakes=how)
+
+
+def test_garbage_is_called_so():
+    rng = np.random.default_rng(11)
+    garbage = {name: rng.standard_normal(10) for name in ("q1", "q2", "x", "y")}
+    with pytest.raises(ValueError, match="no five-bar fits these data"):
+        fb.calibrate(LAB, garbage, GEOMETRY)
+    near = measured(twin(rng, LAB, LENGTHS, spread=6.0), 12, rng, 3e-3)
+    assert "THE MISSES ARE LARGE" in str(fb.calibrate(LAB, near, LENGTHS))
+
+
+def test_a_heading_that_names_the_wrong_unit(tmp_path):
+    _, data = data_of(12)
+    rows = "\n".join(",".join(f"{v:.7f}" for v in row) for row in zip(*data.values()))
+    for head, words in (("q1,q2_deg,x,y", "q2 in rad, not"), ("q1,q2,x (mm),y (mm)", "x and y in m, not")):
+        (tmp_path / "a.csv").write_text(f"{head}\n{rows}\n")
+        with pytest.raises(ValueError, match=f"a mistake in .*a.csv: column {words} in the unit that is stated"):
+            fb.calibrate(LAB, tmp_path / "a.csv", FREE)
+
+
+def test_a_mode_noted_wrong_where_one_coordinate_is_measured():
+    rng = np.random.default_rng(5)
+    true = twin(rng, LAB, LENGTHS)
+    q, points, assembly, _ = seen(true, poses(true, 16, rng))
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1].copy(), assembly=assembly.copy())
+    far = int(np.argmax(np.abs(points[:, 0] - fb.dgm(LAB, q, -assembly, unreachable="nan").xi[:, 0])))
+    data["y"][far], data["assembly"][far] = np.nan, -assembly[far]
+    with pytest.raises(ValueError, match=f"row {far + 1}: noted assembly"):
+        fb.calibrate(LAB, data, LENGTHS)
+
+
+def test_good_data_are_never_accused():
+    """Noise from 1 um to 1 mm, few rows and many, off by much: no mistake is seen where none is."""
+    rng = np.random.default_rng(6)
+    for k in range(24):
+        unknown = (LENGTHS, GEOMETRY, FREE)[k % 3]
+        true = twin(rng, LAB, unknown, spread=4.0)
+        sigma = 10 ** rng.uniform(-6, -3)
+        found = fb.calibrate(LAB, measured(true, int(rng.integers(8, 40)), rng, sigma), unknown)
+        assert found.said == () and found.rms < 1.5 * sigma
+
+
+def test_an_outlier_that_is_no_known_mistake_is_an_outlier():
+    _, data = data_of(7)
+    data["x"][3] += 0.004
+    found = fb.calibrate(LAB, data, FREE)
+    assert list(found.outliers) == ["row 4"] and found.outliers["row 4"] < 1e-6
+    assert "off all other rows: row 4" in str(found)
+
+
+def a_file(path, mistakes=True):
+    """A CSV as people have it, with a row in another mode and a column in degrees; or without these mistakes."""
+    _, data = data_of(8, 24, modes_noted=True)
+    if mistakes:
+        data["q2"] = np.degrees(data["q2"])
+        data["working1"][6], data["working2"][6] = -data["working1"][6], -data["working2"][6]
+    rows = zip(*(data[name] for name in ("q1", "q2", "x", "y", "working1", "working2")))
+    lines = [f"{a:.6f};{b:.6f};{1e3 * x:.4f};{1e3 * y:.4f};{v:+d};{w:+d}" for a, b, x, y, v, w in rows]
+    head = "# camera, Tuesday\nq1;q2;x (mm);y (mm);working1;working2\n"
+    path.write_text(head + "\n".join(lines).replace(".", ","), encoding="utf-8")
+    return str(path)
+
+
+def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_path, capsys):
+    wrong, right = a_file(tmp_path / "wrong.csv"), a_file(tmp_path / "right.csv", mistakes=False)
+    command = ["calibrate", wrong, "--unknown", *FREE, "scale", "--sigma", "1e-4"]
+    assert main(command) == 1
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.startswith(f"fivebar: 2 mistakes in {wrong}: column q2 in degrees? (")
+    assert "; line 9: noted working (" in printed.err and "--mend" in printed.err
+    out = tmp_path / "out"
+    assert main(["calibrate", right, *command[2:], "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "l11      mm" in text and "the model fits to the sigma given" in text
+    assert "l11, l12, l21, l22, d and scale only by the products of scale and" in text
+    assert {path.name for path in out.iterdir()} == {
+        "calibration.png", "calibration.json", "calibration.txt", "robot.toml",
+    }  # fmt: skip
+    assert main([*command, "--mend"]) == 0
+    mended = capsys.readouterr().out
+    assert mended.split("\n\nput right")[0].rstrip() == text.split("\n\nx (mm)")[0].rstrip() or "put right" in mended
+
+
+@pytest.mark.parametrize(
+    "words, code, message",
+    [
+        (["--unknown", "l13"], 2, "--unknown: no 'l13'; the known ones are l11"),
+        (["--start", "l13=1"], 2, "--start: no 'l13'"),
+        (["--loss", "l2"], 2, "--loss must be one of linear"),
+        (["--start", "x0"], 2, "--start: 'x0' should be NAME=VALUE"),
+        (["--start", "x0=a"], 2, "--start x0: 'a' is no number"),
+        (["--bounds", "l11=0.1"], 2, "--bounds l11: '0.1' should be LOW:HIGH"),
+        (["--robot", "biglide"], 2, "calibrate knows five-bars only"),
+        (["--mend", "--keep"], 2, "--mend and --keep: give one"),
+        (["--units", "furlong"], 1, "units: furlong: known are"),
+    ],
+)
+def test_wrong_commands(tmp_path, capsys, words, code, message):
+    assert main(["calibrate", a_file(tmp_path / "a.csv", mistakes=False), *words]) == code
+    assert message in capsys.readouterr().err

@@ -1,0 +1,139 @@
+"""What data cannot tell apart: ranks against an SVD in 50 digits, and the sentences."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes
+from fivebar.estimation.calibration.indistinguishable import plainest
+from tests.helpers.twins import HOME, LAB, NOMINAL, poses, seen, twin
+from tests.estimation.test_machine import exact_jacobian
+
+ALL = UNKNOWNS
+GEOMETRY = (*LENGTHS, "offset1", "offset2")
+COAXIAL = fb.FiveBar(0.1, 0.2, 0.1, 0.2, 0.0)
+
+
+def rank_in_50_digits(found):
+    """Singular values of the Jacobian at the values found, in units of the sizes, above 1e-13 of the largest.
+
+    Exact of these very doubles, of which pi - t is none: what a symmetry makes 0 is some 1e-16 of them. The gap has to
+    be there: nothing between 1e-13 and 1e-10.
+    """
+    rows = found.rows
+    with mp.workdps(80):
+        p = [mp.mpf(float(v)) for v in found.p]
+        full = exact_jacobian(p, rows.q.tolist(), found.assembly.tolist())
+        places = [UNKNOWNS.index(name) for name in found.unknown]
+        kept = [2 * n + axis for n, axis in zip(*rows.asked[:2])]
+        size = sizes(found.nominal, rows.q, found.unknown)
+        matrix = mp.matrix([[full[r, k] * mp.mpf(float(s)) for k, s in zip(places, size)] for r in kept])
+        s = [float(v) for v in mp.svd_r(matrix, compute_uv=False)]
+    assert not [v for v in s if 1e-13 < v / s[0] < 1e-10]
+    return sum(v > 1e-13 * s[0] for v in s)
+
+
+def data_of(true, rng, n=10, modes=HOME, axes="xy", q=None):
+    if q is None:
+        q, points, *_ = seen(true, poses(true, n, rng, modes))
+    else:
+        robot = fb.FiveBar(*(true[name] for name in LENGTHS))
+        points = fb.dgm(robot, q, -1).xi
+    return dict(q1=q[:, 0], q2=q[:, 1]) | {axis: points[:, "xy".index(axis)] for axis in axes}
+
+
+SYMMETRIC = np.stack([(t := np.linspace(0.1, 0.7, 9)), np.pi - t], axis=-1)
+CROSSED = (-1, 1), (1, -1)  # the modes of motors on one axis: in the others both legs are one
+
+
+@pytest.mark.parametrize(
+    "robot, unknown, axes, q, lost",
+    [
+        (LAB, GEOMETRY, "xy", None, 0),
+        (LAB, (*GEOMETRY, "x0", "y0", "turn"), "xy", None, 0),
+        (LAB, (*GEOMETRY, "x0", "y0", "scale"), "xy", None, 1),
+        (LAB, ALL, "xy", None, 1),
+        (NOMINAL, ALL, "xy", None, 1),
+        (LAB, (*GEOMETRY, "x0", "y0"), "x", None, 1),  # nothing sees y0
+        (COAXIAL, (*LENGTHS[:4], "offset1", "offset2", "turn"), "xy", None, 1),  # turned motors, or a turned frame
+        (LAB, LENGTHS[:4], "y", SYMMETRIC, 2),  # both legs alike
+        (LAB, GEOMETRY, "y", SYMMETRIC, 3),
+    ],
+)
+def test_ranks_are_those_of_an_svd_in_50_digits(robot, unknown, axes, q, lost):
+    rng = np.random.default_rng(len(unknown))
+    true = twin(rng, robot, ())
+    modes = CROSSED if robot is COAXIAL else HOME
+    found = fb.calibrate(robot, data_of(true, rng, modes=modes, axes=axes, q=q), unknown)
+    assert found.rank == rank_in_50_digits(found) == len(unknown) - lost
+    assert len(found.indistinguishable) == lost
+    for name in unknown:  # what is told is told to rounding, what is not stays where it was, and has no sd
+        assert found.values[name] == pytest.approx(true[name], abs=1e-11)
+
+
+def sentences(unknown, axes, q, robot=LAB, spread=1.0):
+    rng = np.random.default_rng(1)
+    true = twin(rng, robot, ()) if q is not None else twin(rng, robot, unknown, spread)
+    modes = CROSSED if robot is COAXIAL else HOME
+    return fb.calibrate(robot, data_of(true, rng, modes=modes, axes=axes, q=q), unknown).indistinguishable
+
+
+def test_legs_alike_are_told_by_their_sums():
+    found = sentences(LENGTHS[:4], "y", SYMMETRIC)
+    assert [each.split(":")[0] for each in found] == [
+        "l11 and l21 only by their sum, l11 + l21",
+        "l12 and l22 only by their sum, l12 + l22",
+    ]
+    assert all("would tell" in each for each in found)
+
+
+def test_a_remedy_is_one():
+    """Following the advice makes the rank full: other places, then a second coordinate."""
+    found = sentences(GEOMETRY, "y", SYMMETRIC)
+    assert len(found) == 3 and all("poses in other places" in each for each in found), found
+    assert sentences(GEOMETRY, "y", None) == ()
+    (sentence,) = sentences((*GEOMETRY, "y0"), "x", None)
+    assert sentence == "y0 not at all: no measurement depends on it: measuring y, too, would tell"
+
+
+def test_offsets_and_turn_of_motors_on_one_axis():
+    """Moving both zeros back as the frame turns changes nothing measured: found by turning, in numbers."""
+    unknown = ("offset1", "offset2", "turn")
+    (sentence,) = sentences((*LENGTHS[:4], *unknown), "xy", None, COAXIAL, 0.0)
+    assert sentence.startswith("offset1, offset2 and turn only together: nothing measured changes if ")
+    assert "offset1 falls by 1 deg, offset2 falls by 1 deg and turn grows by 1 deg" in sentence or (
+        "offset1 grows by 1 deg, offset2 grows by 1 deg and turn falls by 1 deg" in sentence
+    )
+    assert "no measurement of this kind can" in sentence or "would tell" in sentence
+
+
+def test_least_norm_stays_near_the_start():
+    rng = np.random.default_rng(3)
+    true = twin(rng, LAB, (*GEOMETRY, "x0", "y0", "scale"))
+    found = fb.calibrate(LAB, data_of(true, rng, 30), (*GEOMETRY, "x0", "y0", "scale"))
+    products = [found.values[name] * found.values["scale"] / true[name] / true["scale"] for name in LENGTHS]
+    assert np.abs(np.array(products) - 1).max() < 1e-11
+    # No nearer point does as well: the step from the start has nothing along the null space.
+    step = (found.p - found.start)[[UNKNOWNS.index(n) for n in found.unknown]] / found.sizes
+    null = np.array([(*(found.values[n] for n in LENGTHS), -found.values["scale"])])
+    along = step[[found.unknown.index(n) for n in (*LENGTHS, "scale")]]
+    scaled = null / found.sizes[[found.unknown.index(n) for n in (*LENGTHS, "scale")]]
+    assert abs(scaled @ along) < 1e-6 * np.linalg.norm(scaled)
+
+
+def test_hardly_told_is_said():
+    """A patch of 2 mm: of full rank, and of no use."""
+    rng = np.random.default_rng(2)
+    q = np.array([0.2, -0.1]) + 0.01 * rng.uniform(-1, 1, (12, 2))
+    data = data_of(twin(rng, LAB, ()), rng, q=q)
+    data["x"] = data["x"] + 1e-4 * rng.standard_normal(12)
+    found = fb.calibrate(LAB, data, GEOMETRY, sigma=1e-4)
+    assert found.rank == 7 and found.indistinguishable == () and found.hardly
+    assert "hardly" in str(found)
+
+
+def test_plainest_vectors_have_the_fewest_entries():
+    plain = np.array([[1.0, 1, 0, 0, 0, 0], [0, 0, 0, 1, -0.5, 0]])
+    mixed = np.array([[0.6, 0.8], [-0.8, 0.6]]) @ plain
+    assert np.abs(plainest(np.linalg.svd(mixed)[2][:2])) == pytest.approx(np.abs(plain))

@@ -1,0 +1,294 @@
+"""The live page: what a hand does to it, what it says and gives away, and what it refuses."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from axe_playwright_python.base import AXE_FILE_PATH
+
+import fivebar as fb
+from fivebar.cli import main
+from fivebar.visualization.play import Live
+
+from ..conftest import UNEQUAL
+from ..helpers.browsing import settle, until, visit
+from ..helpers.pages import browser, contrast, download, opened  # noqa: F401  fixtures
+from ..helpers.playing import LENGTHS, PHONE, drag, on_screen, pose_of
+
+ROBOT = fb.FiveBar()
+GRAVE = "serious", "critical"  # of axe's findings
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("play") / "play.html"
+    fb.play().save(path)
+    return path
+
+
+@pytest.fixture
+def page(opened, path):  # noqa: F811
+    return opened(path)
+
+
+def test_one_small_file_that_lets_only_its_own_script_run(path):
+    text = path.read_text("utf-8")
+    assert len(text.encode()) <= 400_000
+    policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
+    assert re.search(r"default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='", policy)
+    assert "//" not in re.sub(r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text)  # but comments
+
+
+def test_the_end_effector_slides_along_the_border_and_says_why(page):
+    drag(page, pose_of(page)["xi"], (0.05, 0.15), (0.19, 0.16))
+    now = pose_of(page)
+    pose = fb.igm(ROBOT, now["xi"], now["modes"])
+    assert 0 <= pose.reach_margin < 1e-6 and np.hypot(*np.subtract(now["xi"], (0.19, 0.16))) < 0.15
+    assert page.locator("#said").text_content() == "Stopped at the border (Type 1): the left leg is stretched."
+    np.testing.assert_allclose(now["q"], pose.q, atol=1e-9)
+    # towards Type 2 it is stopped too, and passes only when told to
+    drag(page, now["xi"], (0.0, 0.12), (0.0, -0.1))
+    now = pose_of(page)
+    pose = fb.igm(ROBOT, now["xi"], now["modes"])
+    assert "Stopped at Type 2" in page.locator("#said").text_content() and 0 < pose.det_A * -now["assembly"] < 1e-4
+    page.get_by_label("Type 2: let it pass").check()
+    page.evaluate("(now => { performance.now = () => now; })(performance.now())")  # it is said for 5 s
+    drag(page, now["xi"], (0.0, -0.1))
+    assert "Passed Type 2" in page.locator("#said").text_content()
+    np.testing.assert_allclose(pose_of(page)["xi"], (0, -0.1), atol=2e-3)
+    assert pose_of(page)["assembly"] == -now["assembly"]
+
+
+def test_the_aspect_under_the_pointer_is_shaded(page):
+    own = page.evaluate("field.wanted")
+    page.mouse.move(*on_screen(page, (0.0, -0.1)))
+    settle(page)
+    assert page.evaluate("[field.wanted, inPart([0, -0.1]), disc.y < 0]") == [-own, True, True]
+    page.mouse.move(5, 5)
+    settle(page)
+    assert page.evaluate("[field.wanted, inPart(pose.xi)]") == [own, True]
+
+
+def test_in_a_notebooks_frame(browser):  # noqa: F811
+    page = browser.new_page()
+    page.set_content(fb.play(UNEQUAL)._repr_html_())
+    frame = page.frames[1]
+    until(frame, "document.body.dataset.ready")
+    assert frame.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]
+    page.close()
+
+
+def test_type_1_changes_the_mode_where_that_is_wanted(page):
+    start = pose_of(page)["xi"]
+    page.get_by_label("Type 1: passing").check()
+    drag(page, start, (0.19, 0.16), (0.04, 0.12))
+    now = pose_of(page)
+    assert now["modes"] == [1, -1]
+    np.testing.assert_allclose(now["xi"], (0.04, 0.12), atol=2e-3)
+    page.get_by_role("button", name="undo (Ctrl Z)").click()
+    settle(page)
+    assert pose_of(page)["modes"] == [-1, -1] and pose_of(page)["xi"] == pytest.approx(start, abs=1e-12)
+
+
+def test_elbows_and_joint_space_turn_the_motors(page):
+    elbow = page.evaluate("pose.elbows[1]")
+    before = pose_of(page)
+    drag(page, elbow, (0.059 + 0.09 * np.cos(0.5), 0.09 * np.sin(0.5)))
+    now = pose_of(page)
+    assert now["q"][0] == pytest.approx(before["q"][0], abs=1e-9) and now["q"][1] == pytest.approx(0.5, abs=0.02)
+    np.testing.assert_allclose(now["xi"], fb.dgm(ROBOT, now["q"], now["assembly"]).xi, atol=1e-9)
+    box = page.locator("#joints").bounding_box()
+    x, y = page.evaluate("joints.at([0.3, 0.8])")
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    settle(page)
+    np.testing.assert_allclose(pose_of(page)["q"], (0.3, 0.8), atol=0.03)
+
+
+def test_touch_on_a_phone(opened, path):  # noqa: F811
+    page = opened(path, **PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    # in a minute: a wanted disc that does not fit, then bars for which it does
+    assert page.locator("#verdict").text_content().startswith("✗")
+    for name, place in (("l11, left proximal bar, mm", "600"), ("l12, left distal bar, mm", "750")):  # of 200 mm
+        page.get_by_role("slider", name=name).fill(place)
+    until(page, "field.size === 288")  # at rest it fits the view, and surveys finely
+    settle(page)
+    assert pose_of(page)["p"] == [0.12, 0.15, 0.12, 0.15, 0.118]
+    assert page.locator("#verdict").text_content().startswith("✓ A disc of 100 mm fits here, free of singularities")
+    before = pose_of(page)["xi"]
+    x, y = on_screen(page, (0.0, 0.16))
+    page.touchscreen.tap(x, y)
+    settle(page)
+    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16))) < 5e-3 < np.hypot(*np.subtract(before, (0.0, 0.16)))
+    # a finger that moves drags the robot, and does not scroll the page
+    session = page.context.new_cdp_session(page)
+    places = [on_screen(page, (0.04 * share, 0.16 + 0.03 * share)) for share in np.linspace(0, 1, 8)]
+    for kind, points in [("touchStart", places[:1]), *(("touchMove", [at]) for at in places[1:]), ("touchEnd", [])]:
+        touches = [{"x": float(x), "y": float(y)} for x, y in points]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+    settle(page)
+    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3 and page.evaluate("scrollY") == 0
+
+
+def test_lengths_that_cannot_close_are_said_and_not_taken(page):
+    number = page.get_by_role("spinbutton", name="d, base, mm")
+    number.fill("361")
+    number.press("Tab")
+    settle(page)
+    assert "can never close" in page.locator("#said").text_content()
+    assert number.input_value() == "118" and pose_of(page)["p"][4] == 0.118
+    for wrong in ("", "-3", "1e9"):
+        number.fill(wrong)
+        number.press("Tab")
+        settle(page)
+        assert "must be between" in page.locator("#said").text_content() and pose_of(page)["p"][4] == 0.118
+
+
+def test_let_go_and_hold_by_the_button(page):
+    # a clock that stands still 0.3 s later: what is then held is the same wherever this runs
+    page.evaluate("(now => { performance.now = () => flying ? Math.min(now += 10, 300) : 0; })(0)")
+    page.get_by_role("button", name="let the robot move").click()
+    until(page, "motion && Math.abs(motion.t - 0.3) < 1e-9")
+    page.keyboard.press("g")
+    page.evaluate("delete performance.now")
+    time = page.evaluate("motion.t")
+    settle(page)
+    assert page.evaluate("[flying, motion.t]") == [None, time]
+    now = pose_of(page)
+    np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"], now["modes"]).q, atol=1e-8)
+    page.evaluate(
+        "restore({robot: content.presets.motkin.robot, modes: [-1, -1], xi: content.presets.motkin.xi}); release()"
+    )
+    settle(page)
+    assert "names no inertias" in page.locator("#said").text_content()
+
+
+CLOSED = "l11=0.1&l12=0.1&l21=0.1&l22=0.1&d=0.1"
+BAD = [
+    "#", "#l11", "#x=1", "#l11=0.09&l11=0.09", "#<script>alert(1)</script>", "#__proto__=1",
+    "#constructor=1&toString=2",
+    "#working=%3Cimg%20src=x%20onerror=alert(1)%3E", "#" + "l11=0.1&" * 400, "#l11=1e999", "#l11=0x10", "#l11=NaN",
+    f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=9") + "&working=--", f"#{CLOSED}&x=3&y=3&working=--",
+    f"#{CLOSED}&x=0&y=0.1&working=-", f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=0") + "&working=--",
+]  # fmt: skip
+
+
+def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, path):  # noqa: F811
+    live = fb.play(UNEQUAL)
+    page = opened(path)
+    before = pose_of(page)
+    for bad in BAD:
+        visit(page, bad)
+        assert pose_of(page) == before, bad
+        if len(bad) > 1:
+            assert "The link's address is not taken" in page.locator("#said").text_content(), bad
+            assert page.evaluate("document.querySelectorAll('img, script').length") == 2
+    page.evaluate(
+        """hash => new Promise(done => {
+            addEventListener("hashchange", () => done(), {once: true});
+            location.hash = hash;
+            history.replaceState(null, "", writeFragment());  // as its own timer may, before it hears of the other
+        })""",
+        live.fragment,
+    )
+    settle(page)
+    now = pose_of(page)
+    assert now["p"] == [getattr(UNEQUAL, name) for name in LENGTHS]
+    np.testing.assert_allclose(now["xi"], live.pose.xi, atol=1e-15)
+    until(page, f"location.hash === {json.dumps(live.fragment)}")
+    upright = fb.play(fb.ROBOTS["iri-vertical"].robot)  # gravity, heavy bars, friction
+    visit(page, upright.fragment)
+    page.evaluate("pythonBox.open = true")
+    settle(page)
+    names = {}
+    exec(compile(page.locator("#five pre").text_content(), "as Python", "exec"), names)
+    assert names["robot"] == upright.subject
+    until(page, f"location.hash === {json.dumps(upright.fragment)}")
+
+
+def test_by_the_keyboard_alone(page):
+    for _ in range(8):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.id") == "plane":
+            break
+    assert page.evaluate("document.activeElement.id") == "plane"
+    before = pose_of(page)["xi"]
+    for key in ("ArrowRight", "ArrowUp", "Shift+ArrowUp"):
+        page.keyboard.press(key)
+    step = 4 / page.evaluate("task.scale")
+    np.testing.assert_allclose(np.subtract(pose_of(page)["xi"], before), [step, 1.2 * step], atol=1e-9)
+    page.keyboard.press("3")
+    assert pose_of(page)["modes"] == [-1, 1]
+    page.keyboard.press("4")
+    q = pose_of(page)["q"]
+    page.keyboard.press("q")
+    assert pose_of(page)["q"] == pytest.approx([q[0] + 0.02, q[1]], abs=1e-9)
+    page.keyboard.press("0")
+    assert pose_of(page)["assembly"] == 1
+    for _ in range(4):
+        page.keyboard.press("Control+z")
+    settle(page)
+    until(page, "document.getElementById('status').textContent.includes('disc')")
+    assert pose_of(page)["modes"] == [-1, -1]
+
+
+def test_what_it_gives_away(page, tmp_path):
+    page.get_by_text("as Python").first.click()
+    settle(page)
+    lines = page.locator("pre").text_content()
+    names = {}
+    exec(compile(lines, "as Python", "exec"), names)
+    now = pose_of(page)
+    assert names["robot"] == ROBOT and names["pose"].xi.tolist() == now["xi"]
+    name, svg = download(page, "save the picture as SVG")
+    assert name == "Five-bar-live.svg" and svg.startswith(b"<svg xmlns") and svg.count(b"<path") > 8
+    name, png = download(page, "save the picture as PNG")
+    assert name.endswith(".png") and png[:8] == b"\x89PNG\r\n\x1a\n" and len(png) > 10_000
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
+    page = opened(path, **(PHONE if scheme == "dark" else {}), color_scheme=scheme, reduced_motion="reduce")
+    page.get_by_text("as Python").first.click()
+    # its script is no page's own: past the policy, by the browser's back door
+    session = page.context.new_cdp_session(page)
+    session.send("Runtime.evaluate", {"expression": AXE_FILE_PATH.read_text("utf-8")})
+    for tab in ("five", "four"):
+        page.evaluate("showTab", tab)
+        found = page.evaluate("() => axe.run()")["violations"]
+        assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in GRAVE] == [], tab
+    ink = page.evaluate("['ink', 'quiet', 'c0', 'c1', 'c3', 'c4'].map(name => inks[name])")
+    paper = page.evaluate("inks.paper")
+    assert all(contrast(each, paper) > 3 for each in ink)
+
+
+def test_without_scripts_it_says_so(browser, path):  # noqa: F811
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    assert "computes the robot with JavaScript" in page.locator("body").inner_text()
+    context.close()
+
+
+def test_python_says_the_same(tmp_path, capsys):
+    live = fb.play(UNEQUAL)
+    assert isinstance(live, Live) and repr(live).startswith("<Live page: five-bar robot, #l11=")
+    assert live._repr_html_().count("<iframe") == 1
+    with pytest.raises(ValueError, match="another robot"):
+        fb.play(ROBOT, live.pose)
+    with pytest.raises(ValueError, match="single one"):
+        fb.play(ROBOT, fb.igm(ROBOT, [(0.09, 0.068)] * 2))
+    with pytest.raises(TypeError, match="robot must be a FiveBar"):
+        fb.play(fb.Biglide())
+    out = tmp_path / "live.html"
+    assert main(["play", "--robot", "motkin", "--out", str(out), "--xi", "0.01", "0.12", "--link"]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(out), fb.play(*_motkin()).fragment]
+    assert main(["play", "--robot", "biglide"]) == 2
+    assert main(["play", "--out", "live.pdf"]) == 2
+    assert "must end in .html" in capsys.readouterr().err
+
+
+def _motkin():
+    robot = fb.ROBOTS["motkin"].robot
+    return robot, fb.igm(robot, (0.01, 0.12))
