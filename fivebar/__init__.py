@@ -26,7 +26,7 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
 _LATER = {
-    "Bars": "constraints.link_collisions",
+    "LinkCollisions": "constraints.link_collisions",
     "Calibration": "estimation.calibration.result",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
@@ -101,7 +101,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from . import amoro, grading, linkages, optimal_design, study
     from .constraints.constraints import Keep
     from .constraints.disc import largest_disc
-    from .constraints.link_collisions import Bars
+    from .constraints.link_collisions import LinkCollisions
     from .constraints.path_check import check_path
     from .constraints.rectangle import largest_rectangle
     from .control.laws import PD, ComputedTorque, FeedForward

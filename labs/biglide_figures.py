@@ -14,7 +14,14 @@ def draw(axes, pose, low=-130, high=300, alpha=1.0, end=True):
     tip = MM * pose.xi
     for (_, colour, _), foot in zip(SIDES, MM * pose.elbows):
         axes.plot([foot[0]] * 2, [low, high], color=INK, lw=1.2, alpha=0.35 * alpha, zorder=1)
-        axes.plot(*np.array([foot, tip]).T, color=colour, lw=3.5, alpha=alpha, solid_capstyle="round", zorder=2)
+        axes.plot(
+            *np.array([foot, tip]).T,
+            color=colour,
+            lw=3.5,
+            alpha=alpha,
+            solid_capstyle="round",
+            zorder=2,
+        )
         axes.plot(*foot, "s", color=colour, ms=11, alpha=alpha, zorder=4)
     if end:
         axes.plot(*tip, "o", color=INK, mfc="white", mew=2, ms=9, alpha=alpha, zorder=5)
@@ -28,10 +35,19 @@ def robot():
     for (side, colour, leg), (x, y), phi in zip(SIDES, MM * pose.elbows, pose.q_passive):
         ray(axes, (x, y), (1, 0), 90)
         arc(axes, (x, y), 45, 0, phi, f"$q_{{{leg}2}}$", far=1.4)
-        label(axes, ((x + end[0]) / 2, (y + end[1]) / 2), f"$l_{leg}$", (-14 * -side, 10), color=colour)
+        label(
+            axes,
+            ((x + end[0]) / 2, (y + end[1]) / 2),
+            f"$l_{leg}$",
+            (-14 * -side, 10),
+            color=colour,
+        )
         label(axes, (x, y), f"foot {leg}", (30 * side, -12 * side), color=colour)
         axes.annotate(
-            "", (x - 28, y), (x - 28, 0), arrowprops=dict(arrowstyle="<->", color=INK, lw=1.2, shrinkA=0, shrinkB=0)
+            "",
+            (x - 28, y),
+            (x - 28, 0),
+            arrowprops=dict(arrowstyle="<->", color=INK, lw=1.2, shrinkA=0, shrinkB=0),
         )
         label(axes, (x - 28, y / 2), f"$q_{{{leg}1}}$", (-14, 0))
         ray(axes, (x, y), (-1, 0), 45)
@@ -74,14 +90,19 @@ def crossing():
     start, goal, mode = (-0.04, -0.02), (0.06, 0.02), (1, -1)
     careless = quintic(start, goal, 2.0)
     time = fb.check_path(ROBOT, careless, working=mode).time
-    careful = fb.crossing_polynomial(ROBOT, start, goal, (0.0, 0.0), (0.08, 0.0), (0.0, time, 2.0), working=mode)
+    careful = fb.crossing_polynomial(
+        ROBOT, start, goal, (0.0, 0.0), (0.08, 0.0), (0.0, time, 2.0), working=mode
+    )
     pose = fb.igm(ROBOT, (0.0, 0.0), mode)
     draw(axes, pose, -260, 260)
     u = pose.A[0]
     arrow(axes, (0, 0), 110 * np.array([-u[1], u[0]]), PINK, "$t_s$", (6, 8))
     axes.set_aspect("equal")
     axes.set(xlim=(-260, 260), ylim=(-280, 280), xlabel="x (mm)", ylabel="y (mm)")
-    for motion, colour, dashes, name in ((careful, GREEN, "-", "compliant"), (careless, RIGHT, "--", "not compliant")):
+    for motion, colour, dashes, name in (
+        (careful, GREEN, "-", "compliant"),
+        (careless, RIGHT, "--", "not compliant"),
+    ):
         t = np.linspace(0, 2, 4001)
         t = t[np.abs(t - time) > 1e-4]
         xi, velocity, acceleration = motion(t)

@@ -23,12 +23,23 @@ def panels(count, width=3.2, height=3.0, axis=False):
 
 
 def label(axes, at, text, offset, **style):
-    axes.annotate(text, at, xytext=offset, textcoords="offset points", fontsize=11, ha="center", va="center", **style)
+    axes.annotate(
+        text,
+        at,
+        xytext=offset,
+        textcoords="offset points",
+        fontsize=11,
+        ha="center",
+        va="center",
+        **style,
+    )
 
 
 def arrow(axes, start, vector, colour, text="", offset=(8, 8), **style):
     tip = np.add(start, vector)
-    props = dict(arrowstyle="-|>", color=colour, lw=2, shrinkA=0, shrinkB=0, mutation_scale=14) | style
+    props = (
+        dict(arrowstyle="-|>", color=colour, lw=2, shrinkA=0, shrinkB=0, mutation_scale=14) | style
+    )
     axes.annotate("", tip, start, arrowprops=props, zorder=6)
     if text:
         label(axes, tip, text, offset, color=colour)
@@ -36,17 +47,26 @@ def arrow(axes, start, vector, colour, text="", offset=(8, 8), **style):
 
 def arc(axes, center, radius, start, stop, text, far=1.5):
     angle = np.linspace(start, stop, 40)
-    axes.plot(center[0] + radius * np.cos(angle), center[1] + radius * np.sin(angle), color=INK, lw=1.2)
+    axes.plot(
+        center[0] + radius * np.cos(angle), center[1] + radius * np.sin(angle), color=INK, lw=1.2
+    )
     tangent = np.array([-np.sin(angle[-1]), np.cos(angle[-1])]) * np.sign(stop - start)
     end = np.array(center) + radius * np.array([np.cos(angle[-1]), np.sin(angle[-1])])
-    axes.annotate("", end, end - 2 * tangent, arrowprops=dict(arrowstyle="-|>", color=INK, lw=1.2), zorder=3)
+    axes.annotate(
+        "", end, end - 2 * tangent, arrowprops=dict(arrowstyle="-|>", color=INK, lw=1.2), zorder=3
+    )
     middle = (start + stop) / 2
     at = np.array(center) + far * radius * np.array([np.cos(middle), np.sin(middle)])
     axes.text(*at, text, ha="center", va="center", fontsize=11)
 
 
 def ray(axes, start, direction, length):
-    axes.plot(*np.array([start, np.add(start, length * np.asarray(direction))]).T, color=INK, lw=0.9, ls=(0, (4, 3)))
+    axes.plot(
+        *np.array([start, np.add(start, length * np.asarray(direction))]).T,
+        color=INK,
+        lw=0.9,
+        ls=(0, (4, 3)),
+    )
 
 
 def main(figures):

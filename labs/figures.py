@@ -41,7 +41,13 @@ def robot():
         label(axes, base, f"$A_{{{names[0]}}}$", (0, -16))
         label(axes, elbow, f"$A_{{{names[1]}}}$", (-20 if side < 0 else 20, -8))
         for a, b, name in ((base, elbow, names[0]), (elbow, end, names[1])):
-            label(axes, (a + b) / 2, f"$l_{{{name}}}$", (-14 if side < 0 else 16, 4), color=(LEFT, RIGHT)[side > 0])
+            label(
+                axes,
+                (a + b) / 2,
+                f"$l_{{{name}}}$",
+                (-14 if side < 0 else 16, 4),
+                color=(LEFT, RIGHT)[side > 0],
+            )
     label(axes, end, "$A_{13}$ = end-effector $(x, y)$", (0, 18))
     ray(axes, (-59, 0), (1, 0), 118)
     arrow(axes, (0, 0), (22, 0), GREEN, "$x$", (4, -10))
@@ -60,7 +66,9 @@ def assembly_modes():
         draw(each, fb.dgm(ROBOT, (1.5, 1.3), -mode), alpha=0.15, end=False)
         left, right = (leg[1] for leg in points(pose))
         arrow(each, right, 0.92 * (left - right), INK, lw=1.2, linestyle="--")
-        each.set(xlim=(-125, 125), ylim=(-15, 170), title=f"assembly_mode = {mode:+d}".replace("-", "−"))
+        each.set(
+            xlim=(-125, 125), ylim=(-15, 170), title=f"assembly_mode = {mode:+d}".replace("-", "−")
+        )
         label(each, left, "$A_{12}$", (-16, 0))
         label(each, right, "$A_{22}$", (16, 0))
     return figure
@@ -94,7 +102,14 @@ def velocities():
     swing = scale * ROBOT.l12 * (rates.q_dot[0] + rates.q_passive_dot[0]) * v12
     arrow(axes, elbow, elbow_velocity, GREEN, r"$l_{11}\dot q_{11}v_{11}$", (-10, 14))
     arrow(axes, end, elbow_velocity, GREEN, linestyle="--", lw=1.3)
-    arrow(axes, end + elbow_velocity, swing, PINK, r"$l_{12}(\dot q_{11}+\dot q_{12})v_{12}$", (-20, 12))
+    arrow(
+        axes,
+        end + elbow_velocity,
+        swing,
+        PINK,
+        r"$l_{12}(\dot q_{11}+\dot q_{12})v_{12}$",
+        (-20, 12),
+    )
     arrow(axes, end, scale * rates.xi_dot, INK, r"$\dot\xi$", (14, -8))
     arrow(axes, elbow, 30 * u12, LEFT, "$u_{12}$", (14, 2))
     arrow(axes, base, 30 * np.array([np.cos(own), np.sin(own)]), LEFT, "$u_{11}$", (16, 2))
@@ -122,7 +137,11 @@ def types():
     figure, axes = panels(3, 2.9, 3.1)
     straight = fb.igm(ROBOT, (-0.059 + 0.18 * np.cos(1.0), 0.18 * np.sin(1.0)))
     stretched = in_line(2.0, 1)
-    end, elbow, base = np.array([59.0, 135.92645]), np.array([0.0, 67.963225]), np.array([59.0, 0.0])
+    end, elbow, base = (
+        np.array([59.0, 135.92645]),
+        np.array([0.0, 67.963225]),
+        np.array([59.0, 0.0]),
+    )
     both = [np.array([-base, elbow, end]), np.array([base, elbow, end])]
     titles = "Type 1: a leg in line", "Type 2: distal bars in line", "Type 3: both"
     for each, pose, title in zip(axes, (straight, stretched, both), titles):
@@ -159,7 +178,9 @@ def four_bar():
                                  (left[1], "$A_{12}$", (-18, 2)), (right[1], "$A_{22}$", (18, 6)),
                                  (left[2], "$(x, y)$", (6, 16))):  # fmt: skip
             label(each, at, text, offset)
-        each.set(xlim=(-140, 165), ylim=(-105, 150), title=f"branch = {branch:+d}".replace("-", "−"))
+        each.set(
+            xlim=(-140, 165), ylim=(-105, 150), title=f"branch = {branch:+d}".replace("-", "−")
+        )
     return figure
 
 
@@ -167,7 +188,12 @@ def loci(axes, modes):
     for piece in fb.singularity_loci(ROBOT).task:
         if modes in piece.working:
             parallel = piece.type & fb.Singularity.PARALLEL
-            axes.plot(*(MM * piece.points).T, color=PINK if parallel else INK, lw=1.8, ls="-" if parallel else "--")
+            axes.plot(
+                *(MM * piece.points).T,
+                color=PINK if parallel else INK,
+                lw=1.8,
+                ls="-" if parallel else "--",
+            )
 
 
 def locus():
@@ -191,8 +217,24 @@ def forces():
     draw(axes, pose, alpha=0.45)
     end = points(pose)[0][2]
     for leg, u, colour, number in zip(points(pose), pose.A, (LEFT, RIGHT), "12"):
-        arrow(axes, end, 46 * u, colour, rf"$\lambda_{number}u_{{{number}2}}$", (14 if number == "1" else -16, 8))
-        arrow(axes, leg[1], -30 * u, colour, rf"$-\lambda_{number}u_{{{number}2}}$", (0, -14), linestyle="--", lw=1.5)
+        arrow(
+            axes,
+            end,
+            46 * u,
+            colour,
+            rf"$\lambda_{number}u_{{{number}2}}$",
+            (14 if number == "1" else -16, 8),
+        )
+        arrow(
+            axes,
+            leg[1],
+            -30 * u,
+            colour,
+            rf"$-\lambda_{number}u_{{{number}2}}$",
+            (0, -14),
+            linestyle="--",
+            lw=1.5,
+        )
         arc(axes, leg[0], 15, -0.6, 2.2, rf"$\tau_{number}$", far=1.9)
     label(axes, end, "$m$", (0, -18))
     axes.set(xlim=(-165, 165), ylim=(-20, 195))
@@ -203,7 +245,9 @@ def profile():
     figure, axes = panels(3, 2.7, 2.4, axis=True)
     u = np.linspace(0, 1, 200)
     xi, velocity, acceleration = fb.line((0, 0), (1, 0), 1.0)(u)
-    for each, y, name in zip(axes, (xi, velocity, acceleration), ("$s$", "$T\\,\\dot s$", "$T^2\\ddot s$")):
+    for each, y, name in zip(
+        axes, (xi, velocity, acceleration), ("$s$", "$T\\,\\dot s$", "$T^2\\ddot s$")
+    ):
         each.plot(u, y[:, 0], color=LEFT, lw=2)
         each.set(xlabel="$t/T$", title=name)
         each.grid(alpha=0.3)
@@ -261,14 +305,27 @@ def misses():
     figure, (axes,) = panels(1, 6.4, 4.6)
     q = fb.igm(ROBOT, (0.012, 0.128), OUTWARD).q
     seen = MM * np.array([0.014, 0.154])
-    for name, drive, angle, bar, colour, side in zip("12", ROBOT.drives, q, ROBOT.distal, (LEFT, RIGHT), (-1, 1)):
+    for name, drive, angle, bar, colour, side in zip(
+        "12", ROBOT.drives, q, ROBOT.distal, (LEFT, RIGHT), (-1, 1)
+    ):
         base = MM * np.array([drive.x, 0.0])
         elbow = base + MM * drive.length * np.array([np.cos(angle), np.sin(angle)])
         away = (seen - elbow) / np.linalg.norm(seen - elbow)
         reached = elbow + MM * bar * away
         turn = np.arctan2(away[1], away[0]) + np.linspace(-0.35, 0.35, 60)
-        axes.plot(*(elbow[:, None] + MM * bar * np.array([np.cos(turn), np.sin(turn)])), color=colour, lw=1, ls="--")
-        axes.plot(*np.array([base, elbow, reached]).T, color=colour, lw=3.5, solid_capstyle="round", zorder=2)
+        axes.plot(
+            *(elbow[:, None] + MM * bar * np.array([np.cos(turn), np.sin(turn)])),
+            color=colour,
+            lw=1,
+            ls="--",
+        )
+        axes.plot(
+            *np.array([base, elbow, reached]).T,
+            color=colour,
+            lw=3.5,
+            solid_capstyle="round",
+            zorder=2,
+        )
         axes.plot(*np.array([reached, seen]).T, color=PINK, lw=3.5, zorder=3)
         axes.plot(*base, "o", color=INK, ms=9, zorder=4)
         axes.plot(*elbow, "o", color=colour, mfc="white", mew=2, ms=7, zorder=4)

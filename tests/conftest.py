@@ -58,7 +58,9 @@ def isolate(request):
 
 def pytest_terminal_summary(terminalreporter):
     stats = terminalreporter.stats
-    lines = list(lacking(report for kind in ("skipped", "failed", "error") for report in stats.get(kind, ())))
+    lines = list(
+        lacking(report for kind in ("skipped", "failed", "error") for report in stats.get(kind, ()))
+    )
     if lines:
         terminalreporter.section("not on this machine")
         for line in lines:

@@ -11,7 +11,12 @@ import pytest
 import fivebar as fb
 
 ROBOT = fb.FiveBar()
-LOADED = fb.simulate, fb.simulate_many, fb.Tracker, fb.singularity_map  # now, as it is not what is measured
+LOADED = (
+    fb.simulate,
+    fb.simulate_many,
+    fb.Tracker,
+    fb.singularity_map,
+)  # now, as it is not what is measured
 LINE = fb.line((0.09, 0.068), (0.0, 0.1), 1.0)
 CONTROLLER = fb.ComputedTorque(ROBOT, 100, 20)
 FOUR_BAR = fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14)
@@ -41,7 +46,9 @@ def test_what_is_too_large_is_refused_at_once(call, words):
 
 
 def test_a_control_period_beyond_the_end_is_one_period():
-    long, whole = (fb.simulate(ROBOT, CONTROLLER, LINE, control_period=period) for period in (1e6, 1.0))
+    long, whole = (
+        fb.simulate(ROBOT, CONTROLLER, LINE, control_period=period) for period in (1e6, 1.0)
+    )
     assert np.array_equal(long.q, whole.q) and len(long.control.t) == 1
     many, _ = fb.simulate_many([ROBOT, ROBOT], CONTROLLER, LINE, control_period=1e6, chart="task")
     assert len(many.t) == len(long.t)

@@ -17,8 +17,14 @@ def test_each_exercise_has_an_answer():
     asked = 0
     for path in NOTEBOOKS:
         cells = nbformat.read(path, as_version=4).cells
-        exercises = re.findall(r"^(\d)\. ", cells[-1].source.partition("## Exercises")[2], re.MULTILINE)
-        answers = re.findall(r"^## (\d)$", (ANSWERS / f"{path.name[:2]}.md").read_text(encoding="utf-8"), re.MULTILINE)
+        exercises = re.findall(
+            r"^(\d)\. ", cells[-1].source.partition("## Exercises")[2], re.MULTILINE
+        )
+        answers = re.findall(
+            r"^## (\d)$",
+            (ANSWERS / f"{path.name[:2]}.md").read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
         assert answers == exercises, path.name
         asked += len(exercises)
     assert asked == 70 and len(list(ANSWERS.glob("*.md"))) == len(NOTEBOOKS)

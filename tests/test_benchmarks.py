@@ -6,7 +6,9 @@ from tests.benchmarks import engine, live_page, singularities, speed, time_paths
 from tests.helpers.needs import need
 
 
-@pytest.mark.parametrize("benchmark, figures", [(speed, 8), (engine, 5), (singularities, 4), (live_page, 9)])
+@pytest.mark.parametrize(
+    "benchmark, figures", [(speed, 8), (engine, 5), (singularities, 4), (live_page, 9)]
+)
 def test_a_benchmark_runs(benchmark, figures, capsys, compiler):
     benchmark.main(quick=True)
     assert capsys.readouterr().out.count("bound") == figures
@@ -16,5 +18,10 @@ def test_timed_paths_are_no_slower_than_toppras_and_keep_their_limits(capsys):
     need("toppra")
     for ours, theirs, bound in time_paths.main(quick=True).values():
         duration, _, torque, speed = ours
-        assert duration <= 1.001 * theirs[0] and torque <= 1 and speed <= 1 and duration <= 1.001 * bound
+        assert (
+            duration <= 1.001 * theirs[0]
+            and torque <= 1
+            and speed <= 1
+            and duration <= 1.001 * bound
+        )
     assert capsys.readouterr().out.count("toppra") == 2

@@ -49,12 +49,14 @@ def test_one_table_in_many_hands(text):
 
 def test_what_was_made_of_it_is_said_and_lines_are_the_files(tmp_path):
     file = tmp_path / "a.csv"
-    file.write_bytes("# from the bench\nt (µs);x (mm);y;volt\n0;90;0,068;1\n\n5e5;;0,08;2\n".encode("cp1252"))
+    file.write_bytes(
+        "# from the bench\nt (µs);x (mm);y;volt\n0;90;0,068;1\n\n5e5;;0,08;2\n".encode("cp1252")
+    )
     found = columns.read(file, PATH)
     assert found.stated == {"t", "x"}
     assert found.lines.tolist() == [3, 5]
     assert math.isnan(found.values["x"][1])
-    assert found.said == (
+    assert found.notes == (
         "column 'volt' is not used",
         "decimal commas were read as decimal points",
         "t (µs): read in us",
@@ -65,7 +67,11 @@ def test_what_was_made_of_it_is_said_and_lines_are_the_files(tmp_path):
 
 def test_a_unit_may_be_given_for_what_the_heading_leaves_open():
     text = "t,x,y,theta1\n0,90,68,180\n500,45.5,80,90\n"
-    for units in ({"t": "ms", "x": "mm", "y": "mm", "q1": "deg"}, ["ms", "mm", "deg"], ["t=ms", "mm", "q1=degrees"]):
+    for units in (
+        {"t": "ms", "x": "mm", "y": "mm", "q1": "deg"},
+        ["ms", "mm", "deg"],
+        ["t=ms", "mm", "q1=degrees"],
+    ):
         found = columns.read(io.StringIO(text), PATH, units)
         np.testing.assert_allclose(rows(found), EXPECTED, rtol=1e-15)
         np.testing.assert_allclose(found.values["q1"], [math.pi, math.pi / 2], rtol=1e-15)
@@ -80,11 +86,23 @@ def test_a_unit_may_be_given_for_what_the_heading_leaves_open():
         ("t,x\n0,1\n", (), "line 1: no column y; found 't', 'x'"),
         ("t,x,y\n", (), "no rows under the header"),
         ("t,x,X (mm),y\n0,1,2,3\n", (), "line 1: 'x' and 'X (mm)' both are x; leave one"),
-        ("t,x (deg),y\n0,1,2\n", (), "line 1: column 'x (deg)': 'deg' is none of m, mm, cm, um, in"),
-        ("t,x (mm),y\n0,1,2\n", ["x=cm"], "line 1: column 'x (mm)' is in mm, but its unit is given as cm"),
+        (
+            "t,x (deg),y\n0,1,2\n",
+            (),
+            "line 1: column 'x (deg)': 'deg' is none of m, mm, cm, um, in",
+        ),
+        (
+            "t,x (mm),y\n0,1,2\n",
+            ["x=cm"],
+            "line 1: column 'x (mm)' is in mm, but its unit is given as cm",
+        ),
         ("t,x,y\n0,1,2\n", ["furlong"], "units: furlong: known are s, ms, us, ns, min, m, mm"),
         ("t,x,y\n0,1,2\n", ["z=mm"], "units: z=mm: known are"),
-        ("t,x,y\n0,0.1,0.2\n0,5,0,1,0,2\n", (), "line 3: 6 cells, where the header has 3; decimal commas need ;"),
+        (
+            "t,x,y\n0,0.1,0.2\n0,5,0,1,0,2\n",
+            (),
+            "line 3: 6 cells, where the header has 3; decimal commas need ;",
+        ),
         ("t;x;y\n0;1.234,5;0\n", (), "line 2: x must be a number, not '1.234,5'"),
         ("t,x,y\n0,1,abc\n", (), "line 2: y must be a number, not 'abc'"),
         ("t,x,y\n0,1,-inf\n", (), "line 2: y must be finite, not -inf"),
@@ -98,7 +116,10 @@ def test_what_is_wrong_is_named(text, units, message):
 
 
 def test_other_files_are_named_for_what_they_are(tmp_path):
-    for content, message in ((b"PK\x03\x04", "a spreadsheet or a zip file"), (b"a\0b", "a binary one")):
+    for content, message in (
+        (b"PK\x03\x04", "a spreadsheet or a zip file"),
+        (b"a\0b", "a binary one"),
+    ):
         (tmp_path / "a").write_bytes(content)
         with pytest.raises(ValueError, match=message):
             columns.read(tmp_path / "a", PATH)
@@ -109,7 +130,11 @@ def test_other_files_are_named_for_what_they_are(tmp_path):
 NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
 
 
-@given(st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5), st.sampled_from(",;\t|"), st.booleans())
+@given(
+    st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5),
+    st.sampled_from(",;\t|"),
+    st.booleans(),
+)
 def test_numbers_come_back_to_the_bit(table, mark, commas):
     text = mark.join("txy") + "\n" + "\n".join(mark.join(map(repr, row)) for row in table)
     if commas and mark != ",":
@@ -123,4 +148,7 @@ def test_any_text_is_read_or_refused(text):
         found = columns.read(io.StringIO(text), PATH)
     except ValueError:
         return
-    assert all(len(values) == len(found.lines) and not np.isinf(values).any() for values in found.values.values())
+    assert all(
+        len(values) == len(found.lines) and not np.isinf(values).any()
+        for values in found.values.values()
+    )

@@ -55,8 +55,8 @@ def symbols():
          "<PathCheck: meets Type 2 at 1 s with finite torque, least margin 0 at 1 s>"),
         (lambda: fb.Keep((None, (-1, 2.5)), [(0, 2, 0.02)], [(0, 0), (1, 0), (0, 1)], det_A=0.25),
          "<Keep: q21 from -1 to 2.5, 0 x + 1 y >= 0.01 m, in a polygon of 3 corners, |det A| >= 0.25, bars may meet>"),
-        (lambda: fb.Keep(joints=((0, 1), None), sin=0.125, bars=fb.Bars(0.01)),
-         "<Keep: q11 from 0 to 1, |sin q_i2| >= 0.125, Bars(widths="),
+        (lambda: fb.Keep(joints=((0, 1), None), sin=0.125, bars=fb.LinkCollisions(0.01)),
+         "<Keep: q11 from 0 to 1, |sin q_i2| >= 0.125, LinkCollisions(widths="),
         (lambda: Route((1, 2, 3), (Passage((1, 2), SERIAL, 1, POSE.xi, True), Passage((2, 3), SERIAL, 0, POSE.xi))),
          "<Route: aspect 1, right leg folded -> 2, left leg -> 3>"),
         (lambda: fb.routes(ROBOT, POSE, fb.igm(ROBOT, (0.0, 0.1), (-1, 1)))[0],
@@ -66,16 +66,23 @@ def symbols():
     ],
 )  # fmt: skip
 def test_an_object_says_in_one_line_what_it_is(made, words):
-    said = repr(made())
-    assert words in said and "\n" not in said and len(said) < 250
+    notes = repr(made())
+    assert words in notes and "\n" not in notes and len(notes) < 250
 
 
 def test_a_notebook_shows_a_table_or_the_picture():
     shown = POSE._repr_html_()
     assert all(f"<th>{name}</th>" in shown for name in ("q11", "q22", "sin q12", "det A"))
     assert f"<td>{POSE.q[1]:.6g} rad</td>" in shown and "&lt;Pose: xi = " in shown
-    assert fb.igm(ROBOT, np.full((4, 2), 0.09))._repr_html_() is None and symbols()._repr_html_() is None
+    assert (
+        fb.igm(ROBOT, np.full((4, 2), 0.09))._repr_html_() is None
+        and symbols()._repr_html_() is None
+    )
     for made in (RUN, fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0)):
         shown = made._repr_html_()
         picture = b64decode(shown.partition("base64,")[2].partition('"')[0])
-        assert picture.startswith(b"\x89PNG") and len(shown) < 200_000 and html.escape(repr(made)) in shown
+        assert (
+            picture.startswith(b"\x89PNG")
+            and len(shown) < 200_000
+            and html.escape(repr(made)) in shown
+        )

@@ -28,7 +28,11 @@ def commas(tmp_path_factory):
     """A folder with a locale of decimal commas."""
     need("locales")
     place = tmp_path_factory.mktemp("locales")
-    subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", place / "de_DE.UTF-8"], check=True, capture_output=True)
+    subprocess.run(
+        ["localedef", "-i", "de_DE", "-f", "UTF-8", place / "de_DE.UTF-8"],
+        check=True,
+        capture_output=True,
+    )
     return {"LOCPATH": str(place), "LC_ALL": "de_DE.UTF-8"}
 
 
@@ -42,11 +46,21 @@ ENVIRONMENTS = {
 
 def seen(folder, env):
     """What they tell, and every file of data: all but pictures."""
-    code, out, err = cli(json.dumps(SAME), cwd=with_files(folder), env=env, begin=["-c", ONE_BY_ONE])
+    code, out, err = cli(
+        json.dumps(SAME), cwd=with_files(folder), env=env, begin=["-c", ONE_BY_ONE]
+    )
     assert code == 0, err
-    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*.*") if path.suffix != ".png"}
+    files = {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*.*")
+        if path.suffix != ".png"
+    }
     told, end = json.JSONDecoder().raw_decode(out)
-    return told | {"real_time_factor": None, "others": out[end:].encode("ascii", "backslashreplace"), **files}
+    return told | {
+        "real_time_factor": None,
+        "others": out[end:].encode("ascii", "backslashreplace"),
+        **files,
+    }
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +117,9 @@ def test_no_home_at_all(monkeypatch):
 
     monkeypatch.setattr(Path, "home", nowhere)
     if machine_code.c_compiler():
-        with pytest.warns(RuntimeWarning, match="set FIVEBAR_CACHE to a folder; going on in CasADi"):
+        with pytest.warns(
+            RuntimeWarning, match="set FIVEBAR_CACHE to a folder; going on in CasADi"
+        ):
             assert fb.compile(ROBOT, ["q"], ["xi"], jit="auto")([0.1, 0.2]).shape == (2, 1)
         with pytest.raises(OSError, match="FIVEBAR_CACHE"):
             fb.compile(ROBOT, ["q"], ["xi"], jit=True)
@@ -115,7 +131,11 @@ def test_a_clock_that_jumps_changes_nothing(monkeypatch):
     def done():
         ends = fb.igm(ROBOT, (0.05, 0.09)), fb.igm(ROBOT, (0.08, 0.075), (-1, 1))
         plan = fb.plan(ROBOT, *ends, 0.5)
-        return plan.tried, plan.pieces.xi, fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), LINE).q
+        return (
+            plan.tried,
+            plan.pieces.xi,
+            fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), LINE).q,
+        )
 
     usual, draw, ahead = done(), random.Random(3), itertools.count(step=100.0)
     monkeypatch.setattr(time, "time", lambda: draw.uniform(-1e9, 4e9))
@@ -156,7 +176,9 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
 def test_models_are_compiled_in_such_a_path(tmp_path, monkeypatch):
     need("a C compiler")
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / PLACE))
-    assert fb.compile(ROBOT, ["q"], ["xi"], jit=True)([0.0, 0.0]).full()[0, 0] == pytest.approx(0.09)
+    assert fb.compile(ROBOT, ["q"], ["xi"], jit=True)([0.0, 0.0]).full()[0, 0] == pytest.approx(
+        0.09
+    )
 
 
 def test_tables_of_windows(tmp_path):

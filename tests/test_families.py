@@ -28,7 +28,10 @@ def length(robot):
 def gaps(robot, q, xi):
     """By how much both distal bars of poses miss their lengths, m: (n, 2), from angles and points alone."""
     found = []
-    for side, l1, l2, angle in ((-0.5, robot.l11, robot.l12, q[:, 0]), (0.5, robot.l21, robot.l22, q[:, 1])):
+    for side, l1, l2, angle in (
+        (-0.5, robot.l11, robot.l12, q[:, 0]),
+        (0.5, robot.l21, robot.l22, q[:, 1]),
+    ):
         elbow = np.stack([side * robot.d + l1 * np.cos(angle), l1 * np.sin(angle)], axis=1)
         found.append(np.linalg.norm(xi - elbow, axis=1) - l2)
     return np.stack(found, axis=1)
@@ -46,8 +49,14 @@ def test_loops_close_and_the_models_invert_each_other(family):
         again = fb.igm(robot, pose.xi, pose.working)
         assert np.abs(gaps(robot, again.q, pose.xi)).max() <= 40 * EPS * length(robot)
         # Of q, what rounding of xi says of it: over the sine and the proximal bar.
-        slack = 200 * EPS * length(robot) / np.array([robot.l11, robot.l21]) / np.abs(np.stack(pose.sines, axis=1))
-        assert (np.abs(robot.differ(again.q - q)) <= slack).all()
+        slack = (
+            200
+            * EPS
+            * length(robot)
+            / np.array([robot.l11, robot.l21])
+            / np.abs(np.stack(pose.sines, axis=1))
+        )
+        assert (np.abs(robot.joint_difference(again.q - q)) <= slack).all()
         reached += len(q)
     assert reached > 20 * len(family)
 
@@ -69,7 +78,9 @@ def test_forward_and_inverse_dynamics_and_power(family):
         terms = np.abs(M) @ np.abs(q_ddot)[..., None]
         spread = np.abs(np.linalg.inv(M)) @ (terms + np.abs(c)[..., None])
         assert (np.abs(back.q_ddot - q_ddot) <= 1e-10 * (1 + spread[..., 0])).all()
-        assert tau == pytest.approx((M @ q_ddot[..., None])[..., 0] + c, rel=1e-9, abs=1e-9 * np.abs(tau).max())
+        assert tau == pytest.approx(
+            (M @ q_ddot[..., None])[..., 0] + c, rel=1e-9, abs=1e-9 * np.abs(tau).max()
+        )
         energy = 0.5 * np.einsum("ni,nij,nj->n", rates.q_dot, M, rates.q_dot)
         assert fb.energy(rates) == pytest.approx(energy, rel=1e-9)
 
@@ -78,7 +89,9 @@ def test_points_of_the_loci_are_singular(family):
     looked = 0
     for robot in family:
         for locus in fb.singularity_loci(robot).task:
-            points = locus.points[np.isfinite(locus.points).all(axis=1)][:: max(1, len(locus.points) // 40)]
+            points = locus.points[np.isfinite(locus.points).all(axis=1)][
+                :: max(1, len(locus.points) // 40)
+            ]
             for mode in locus.working[:1]:
                 pose = fb.igm(robot, points, mode, unreachable="nan")
                 margins = np.stack([*np.abs(pose.sines), np.abs(pose.det_A)])
@@ -118,7 +131,12 @@ def test_a_free_motion_keeps_its_energy_and_goes_back(family):
         if abs(float(end.det_A)) < 0.05:
             continue
         back = fb.simulate(robot, start=fb.dkm(end, -run.q_dot[-1]), duration=0.5, step=0.05)
-        assert np.abs(back.q[-1] - run.q[0] - np.round((back.q[-1] - run.q[0]) / (2 * np.pi)) * 2 * np.pi).max() < 1e-6
+        assert (
+            np.abs(
+                back.q[-1] - run.q[0] - np.round((back.q[-1] - run.q[0]) / (2 * np.pi)) * 2 * np.pi
+            ).max()
+            < 1e-6
+        )
         assert np.abs(back.xi[-1] - run.xi[0]).max() < 1e-6 * length(robot)
         moved += 1
     assert moved >= 1

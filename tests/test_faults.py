@@ -18,11 +18,11 @@ from types import SimpleNamespace
 import pytest
 
 import fivebar as fb
-from fivebar.cli import main
 from fivebar.base.folders import alone
 from fivebar.base.processes import end_with_parent
-from fivebar.study.speed_accuracy.store import Partial
 from fivebar.base.tables import is_part
+from fivebar.cli import main
+from fivebar.study.speed_accuracy.store import Partial
 from tests.helpers import ROOT
 from tests.helpers.commands import SAME, python, with_files
 from tests.helpers.needs import need
@@ -42,7 +42,10 @@ def test_files_are_written_by_what_gives_them_their_name_last():
 @contextlib.contextmanager
 def little_room(size):
     """No file may become larger; what a full disk says, without the rights to mount one."""
-    before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    before, handler = (
+        resource.getrlimit(resource.RLIMIT_FSIZE),
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
+    )
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
         yield
@@ -75,7 +78,9 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path):
         ["bwrap", "--dev-bind", "/", "/", "--size", "8192", "--tmpfs", place, "sh", "-c", inside], cwd=ROOT, text=True,
         capture_output=True, timeout=60,
     )  # fmt: skip
-    assert "run.csv: No space left on device" in run.stderr and "Traceback" not in run.stderr, run.stderr
+    assert "run.csv: No space left on device" in run.stderr and "Traceback" not in run.stderr, (
+        run.stderr
+    )
     assert run.stdout.endswith("code 1\n"), run.stdout
 
 
@@ -95,7 +100,9 @@ def test_a_folder_that_may_not_be_written(tmp_path):
         ["bwrap", "--dev-bind", "/", "/", "--ro-bind", tmp_path, tmp_path, "sh", "-c", inside], cwd=ROOT, text=True,
         capture_output=True, timeout=60,
     )  # fmt: skip
-    assert run.returncode == 1 and "Read-only" in run.stderr and "Traceback" not in run.stderr, run.stderr
+    assert run.returncode == 1 and "Read-only" in run.stderr and "Traceback" not in run.stderr, (
+        run.stderr
+    )
 
 
 # Two at once
@@ -112,9 +119,14 @@ def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys, mo
     killed.touch(), theirs.touch()
     with alone(tmp_path, what):
         assert main([*INTO[what], "--out", str(tmp_path)]) == 2
-        assert f"another {what} writes to {tmp_path}: wait for its end, or give another\n" in capsys.readouterr().err
+        assert (
+            f"another {what} writes to {tmp_path}: wait for its end, or give another\n"
+            in capsys.readouterr().err
+        )
         assert theirs.exists() and not killed.exists()
-    monkeypatch.setattr("fivebar.base.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none"))  # no locks here
+    monkeypatch.setattr(
+        "fivebar.base.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none")
+    )  # no locks here
     with alone(tmp_path, what), alone(tmp_path, what):
         (tmp_path / "file").touch()
     assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
@@ -146,7 +158,9 @@ def into(name, mode="w"):
     return os.fdopen(write, mode)
 
 
-@pytest.mark.parametrize("words", [["design", "--list"], ["--help"], ["sweep", "bars", "--grid", "l1=0.1:0.2:400"]])
+@pytest.mark.parametrize(
+    "words", [["design", "--list"], ["--help"], ["sweep", "bars", "--grid", "l1=0.1:0.2:400"]]
+)
 @pytest.mark.parametrize("name", ["/dev/full", "pipe"])
 def test_what_nobody_reads_is_a_failure_and_said_once(name, words, monkeypatch, capfd):
     """Python keeps 8 kB back, and would fail with them at its end: "Exception ignored", exit code 120."""
@@ -154,11 +168,15 @@ def test_what_nobody_reads_is_a_failure_and_said_once(name, words, monkeypatch, 
         monkeypatch.setattr(sys, "stdout", stream)
         assert main(words) == 1
         stream.write("more"), stream.flush()  # to nowhere, now
-    assert capfd.readouterr().err == ("" if name == "pipe" else "fivebar: stdout: No space left on device\n")
+    assert capfd.readouterr().err == (
+        "" if name == "pipe" else "fivebar: stdout: No space left on device\n"
+    )
 
 
 @pytest.mark.parametrize("name", ["/dev/full", "pipe"])
-@pytest.mark.parametrize("words, code", [(["track", "none.csv"], 2), (["track"], 2), (["export", "--ou"], 2)])
+@pytest.mark.parametrize(
+    "words, code", [(["track", "none.csv"], 2), (["track"], 2), (["export", "--ou"], 2)]
+)
 def test_messages_that_nobody_reads_change_no_exit_code(name, words, code, monkeypatch):
     with into(name) as stream:
         monkeypatch.setattr(sys, "stderr", stream)
@@ -188,7 +206,10 @@ while True:
 
 def test_a_killed_writer_leaves_a_whole_file(tmp_path):
     draw, path = random.Random(1), tmp_path / "run.csv"
-    with python(["-c", WRITING], path, cwd=ROOT) as one, python(["-c", WRITING], path, cwd=ROOT) as other:
+    with (
+        python(["-c", WRITING], path, cwd=ROOT) as one,
+        python(["-c", WRITING], path, cwd=ROOT) as other,
+    ):
         for each in (one, other):  # two processes with one output
             assert each.stdout.readline() == "ready\n"
         while not path.exists():  # however slow they are

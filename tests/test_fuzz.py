@@ -26,12 +26,27 @@ from tests.helpers.once import ONCE, READ
 from tests.helpers.readers import COVERS, OWN, readers, reading_functions
 
 NIGHTLY = bool(os.environ.get("FIVEBAR_NIGHTLY"))
-MOST, NIGHT, SEED = 100_000, float(os.environ.get("FIVEBAR_NIGHT", 60)), os.environ.get("FIVEBAR_SEED", "")
-SLOW_TO_BEGIN = {"plan": 1, "Tracker": 2, "simulate_many": 3}  # examples in the short mode, of a second each
-CALM = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much, HealthCheck.large_base_example]
+MOST, NIGHT, SEED = (
+    100_000,
+    float(os.environ.get("FIVEBAR_NIGHT", 60)),
+    os.environ.get("FIVEBAR_SEED", ""),
+)
+SLOW_TO_BEGIN = {
+    "plan": 1,
+    "Tracker": 2,
+    "simulate_many": 3,
+}  # examples in the short mode, of a second each
+CALM = [
+    HealthCheck.too_slow,
+    HealthCheck.data_too_large,
+    HealthCheck.filter_too_much,
+    HealthCheck.large_base_example,
+]
 HANG = 5.0  # s
 FOUND = 5  # of a night's findings, after which there is enough to mend
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # disks take 5 ms for a file that is written anew
+MEMORY = (
+    "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+)  # disks take 5 ms for a file that is written anew
 
 
 def fuzz(name, made, one, examples, seconds, least):
@@ -84,9 +99,19 @@ def test_any_call_is_answered_or_refused(name, tmp_path, monkeypatch, record_pro
             return str(report.wrong.pop()) if report.wrong else ""
 
         try:
-            fuzz(name, lambda rng: call(rng, case), one, SLOW_TO_BEGIN.get(name, 25), NIGHT if NIGHTLY else 0.15, 3)
+            fuzz(
+                name,
+                lambda rng: call(rng, case),
+                one,
+                SLOW_TO_BEGIN.get(name, 25),
+                NIGHT if NIGHTLY else 0.15,
+                3,
+            )
         finally:
-            noted(record_property, {"calls": report.calls, "answered": report.answered, **report.errors})
+            noted(
+                record_property,
+                {"calls": report.calls, "answered": report.answered, **report.errors},
+            )
     assert report.calls > 0
 
 
@@ -100,7 +125,9 @@ def holes(thing, depth=0):
     if isinstance(thing, float):
         return thing != thing
     if depth < 2 and hasattr(thing, "__dataclass_fields__"):
-        return any(holes(getattr(thing, name, None), depth + 1) for name in thing.__dataclass_fields__)
+        return any(
+            holes(getattr(thing, name, None), depth + 1) for name in thing.__dataclass_fields__
+        )
     return False
 
 
@@ -125,7 +152,11 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
             return "a silent nan" if name not in MAY_HOLD_NAN and holes(found) else ""
         except reader.errors as error:
             count["refused"] += 1
-            return f"the file is not named: {error}" if reader.named and path.name not in str(error) else ""
+            return (
+                f"the file is not named: {error}"
+                if reader.named and path.name not in str(error)
+                else ""
+            )
         except TookTooLong:
             return f"took longer than {HANG} s"
         except Exception as error:  # to be judged: that is what this is for
@@ -136,8 +167,8 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
 
         def one(data):
             what = read(path, data)
-            said = os.fstat(out.fileno()).st_size and os.pread(out.fileno(), 300, 0)
-            what = what or (f"printed {said!r}" if said else "")
+            notes = os.fstat(out.fileno()).st_size and os.pread(out.fileno(), 300, 0)
+            what = what or (f"printed {notes!r}" if notes else "")
             return what and f"{what}\nfrom {data!r}"
 
         for data in reader.right:
@@ -163,5 +194,7 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
 def test_every_function_that_reads_a_file_is_in_a_list():
     own = {function for functions in OWN.values() for function in functions.split()}
     listed = set(COVERS) | own
-    assert reading_functions() == listed, "add a reader to tests/helpers/readers.py, or say there why it is none"
+    assert reading_functions() == listed, (
+        "add a reader to tests/helpers/readers.py, or say there why it is none"
+    )
     assert set(COVERS.values()) <= set(READERS) and not set(COVERS) & own

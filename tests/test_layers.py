@@ -41,7 +41,11 @@ PACKAGE = Path(fivebar.__file__).parent
 
 def dotted(path):
     """A file's name in the package: "models.dyads", "models" for its __init__, "" for the package's own."""
-    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix(".")
+    return (
+        ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        .removesuffix("__init__")
+        .removesuffix(".")
+    )
 
 
 def nodes(path):
@@ -65,7 +69,9 @@ def imports(file):
     """(file, name) of what a file imports from others of the package."""
     here = file.split(".") if file else []
     for node in FILES[file]:
-        assert not isinstance(node, ast.Import) or all(room(alias.name) != "fivebar" for alias in node.names), file
+        assert not isinstance(node, ast.Import) or all(
+            room(alias.name) != "fivebar" for alias in node.names
+        ), file
         if isinstance(node, ast.ImportFrom) and node.level:
             up = node.level - (file in FOLDERS)
             base = [*here[: len(here) - up], *(node.module or "").split(".")]
@@ -88,7 +94,9 @@ def test_no_room_imports_from_a_floor_that_is_not_below():
         (file, target)
         for file in FILES
         for target, _ in imports(file)
-        if room(file) not in DOORS and room(file) != room(target) and HEIGHT[room(target)] >= HEIGHT[room(file)]
+        if room(file) not in DOORS
+        and room(file) != room(target)
+        and HEIGHT[room(target)] >= HEIGHT[room(file)]
     }
     assert sideways == set()
 
@@ -101,10 +109,18 @@ def test_no_room_uses_what_is_private_to_another():
             owners.setdefault(name, set()).add(room(file))
     foreign = []
     for file in FILES:
-        used = [name for target, name in imports(file) if room(target) != room(file) and name not in FILES]
-        attributes = {node.attr for node in FILES[file] if isinstance(node, ast.Attribute)} & set(owners)
+        used = [
+            name
+            for target, name in imports(file)
+            if room(target) != room(file) and name not in FILES
+        ]
+        attributes = {node.attr for node in FILES[file] if isinstance(node, ast.Attribute)} & set(
+            owners
+        )
         used += [name for name in attributes if room(file) not in owners[name]]
-        foreign += [f"{file}: {name}" for name in used if name.startswith("_") and not name.endswith("__")]
+        foreign += [
+            f"{file}: {name}" for name in used if name.startswith("_") and not name.endswith("__")
+        ]
     assert foreign == []
 
 
@@ -119,10 +135,14 @@ def test_no_file_imports_itself_by_way_of_others():
 
 def test_every_public_name_is_found():
     names = [
-        name for name in dir(fivebar) if not name.startswith("_") and not isinstance(getattr(fivebar, name), type(ast))
+        name
+        for name in dir(fivebar)
+        if not name.startswith("_") and not isinstance(getattr(fivebar, name), type(ast))
     ]
     assert {"dgm", "simulate", "aspects", "compile", "singularity", "locus_distance"} <= set(names)
-    assert not {path.stem for path in PACKAGE.iterdir()} & set(names)  # as a package's attribute it would hide the name
+    assert not {path.stem for path in PACKAGE.iterdir()} & set(
+        names
+    )  # as a package's attribute it would hide the name
     with pytest.raises(AttributeError, match="no attribute 'dance'"):
         fivebar.dance  # noqa: B018
 

@@ -16,18 +16,25 @@ TESTS = (
 )
 
 
-@pytest.mark.parametrize("distributed", [(), ("-n", "2", "--dist", "loadfile")], ids=["plain", "xdist"])
+@pytest.mark.parametrize(
+    "distributed", [(), ("-n", "2", "--dist", "loadfile")], ids=["plain", "xdist"]
+)
 @pytest.mark.parametrize("ci, status, kind", [("", 0, "skipped"), ("true", 1, "error")])
 def test_what_is_missing_is_said_once(ci, status, kind, distributed, tmp_path):
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *distributed, *TESTS]
-    inherited = {name: value for name, value in os.environ.items() if name != "CC" and not name.startswith("PYTEST_")}
+    inherited = {
+        name: value
+        for name, value in os.environ.items()
+        if name != "CC" and not name.startswith("PYTEST_")
+    }
     environment = inherited | {"PATH": str(tmp_path), "CI": ci}
     run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert run.returncode == status, run.stdout
     assert f"1 passed, 3 {kind}" in run.stdout
-    said = [line for line in run.stdout.splitlines() if "did not run" in line]
-    assert said == [
-        f"{thing}: 1 test did not run; {needs.NEEDED[thing][1]}" for thing in ("chromium", "bubblewrap", "a C compiler")
+    notes = [line for line in run.stdout.splitlines() if "did not run" in line]
+    assert notes == [
+        f"{thing}: 1 test did not run; {needs.NEEDED[thing][1]}"
+        for thing in ("chromium", "bubblewrap", "a C compiler")
     ]
 
 

@@ -31,7 +31,9 @@ FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@imp
                      r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
 
 SHOW = re.compile(r"view\.scene\(|^fb\.play\(|^\w+\.page\(", re.MULTILINE)  # what shows itself
-BOKEH = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_text("utf-8")  # MathJax for TeX
+BOKEH = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_text(
+    "utf-8"
+)  # MathJax for TeX
 
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
@@ -41,7 +43,9 @@ def sources(notebook, kind):
 
 
 def test_all_subjects_are_there():
-    assert [path.stem for path in NOTEBOOKS] == [f"{n:02d}_{subject}" for n, subject in enumerate(SUBJECTS)]
+    assert [path.stem for path in NOTEBOOKS] == [
+        f"{n:02d}_{subject}" for n, subject in enumerate(SUBJECTS)
+    ]
 
 
 @each_notebook
@@ -57,7 +61,10 @@ def test_stored_clean(path):
         assert cell.metadata == ({"tags": ["install"]} if cell.id == "install" else {})
         if cell.cell_type == "code":
             assert cell.execution_count is None
-            assert {kind for output in cell.outputs for kind in output.get("data", ())} <= {"text/plain", "image/png"}
+            assert {kind for output in cell.outputs for kind in output.get("data", ())} <= {
+                "text/plain",
+                "image/png",
+            }
 
 
 def test_stored_outputs_are_small():
@@ -65,7 +72,10 @@ def test_stored_outputs_are_small():
     for path in NOTEBOOKS:
         for cell in nbformat.read(path, as_version=4).cells:
             for output in cell.get("outputs", ()):
-                assert len(output.get("data", {}).get("image/png", "")) < 200_000, (path.name, cell.id)
+                assert len(output.get("data", {}).get("image/png", "")) < 200_000, (
+                    path.name,
+                    cell.id,
+                )
 
 
 @each_notebook
@@ -90,26 +100,40 @@ def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):
         need("other simulators")  # else its cell says what to install, which is not what is stored
     own = executed(path, tmp_path).cells
     before = nbformat.read(path, as_version=4).cells
-    outdated = [line for old, new in zip(before, own) if "outputs" in old for line in differences(old, new.outputs)]
+    outdated = [
+        line
+        for old, new in zip(before, own)
+        if "outputs" in old
+        for line in differences(old, new.outputs)
+    ]
     assert outdated == [], "renew it: python -m tests.helpers.stored_outputs"
-    shown = [(cell.id, output) for cell in own if cell.cell_type == "code" for output in cell.outputs]
+    shown = [
+        (cell.id, output) for cell in own if cell.cell_type == "code" for output in cell.outputs
+    ]
     pictures = 0
     for cell, output in shown:
         assert len(json.dumps(output)) < LARGEST, cell
         if output.output_type == "stream":
             assert output.name == "stdout", f"{cell}: {output.text}"
             continue
-        assert not output.data["text/plain"].startswith("<Figure") or "image/png" in output.data, cell
+        assert not output.data["text/plain"].startswith("<Figure") or "image/png" in output.data, (
+            cell
+        )
         if "image/png" in output.data:
             picture = Image.open(io.BytesIO(base64.b64decode(output.data["image/png"])))
-            assert min(picture.size) > 100 and len(picture.convert("RGB").getcolors(1 << 24)) > 10, cell
+            assert (
+                min(picture.size) > 100 and len(picture.convert("RGB").getcolors(1 << 24)) > 10
+            ), cell
             pictures += 1
         if "text/html" in output.data:
             page = html.unescape(output.data["text/html"]).replace(BOKEH, "")
             assert not FETCHED.search(page), f"{cell}: {FETCHED.search(page)[0]}"
     assert pictures >= 2
     scenes = sum(bool(SHOW.search(cell.source)) for cell in own if cell.cell_type == "code")
-    assert sum("srcdoc=" in output.get("data", {}).get("text/html", "") for _, output in shown) == scenes
+    assert (
+        sum("srcdoc=" in output.get("data", {}).get("text/html", "") for _, output in shown)
+        == scenes
+    )
     if path.stem[:2] in LABS:
         pages = [output.get("data", {}).get("text/html", "") for _, output in shown]
         (report,) = (page for page in pages if "this session" in page)

@@ -39,7 +39,9 @@ def test_every_public_function_and_parameter_is_called_oddly():
 
 @pytest.mark.parametrize("name", CASES)
 def test_odd_calls(name, little_memory, record_property):
-    report = odd_calls(CASES[name], CALLS, np.random.default_rng(zlib.crc32(name.encode())), SECONDS)
+    report = odd_calls(
+        CASES[name], CALLS, np.random.default_rng(zlib.crc32(name.encode())), SECONDS
+    )
     record_property("calls", report.calls)
     assert report.calls > 5  # of as many as the seconds allow
     assert not report.wrong, "\n".join(f"{given} -> {what}" for given, what in report.wrong[:10])
@@ -52,18 +54,58 @@ LAB = models(ROBOT)
 @pytest.mark.parametrize(
     "call, error, words",
     [
-        (lambda: fb.FeedForward(ROBOT, 1.0, 1.0, ahead=np.nan), ValueError, "ahead must be finite and >= 0, not nan"),
-        (lambda: LAB.dkm(0.2, np.nan, -0.1, 0.3, 0.1, 0.2), ValueError, "q12 must be finite, not nan"),
-        (lambda: LAB.dynamic_model(0.2, 1.0, -0.1, 0.3, 0.1, np.inf, 0, 0), ValueError, "q12D must be finite, not inf"),
-        (lambda: fb.linkages.move(fb.linkages.FourBar(4, 2, 3, 4), 1.0, 1e200), ValueError, "q_dot must be below 1e"),
-        (lambda: fb.ikm(fb.dgm(ROBOT, (0.2, -0.1)), (1e200, 0.0)), ValueError, r"xi_dot must be below 1e\+60"),
-        (lambda: fb.dgm(5, (0.2, -0.1)), TypeError, r"robot must be a robot, as FiveBar\(\) or Biglide\(\), not 5"),
-        (lambda: fb.dkm(ROBOT, (1.0, 0.0)), TypeError, "pose must be a Pose, as dgm and igm give, not FiveBar"),
-        (lambda: fb.dynamic_model(fb.dgm(ROBOT, (0, 0))), TypeError, "rates must be Rates, as dkm and ikm give"),
+        (
+            lambda: fb.FeedForward(ROBOT, 1.0, 1.0, ahead=np.nan),
+            ValueError,
+            "ahead must be finite and >= 0, not nan",
+        ),
+        (
+            lambda: LAB.dkm(0.2, np.nan, -0.1, 0.3, 0.1, 0.2),
+            ValueError,
+            "q12 must be finite, not nan",
+        ),
+        (
+            lambda: LAB.dynamic_model(0.2, 1.0, -0.1, 0.3, 0.1, np.inf, 0, 0),
+            ValueError,
+            "q12D must be finite, not inf",
+        ),
+        (
+            lambda: fb.linkages.move(fb.linkages.FourBar(4, 2, 3, 4), 1.0, 1e200),
+            ValueError,
+            "q_dot must be below 1e",
+        ),
+        (
+            lambda: fb.ikm(fb.dgm(ROBOT, (0.2, -0.1)), (1e200, 0.0)),
+            ValueError,
+            r"xi_dot must be below 1e\+60",
+        ),
+        (
+            lambda: fb.dgm(5, (0.2, -0.1)),
+            TypeError,
+            r"robot must be a robot, as FiveBar\(\) or Biglide\(\), not 5",
+        ),
+        (
+            lambda: fb.dkm(ROBOT, (1.0, 0.0)),
+            TypeError,
+            "pose must be a Pose, as dgm and igm give, not FiveBar",
+        ),
+        (
+            lambda: fb.dynamic_model(fb.dgm(ROBOT, (0, 0))),
+            TypeError,
+            "rates must be Rates, as dkm and ikm give",
+        ),
         (lambda: fb.igm(ROBOT, ("0.09", "0.068")), ValueError, "xi must be real numbers"),
-        (lambda: fb.dgm(ROBOT, (0.2, -0.1), assembly="1"), ValueError, "assembly must be real numbers, not '1'"),
+        (
+            lambda: fb.dgm(ROBOT, (0.2, -0.1), assembly="1"),
+            ValueError,
+            "assembly must be real numbers, not '1'",
+        ),
         (lambda: fb.linkages.FiveBarLinkage("x"), TypeError, "robot must be a FiveBar, not 'x'"),
-        (lambda: fb.linkages.FourBar(0.2, 0.06, 0.16, "a"), ValueError, "rocker must be a number, not 'a'"),
+        (
+            lambda: fb.linkages.FourBar(0.2, 0.06, 0.16, "a"),
+            ValueError,
+            "rocker must be a number, not 'a'",
+        ),
         (lambda: fb.FiveBar(l11="0.1"), ValueError, "l11 must be a number, not '0.1'"),
         (lambda: fb.simulate("robot", duration=1.0), TypeError, "robot must be a robot"),
         (lambda: fb.largest_disc(ROBOT), TypeError, "aspect must be an Aspect, not FiveBar"),

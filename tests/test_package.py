@@ -37,7 +37,9 @@ def built(tmp_path_factory):
     """(names and bytes of the wheel of the tree, of the wheel of the sdist, and the sdist's names)."""
     place = tmp_path_factory.mktemp("built")
     source = place / "source"
-    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[:-1]:
+    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[
+        :-1
+    ]:
         if not name.startswith(("tests/", "notebooks/", ".")) and (ROOT / name).exists():
             (source / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, source / name, follow_symlinks=False)
@@ -49,20 +51,30 @@ def built(tmp_path_factory):
     for k, tree in enumerate((source, next((place / "unpacked").iterdir()))):
         run(tree, "build_wheel", place / str(k))
         with zipfile.ZipFile(next((place / str(k)).glob("*.whl"))) as wheel:
-            wheels.append({name: wheel.read(name) for name in wheel.namelist() if not name.endswith("/RECORD")})
+            wheels.append(
+                {
+                    name: wheel.read(name)
+                    for name in wheel.namelist()
+                    if not name.endswith("/RECORD")
+                }
+            )
     return *wheels, listed, source
 
 
 def run(source, step, out):
     code = f"import sys, setuptools.build_meta as b; b.{step}(sys.argv[1])"
-    made = subprocess.run([sys.executable, "-c", code, out], cwd=source, capture_output=True, text=True, timeout=120)
+    made = subprocess.run(
+        [sys.executable, "-c", code, out], cwd=source, capture_output=True, text=True, timeout=120
+    )
     assert made.returncode == 0, made.stderr
 
 
 def test_a_wheel_holds_what_is_tracked_and_the_sdists_is_the_same(built):
     wheel, again, listed, source = built
     assert wheel == again
-    wanted = {str(path.relative_to(source)) for path in (source / "fivebar").rglob("*") if path.is_file()}
+    wanted = {
+        str(path.relative_to(source)) for path in (source / "fivebar").rglob("*") if path.is_file()
+    }
     wanted |= {f"fivebar/_labs/{path.relative_to(source / 'labs')}" for path in (source / "labs").rglob("*")
                if path.is_file() and not path.name.startswith(".")}  # fmt: skip
     own = {name for name in wheel if not name.startswith("fivebar-")}
@@ -77,9 +89,13 @@ def test_lower_bounds_are_those_that_are_tested_and_there_are_no_upper_ones():
     for requirement in NEEDED:
         name, bound = requirement.split(">=")
         assert f"{OLDEST[name]}.0".startswith(f"{bound}."), requirement
-    versions = [line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r"3\.\d+$", line)]
+    versions = [
+        line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r"3\.\d+$", line)
+    ]
     assert versions[0] == PROJECT["requires-python"].removeprefix(">=")
-    tried = re.search(r"^for version in (.*); do", (ROOT / ".ci/packages").read_text(), re.MULTILINE)[1].split()
+    tried = re.search(
+        r"^for version in (.*); do", (ROOT / ".ci/packages").read_text(), re.MULTILINE
+    )[1].split()
     assert set(versions[1:]) <= set(tried)
 
 
@@ -90,14 +106,18 @@ def licence(name):
     except PackageNotFoundError:
         return None
     classes = [line for line in about.get_all("Classifier", []) if line.startswith("License")]
-    return " ".join(filter(None, [about.get("License-Expression"), (about.get("License") or "")[:200], *classes]))
+    return " ".join(
+        filter(
+            None, [about.get("License-Expression"), (about.get("License") or "")[:200], *classes]
+        )
+    )
 
 
 def test_every_dependency_has_the_licence_that_readme_names():
-    said = re.search(r"holds no copy of .*?\): (.*?)\n\n", README, re.DOTALL)[1].replace("\n", " ")
+    notes = re.search(r"holds no copy of .*?\): (.*?)\n\n", README, re.DOTALL)[1].replace("\n", " ")
     named = {
         name: kind
-        for kind, names in (part.split(":") for part in said.split(";"))
+        for kind, names in (part.split(":") for part in notes.split(";"))
         for name in re.sub(r"\(.*?\)|\.", "", names).replace(" ", "").split(",")
     }
     extras = (one for key, extra in EXTRAS.items() if key != "test" for one in extra)

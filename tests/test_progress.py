@@ -27,10 +27,16 @@ def test_a_bar_only_on_a_terminal(terminal, monkeypatch):
         bar.set_description("name")
         bar.set_postfix_str("all well")
         bar.update(2)
-    assert ("300/300" in stream.getvalue() and "all well" in stream.getvalue()) if terminal else not stream.getvalue()
+    assert (
+        ("300/300" in stream.getvalue() and "all well" in stream.getvalue())
+        if terminal
+        else not stream.getvalue()
+    )
 
 
 def test_every_bar_is_made_here():
     package = Path(fivebar.__file__).parent
-    users = [path.name for path in package.rglob("*.py") if "tqdm" in path.read_text(encoding="utf-8")]
+    users = [
+        path.name for path in package.rglob("*.py") if "tqdm" in path.read_text(encoding="utf-8")
+    ]
     assert users == ["progress.py"]

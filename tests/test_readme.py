@@ -14,7 +14,9 @@ from tests.helpers import DATA, LABS, ROOT
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```python\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
 SHELL = re.sub(r"^```.*?^```", "", README, flags=re.DOTALL | re.MULTILINE)
-INDENTED = re.findall(r"^    (?:.*&& )?(?:\.venv/bin/)?(fivebar .+?)(?: +#.*)?$", SHELL, re.MULTILINE)
+INDENTED = re.findall(
+    r"^    (?:.*&& )?(?:\.venv/bin/)?(fivebar .+?)(?: +#.*)?$", SHELL, re.MULTILINE
+)
 INLINE = [" ".join(text.split()) for text in re.findall(r"`(fivebar [^`]+)`", SHELL)]
 COMMANDS = [text for text in dict.fromkeys(INDENTED + INLINE) if " " in text and "..." not in text]
 SLOW = "fivebar chart all"  # minutes: what they do is tested, each chart by itself, in tests/study
@@ -27,9 +29,14 @@ def test_the_blocks_run_in_one_session(tmp_path, monkeypatch, capsys):
     assert len(BLOCKS) >= 7
     for block in BLOCKS:
         exec(compile(block, "README.md", "exec"), session)
-    assert {"tracking.png", "animation.html", "animation.gif", "run.csv", "page.html", "poses.png"} <= {
-        path.name for path in tmp_path.iterdir()
-    }
+    assert {
+        "tracking.png",
+        "animation.html",
+        "animation.gif",
+        "run.csv",
+        "page.html",
+        "poses.png",
+    } <= {path.name for path in tmp_path.iterdir()}
     assert "mpc" in capsys.readouterr().out and session["run"].events is not None
 
 
@@ -37,11 +44,17 @@ def test_the_blocks_run_in_one_session(tmp_path, monkeypatch, capsys):
 def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     reference = fb.line((0.09, 0.068), (0.05, 0.0), 4.0)
-    rows = [f"{t / 10!r},{x!r},{y!r}" for t in range(41) for x, y in [reference(t / 10)[0].tolist()]]
+    rows = [
+        f"{t / 10!r},{x!r},{y!r}" for t in range(41) for x, y in [reference(t / 10)[0].tolist()]
+    ]
     (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]))
     circle = fb.circle((0.05, 0.09), 0.02, 1.0)
     log = fb.simulate(
-        fb.FiveBar(), fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0), circle, control_period=0.002, step=0.002
+        fb.FiveBar(),
+        fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0),
+        circle,
+        control_period=0.002,
+        step=0.002,
     )
     log.to_csv(tmp_path / "log.csv")
     for script in (LABS / "amoro").glob("*.py"):
@@ -65,7 +78,9 @@ def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
     except SystemExit as stop:  # `run` ends as its script did
         code = stop.code
     assert not code, capsys.readouterr().err
-    files = re.findall(r"(?<![\w/])[\w-]+\.(?:png|html|csv)\b|results/|(?<=--out )compared", command)
+    files = re.findall(
+        r"(?<![\w/])[\w-]+\.(?:png|html|csv)\b|results/|(?<=--out )compared", command
+    )
     made = {path.name for path in set(tmp_path.iterdir()) - before}
     assert {name.rstrip("/") for name in files} - {path.name for path in before} <= made
 

@@ -33,7 +33,11 @@ LINES = {
     ROBOT: fb.line((0.09, 0.068), (0.08, 0.075), 0.05), BIGLIDE: fb.line((0.0, 0.2), (0.01, 0.21), 0.05),
 }  # fmt: skip
 LAWS = {
-    robot: [fb.ComputedTorque(robot, 100, 20), fb.PD(robot, 10.0, 1.0), fb.FeedForward(robot, 10.0, 1.0)]
+    robot: [
+        fb.ComputedTorque(robot, 100, 20),
+        fb.PD(robot, 10.0, 1.0),
+        fb.FeedForward(robot, 10.0, 1.0),
+    ]
     for robot in LINES
 }
 OPTIONS = {
@@ -69,7 +73,9 @@ class Simulating(RuleBasedStateMachine):
     def run(self):
         key = repr((self.robot, self.law, sorted(self.options.items(), key=str)))
         try:
-            run = fb.simulate(self.robot, LAWS[self.robot][self.law], LINES[self.robot], **self.options)
+            run = fb.simulate(
+                self.robot, LAWS[self.robot][self.law], LINES[self.robot], **self.options
+            )
             found = run.q.tobytes(), run.tau.tobytes()
         except (ValueError, TypeError, ArithmeticError) as error:
             found = f"{type(error).__name__}: {error}"
@@ -79,7 +85,10 @@ class Simulating(RuleBasedStateMachine):
         assert self.seen.setdefault(key, found) == found, "the same call gave something else"
 
     def keeps_to_its_options(self, run):
-        assert all(np.isfinite(getattr(run, name)).all() for name in ("t", "q", "q_dot", "xi", "tau", "energy"))
+        assert all(
+            np.isfinite(getattr(run, name)).all()
+            for name in ("t", "q", "q_dot", "xi", "tau", "energy")
+        )
         assert run.t[0] == 0 and np.all(np.diff(run.t) > 0)
         assert run.t[-1] >= self.options.get("duration", 0.05) - 1e-9
         limit = self.options.get("torque_limit")
@@ -148,7 +157,12 @@ class Grading(RuleBasedStateMachine):
     def begin(self):
         self.folder = tempfile.TemporaryDirectory()
         place = Path(self.folder.name)
-        self.labs, self.files, self.out, self.now = write_lab(place / "mylabs"), place / "files", place / "out", {}
+        self.labs, self.files, self.out, self.now = (
+            write_lab(place / "mylabs"),
+            place / "files",
+            place / "out",
+            {},
+        )
         self.hand_in("a", RIGHT)
 
     @rule(student=st.sampled_from("ab"), text=st.sampled_from(list(POINTS)))
@@ -156,7 +170,9 @@ class Grading(RuleBasedStateMachine):
         written(self.files / f"{student}.py", text)
         self.now[student] = POINTS[text]
 
-    @rule(student=st.sampled_from("ab"), junk=st.one_of(st.binary(max_size=30), st.just(b"[" * 9999)))
+    @rule(
+        student=st.sampled_from("ab"), junk=st.one_of(st.binary(max_size=30), st.just(b"[" * 9999))
+    )
     def damage_a_result(self, student, junk):
         path = self.out / "students" / f"{student}.json"
         if path.exists():
@@ -170,9 +186,22 @@ class Grading(RuleBasedStateMachine):
 
     @rule()
     def grade(self):
-        command = ["grade", "elbow", self.files, "--labs", self.labs, "--out", self.out, "--isolate", "process"]
+        command = [
+            "grade",
+            "elbow",
+            self.files,
+            "--labs",
+            self.labs,
+            "--out",
+            self.out,
+            "--isolate",
+            "process",
+        ]
         assert main([str(word) for word in command]) == 0
-        found = {path.stem: json.loads(path.read_text())["points"] for path in (self.out / "students").glob("*.json")}
+        found = {
+            path.stem: json.loads(path.read_text())["points"]
+            for path in (self.out / "students").glob("*.json")
+        }
         assert found == self.now
 
     def teardown(self):

@@ -27,12 +27,16 @@ from .helpers import toy_chart
 ANY = st.floats(width=64)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 ROBOTS = st.sampled_from([fb.FiveBar(), fb.FiveBar(0.1 + 0.2, 0.07, 1 / 3, 0.2, 0.1), fb.Biglide()])
-CALMLY = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
+CALMLY = settings(
+    deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
 
 
 def times(n):
     """n times that increase from 0 or later."""
-    return st.lists(st.floats(0, 1e6), min_size=n, max_size=n, unique=True).map(lambda t: np.array(sorted(t)))
+    return st.lists(st.floats(0, 1e6), min_size=n, max_size=n, unique=True).map(
+        lambda t: np.array(sorted(t))
+    )
 
 
 def same(a, b):
@@ -80,7 +84,19 @@ def again(thing, kind, *others):
 def test_a_run_comes_back(run):
     back = again(run, fb.Run.from_csv)
     assert back.robot == run.robot and isinstance(back, fb.Run)
-    for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref", "torque_limit", "control", "events", "step_error"):
+    for name in (
+        "t",
+        "q",
+        "q_dot",
+        "xi",
+        "tau",
+        "energy",
+        "xi_ref",
+        "torque_limit",
+        "control",
+        "events",
+        "step_error",
+    ):
         same(getattr(run, name), getattr(back, name))
 
 
@@ -95,7 +111,8 @@ def plan(request):
 @pytest.fixture(scope="module")
 def plan_in_bars():
     start, goal = (
-        fb.igm(fb.FiveBar(), xi, working) for xi, working in (((0.0, 0.1), (-1, -1)), ((0.0, -0.1), (-1, 1)))
+        fb.igm(fb.FiveBar(), xi, working)
+        for xi, working in (((0.0, 0.1), (-1, -1)), ((0.0, -0.1), (-1, 1)))
     )
     return fb.plan(fb.FiveBar(), start, goal, 2.0)
 
@@ -133,15 +150,30 @@ def test_any_plan_comes_back(plan, data, degree, widths):
     xi = data.draw(arrays(float, (n, 2), elements=st.floats(0.05, 0.09)))  # reachable
     xi_dot = data.draw(arrays(float, (n, 2), elements=st.floats(-1e-3, 1e-3)))
     index = rule.points(n)
-    values = data.draw(arrays(float, (int(index.max()) + 1, 4), elements=st.floats(-1e-3, 1e-3)))[index]
+    values = data.draw(arrays(float, (int(index.max()) + 1, 4), elements=st.floats(-1e-3, 1e-3)))[
+        index
+    ]
     pieces = Pieces(rule, np.cumsum([0.0, *widths]), xi, xi_dot, values[..., :2], values[..., 2:])
     mesh = Mesh(n, 3, data.draw(ANY), data.draw(ANY), data.draw(ANY))
-    given = replace(plan, problem=replace(plan.problem, scheme=rule), pieces=pieces, meshes=(mesh,), solve_time=1.5)
+    given = replace(
+        plan,
+        problem=replace(plan.problem, scheme=rule),
+        pieces=pieces,
+        meshes=(mesh,),
+        solve_time=1.5,
+    )
     alike(given, again(given, fb.Plan.from_csv))
 
 
 LINKAGES = st.one_of(
-    st.builds(FourBar, st.just(0.2), st.floats(0.03, 0.06), st.just(0.16), st.just(0.14), point=st.just((0.08, 0.05))),
+    st.builds(
+        FourBar,
+        st.just(0.2),
+        st.floats(0.03, 0.06),
+        st.just(0.16),
+        st.just(0.14),
+        point=st.just((0.08, 0.05)),
+    ),
     st.builds(SliderCrank, st.floats(0.03, 0.06), st.just(0.2), st.floats(0, 0.1)),
     st.just(FiveBarLinkage(fb.FiveBar())),
     st.just(PRESSES["repaired"][0]),
@@ -150,12 +182,24 @@ LINKAGES = st.one_of(
 
 @CALMLY
 @given(
-    LINKAGES, st.floats(0.1, 9), st.floats(0.3, 2), st.integers(3, 9), st.sampled_from(["turn", "swing", "until-lock"])
+    LINKAGES,
+    st.floats(0.1, 9),
+    st.floats(0.3, 2),
+    st.integers(3, 9),
+    st.sampled_from(["turn", "swing", "until-lock"]),
 )
 def test_a_study_comes_back(linkage, speed, turns, samples, drive):
     between = (0.5, 1.0) if drive == "swing" and not isinstance(linkage, FiveBarLinkage) else None
     try:
-        made = study(linkage, speed, turns, drive, samples=samples, between=between, gravity=np.array([0.0, -9.81]))
+        made = study(
+            linkage,
+            speed,
+            turns,
+            drive,
+            samples=samples,
+            between=between,
+            gravity=np.array([0.0, -9.81]),
+        )
     except (ValueError, ArithmeticError):
         return  # it locks there
     back = again(made, Study.from_csv)
@@ -177,15 +221,33 @@ def test_a_map_comes_back(tmp_path, robot, field, space, data):
     assert (back.robot, back.field, back.space, back.modes) == (robot, field, space, modes)
     for name in ("x", "y", "values"):
         same(getattr(made, name), getattr(back, name))
-    table = again(made, lambda file: np.array([line.split(",") for line in file.read().splitlines()[2:]], float))
-    same(values.reshape(2, -1).T[~np.isnan(values).all(axis=0).ravel()], table.reshape(-1, 4)[:, 2:])
+    table = again(
+        made,
+        lambda file: np.array([line.split(",") for line in file.read().splitlines()[2:]], float),
+    )
+    same(
+        values.reshape(2, -1).T[~np.isnan(values).all(axis=0).ravel()], table.reshape(-1, 4)[:, 2:]
+    )
 
 
 @CALMLY
-@given(st.lists(st.dictionaries(st.sampled_from(["error", "drift, m", 'a "b"']), ANY, min_size=1), max_size=4))
+@given(
+    st.lists(
+        st.dictionaries(st.sampled_from(["error", "drift, m", 'a "b"']), ANY, min_size=1),
+        max_size=4,
+    )
+)
 def test_a_chart_comes_back(measures):
-    base = {"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "word": 'hangs, "it says"\nfor long'}
-    made = Result(toy_chart.chart(), {"cpu": 'a, "b"', "threads": 1}, [base | own for own in measures])
+    base = {
+        "problem": "p",
+        "method": "cruder",
+        "knob": 1.0,
+        "status": "ok",
+        "word": 'hangs, "it says"\nfor long',
+    }
+    made = Result(
+        toy_chart.chart(), {"cpu": 'a, "b"', "threads": 1}, [base | own for own in measures]
+    )
     back = again(made, result_from_csv, made.chart)
     assert back.about == made.about
     for ours, theirs in zip(made.rows, back.rows, strict=True):
@@ -195,7 +257,9 @@ def test_a_chart_comes_back(measures):
 # What cannot be read
 
 LINE = fb.line((0.09, 0.068), (0.0, 0.1), 1.0)
-RUN = fb.simulate(fb.FiveBar(), fb.ComputedTorque(fb.FiveBar(), 100, 20), LINE, duration=0.02, control_period=0.01)
+RUN = fb.simulate(
+    fb.FiveBar(), fb.ComputedTorque(fb.FiveBar(), 100, 20), LINE, duration=0.02, control_period=0.01
+)
 STUDY = study(FourBar(0.2, 0.06, 0.16, 0.14), samples=5)
 
 
@@ -209,7 +273,9 @@ def text_of(thing):
 def readers(plan):
     path = "t,x,y\n" + "".join(f"{k / 9!r},{k * 0.01!r},0.1\n" for k in range(10))
     chart = toy_chart.chart()
-    result = Result(chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}])
+    result = Result(
+        chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}]
+    )
     return {
         "trajectory": (fb.from_csv, path), "run": (fb.Run.from_csv, text_of(RUN)),
         "plan": (fb.Plan.from_csv, text_of(plan)), "study": (Study.from_csv, text_of(STUDY)),
@@ -225,7 +291,8 @@ def readers(plan):
             st.floats(0, 1),
             st.integers(0, 9),
             st.one_of(
-                st.text(max_size=6), st.sampled_from(["nan", "-", "1e999", "null", '"', ",", "[", "{}", "9", "\n"])
+                st.text(max_size=6),
+                st.sampled_from(["nan", "-", "1e999", "null", '"', ",", "[", "{}", "9", "\n"]),
             ),
         ),
         min_size=1,
@@ -233,7 +300,9 @@ def readers(plan):
     ),
     st.booleans(),
 )
-def test_damaged_files_are_read_or_refused_with_their_name(tmp_path, readers, name, changes, in_first):
+def test_damaged_files_are_read_or_refused_with_their_name(
+    tmp_path, readers, name, changes, in_first
+):
     read, text = readers[name]
     for place, cut, put in changes:
         k = int(place * (text.index("\n") if in_first else len(text)))
@@ -248,7 +317,11 @@ def test_damaged_files_are_read_or_refused_with_their_name(tmp_path, readers, na
 
 
 @settings(CALMLY, max_examples=200)
-@given(st.one_of(st.binary(), st.text().map(str.encode), st.text('t,xy0.\n#"e-', max_size=40).map(str.encode)))
+@given(
+    st.one_of(
+        st.binary(), st.text().map(str.encode), st.text('t,xy0.\n#"e-', max_size=40).map(str.encode)
+    )
+)
 def test_other_files_are_refused_with_their_name(tmp_path, readers, content):
     path = tmp_path / "it.csv"
     path.write_bytes(content)
@@ -258,7 +331,11 @@ def test_other_files_are_refused_with_their_name(tmp_path, readers, content):
 
 
 @settings(CALMLY, max_examples=200)
-@given(st.lists(st.tuples(st.floats(0, 1), st.integers(0, 3), st.binary(max_size=4)), min_size=1, max_size=4))
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 1), st.integers(0, 3), st.binary(max_size=4)), min_size=1, max_size=4
+    )
+)
 def test_damaged_maps_are_read_or_refused_with_their_name(tmp_path, changes):
     path = tmp_path / "map.npz"
     singularity_map(fb.FiveBar(), shape=(4, 4)).to_npz(path)
@@ -278,7 +355,10 @@ def test_damaged_maps_are_read_or_refused_with_their_name(tmp_path, changes):
     [
         ("t,x,y,x\n0,1,2,3\n", "line 1: 'x' and 'x' both are x; leave one"),
         ("t,x,y\n-2,1,2\n-1,1,2\n", "line 2: time must not be negative, but is -2"),
-        ('# half a quote, "\n\nt,x,y\n0,1,2\n0,1,2\n', "line 5: time must increase, but 0 follows 0"),
+        (
+            '# half a quote, "\n\nt,x,y\n0,1,2\n0,1,2\n',
+            "line 5: time must increase, but 0 follows 0",
+        ),
         ("t,x,y\n0,1,2,5\n", "line 2: 4 cells, where the header has 3"),
         ("t,x,y\n0,1,2,\n1,1,z,\n", "line 3: y must be a number, not 'z'"),
         ("t,x,y\nnan,1,2\n", "line 2: t is missing"),
@@ -286,7 +366,9 @@ def test_damaged_maps_are_read_or_refused_with_their_name(tmp_path, changes):
     ],
 )
 def test_lines_are_named(text, message):
-    with pytest.raises(ValueError, match=re.escape("the open file, " if "line" in message else "") + message):
+    with pytest.raises(
+        ValueError, match=re.escape("the open file, " if "line" in message else "") + message
+    ):
         fb.from_csv(io.StringIO(text))
 
 
@@ -297,7 +379,10 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path, readers):
         (path, "not a file written by Run.to_csv: it begins with 't,x,y'"),
         ("", "not a file written by Run.to_csv: it is empty"),
         ("# fivebar run, SI units: {}\n", "not a file written by Run.to_csv: KeyError"),
-        ("# fivebar run, SI units: " + 10**5 * "[", "not a file written by Run.to_csv: RecursionError"),
+        (
+            "# fivebar run, SI units: " + 10**5 * "[",
+            "not a file written by Run.to_csv: RecursionError",
+        ),
     ):
         with pytest.raises(ValueError, match=f"line 1: {instead}"):
             fb.Run.from_csv(io.StringIO(text))
@@ -329,7 +414,9 @@ def test_numbers_are_no_files(number, plan):
     calls += [lambda file: result_from_csv(file, toy_chart.chart())]
     calls += [thing.to_csv for thing in (RUN, plan, STUDY, a_map)] + [a_map.to_npz]
     if number is not None:  # of a picture or page: not to be written
-        calls += [thing.page for thing in (RUN, STUDY, a_map)] + [thing.animate for thing in (RUN, STUDY)]
+        calls += [thing.page for thing in (RUN, STUDY, a_map)] + [
+            thing.animate for thing in (RUN, STUDY)
+        ]
         calls += [thing.plot for thing in (RUN, plan, STUDY, comparison)]
     streams = [os.fstat(k) for k in (0, 1, 2)]
     for call in calls:
@@ -367,7 +454,9 @@ def test_a_pipe_is_written_and_not_replaced(tmp_path):
     reader.start()
     RUN.to_csv(pipe)
     reader.join()
-    assert pipe.is_fifo() and found == [text_of(RUN).encode()] and list(tmp_path.iterdir()) == [pipe]
+    assert (
+        pipe.is_fifo() and found == [text_of(RUN).encode()] and list(tmp_path.iterdir()) == [pipe]
+    )
 
 
 # Times that are none, and requests without measure
@@ -389,23 +478,36 @@ def test_a_time_that_is_nan_is_refused(plan):
 
 def test_what_would_take_hours_is_refused_at_once():
     turn = 2 * np.pi
-    with pytest.raises(ValueError, match="window is 300 x 200 turns, .* draw the loci 6e.04 times: at most 100"):
+    with pytest.raises(
+        ValueError, match="window is 300 x 200 turns, .* draw the loci 6e.04 times: at most 100"
+    ):
         singularity_map(fb.FiveBar(), space="joint", window=(0, 300 * turn, 0, 200 * turn))
-    assert singularity_map(fb.FiveBar(), space="joint", window=(0, 10 * turn, 0, 10 * turn), shape=(9, 9)).values.size
-    assert singularity_map(fb.Biglide(), space="joint", window=(0, 300, 0, 300), shape=(999, 999)).values.size
+    assert singularity_map(
+        fb.FiveBar(), space="joint", window=(0, 10 * turn, 0, 10 * turn), shape=(9, 9)
+    ).values.size
+    assert singularity_map(
+        fb.Biglide(), space="joint", window=(0, 300, 0, 300), shape=(999, 999)
+    ).values.size
     with pytest.raises(ValueError, match="turns are 3.6e.08 poses, which take 2.5e.02 GB: at most"):
         study(FourBar(0.2, 0.06, 0.16, 0.14), turns=1e6)
 
 
 @pytest.mark.parametrize("show", [3, True, [3], [["tau", 3]], [None]])
 def test_what_to_show_is_named(show, tmp_path):
-    for write in (RUN.animate, RUN.page, STUDY.page, lambda path, show: STUDY.animate(path, show=show)):
+    for write in (
+        RUN.animate,
+        RUN.page,
+        STUDY.page,
+        lambda path, show: STUDY.animate(path, show=show),
+    ):
         with pytest.raises(TypeError, match="show must be a name or several, not "):
             write(tmp_path / "it.html", show=show)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("use", [lambda file: fb.calibrate(fb.FiveBar(), file), RUN.to_csv, fb.from_log])
+@pytest.mark.parametrize(
+    "use", [lambda file: fb.calibrate(fb.FiveBar(), file), RUN.to_csv, fb.from_log]
+)
 def test_a_name_that_no_file_may_have_is_said(use):
     with pytest.raises(OSError, match="zero byte in it: 'a.x00.csv'"):
         use("a\0.csv")

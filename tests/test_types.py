@@ -24,19 +24,30 @@ def public_functions():
                 value = getattr(value, "__func__", None) or getattr(value, "fget", None) or value
                 value = value.func if isinstance(value, cached_property) else value
                 made = key in ("__init__", "__call__") and "__dataclass_fields__" not in vars(given)
-                if inspect.isfunction(value) and (made or key == "__call__" or not key.startswith("_")):
+                if inspect.isfunction(value) and (
+                    made or key == "__call__" or not key.startswith("_")
+                ):
                     yield f"{name}.{key}", value
 
 
 def test_every_public_function_has_hints():
     functions = dict(public_functions())
-    assert {"dgm", "simulate", "Run.from_csv", "Run.q_error", "Tracker.__init__", "Trajectory.__call__"} <= set(
-        functions
-    )
+    assert {
+        "dgm",
+        "simulate",
+        "Run.from_csv",
+        "Run.q_error",
+        "Tracker.__init__",
+        "Trajectory.__call__",
+    } <= set(functions)
     missing = set()
     for name, function in functions.items():
         signature = inspect.signature(function)
-        hints = [p.annotation for p in signature.parameters.values() if p.name not in ("self", "cls", "_")]
+        hints = [
+            p.annotation
+            for p in signature.parameters.values()
+            if p.name not in ("self", "cls", "_")
+        ]
         hints += [] if name.endswith("__init__") else [signature.return_annotation]
         if inspect.Parameter.empty in hints:
             missing.add(name)

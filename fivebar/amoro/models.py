@@ -15,7 +15,9 @@ mode = modes(1)
 
 def checked(**given):
     """The numbers by their names, as floats; ValueError, with its name, for what is not finite."""
-    return tuple(v if type(v) is float and -HUGE < v < HUGE else number(v, name) for name, v in given.items())
+    return tuple(
+        v if type(v) is float and -HUGE < v < HUGE else number(v, name) for name, v in given.items()
+    )
 
 
 def models(robot):
@@ -39,13 +41,19 @@ def models(robot):
         return four_joint_rates(pose(q11, q12, q21, q22), (q11D, q21D), (q12D, q22D))
 
     def lab_dgm(q11, q21, assembly_mode):
-        return floats(*dgm(robot, checked(q11=q11, q21=q21), mode(assembly_mode, "assembly_mode")).xi)
+        return floats(
+            *dgm(robot, checked(q11=q11, q21=q21), mode(assembly_mode, "assembly_mode")).xi
+        )
 
     def lab_igm(x, y, gamma1, gamma2):
-        return floats(*igm(robot, checked(x=x, y=y), (mode(gamma1, "gamma1"), mode(gamma2, "gamma2"))).q)
+        return floats(
+            *igm(robot, checked(x=x, y=y), (mode(gamma1, "gamma1"), mode(gamma2, "gamma2"))).q
+        )
 
     def dgm_passive(q11, q21, assembly_mode):
-        return floats(*dgm(robot, checked(q11=q11, q21=q21), mode(assembly_mode, "assembly_mode")).q_passive)
+        return floats(
+            *dgm(robot, checked(q11=q11, q21=q21), mode(assembly_mode, "assembly_mode")).q_passive
+        )
 
     def lab_dkm(q11, q12, q21, q22, q11D, q21D):
         return floats(*dkm(pose(q11, q12, q21, q22), checked(q11D=q11D, q21D=q21D)).xi_dot)
@@ -59,11 +67,17 @@ def models(robot):
 
     def lab_dkm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD):
         return floats(
-            *dkm2(rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D), checked(q11DD=q11DD, q21DD=q21DD)).xi_ddot
+            *dkm2(
+                rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D), checked(q11DD=q11DD, q21DD=q21DD)
+            ).xi_ddot
         )
 
     def lab_ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD):
-        return floats(*ikm2(rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D), checked(xDD=xDD, yDD=yDD)).q_ddot)
+        return floats(
+            *ikm2(
+                rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D), checked(xDD=xDD, yDD=yDD)
+            ).q_ddot
+        )
 
     def dkm2_passive(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD, xDD, yDD):
         motion = rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D)
@@ -74,6 +88,14 @@ def models(robot):
         return dynamic_model(rates(q11, q12, q21, q22, q11D, q12D, q21D, q22D))
 
     return SimpleNamespace(
-        dgm=lab_dgm, igm=lab_igm, dgm_passive=dgm_passive, dkm=lab_dkm, ikm=lab_ikm, dkm_passive=dkm_passive,
-        dkm2=lab_dkm2, ikm2=lab_ikm2, dkm2_passive=dkm2_passive, dynamic_model=lab_dynamic_model,
-    )  # fmt: skip
+        dgm=lab_dgm,
+        igm=lab_igm,
+        dgm_passive=dgm_passive,
+        dkm=lab_dkm,
+        ikm=lab_ikm,
+        dkm_passive=dkm_passive,
+        dkm2=lab_dkm2,
+        ikm2=lab_ikm2,
+        dkm2_passive=dkm2_passive,
+        dynamic_model=lab_dynamic_model,
+    )

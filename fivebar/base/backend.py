@@ -134,7 +134,9 @@ def unpack(v, name):
         v = v.full().ravel()  # CasADi's numbers are numbers
     if is_symbolic(v):
         if v.numel() != 2:
-            raise ValueError(f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}")
+            raise ValueError(
+                f"{name} must be a CasADi 2 x 1 vector, not {v.shape[0]} x {v.shape[1]}"
+            )
         return v[0], v[1]
     array = real_numbers(v, name, "of shape (2,) or (*batch, 2)")
     if array.ndim == 0 or array.shape[-1] != 2:
@@ -155,7 +157,11 @@ def real_numbers(v, name, shape=""):
         array = np.asarray(v)
         if array.dtype is _FLOAT:
             return array
-        if array.dtype.kind == "O" and not any(map(_is_a_word, array.flat)) or array.dtype.kind in "fiu":
+        if (
+            array.dtype.kind == "O"
+            and not any(map(_is_a_word, array.flat))
+            or array.dtype.kind in "fiu"
+        ):
             return array.astype(float)
     except Exception:  # of whatever somebody's own class raises when it is taken for an array
         array = None
@@ -180,8 +186,12 @@ def _refuse_huge(array, name):
     index = tuple(int(i) for i in np.argwhere(~good)[0])
     what = "finite" if not np.isfinite(array[index]) else f"below {HUGE:g} in size"
     if array.ndim < 2 and array.size <= 2:
-        raise ValueError(f"{name} must be {what}, not {array.tolist() if array.ndim == 0 else tuple(array.tolist())}")
-    raise ValueError(f"{name} must be {what}, but {name}[{', '.join(map(str, index))}] is {array[index]}")
+        raise ValueError(
+            f"{name} must be {what}, not {array.tolist() if array.ndim == 0 else tuple(array.tolist())}"
+        )
+    raise ValueError(
+        f"{name} must be {what}, but {name}[{', '.join(map(str, index))}] is {array[index]}"
+    )
 
 
 def unpack_for(known, v, name):
@@ -192,7 +202,9 @@ def unpack_for(known, v, name):
             np.broadcast_shapes(known.shape, components[0].shape)
         except ValueError:
             shape = (*components[0].shape, 2)
-            raise ValueError(f"{name} of shape {shape} does not fit a batch of poses of shape {known.shape}") from None
+            raise ValueError(
+                f"{name} of shape {shape} does not fit a batch of poses of shape {known.shape}"
+            ) from None
     return components
 
 

@@ -36,8 +36,13 @@ def takes(**rules: Callable) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
         @wraps(function)
         def checked(*args, **kwargs):
-            args = [*(rules[n](a, n) if n in rules else a for n, a in zip(names, args)), *args[len(names) :]]
-            return function(*args, **{n: rules[n](a, n) if n in rules else a for n, a in kwargs.items()})
+            args = [
+                *(rules[n](a, n) if n in rules else a for n, a in zip(names, args)),
+                *args[len(names) :],
+            ]
+            return function(
+                *args, **{n: rules[n](a, n) if n in rules else a for n, a in kwargs.items()}
+            )
 
         return checked
 
@@ -61,7 +66,9 @@ def instance(*kinds: type | str, what: str = "") -> Callable:
     def rule(value, name):
         if isinstance(value, classes) or any(own.__name__ in names for own in type(value).__mro__):
             return value
-        raise TypeError(f"{name} must be {what or ' or '.join(map(_article, names))}, not {shown(value)}")
+        raise TypeError(
+            f"{name} must be {what or ' or '.join(map(_article, names))}, not {shown(value)}"
+        )
 
     return rule
 
@@ -72,13 +79,26 @@ def _article(name):
 
 def robot(value: object, name: str) -> object:
     """Rule: a robot, that is all that `models.robots.Robot` asks for; TypeError for anything else."""
-    asked = ("drives", "distal", "inertias", "m", "turns", "words", "differ", "continuous")
-    if isinstance(value, type) or not all(hasattr(type(value), each) or hasattr(value, each) for each in asked):
+    asked = (
+        "drives",
+        "distal",
+        "inertias",
+        "m",
+        "turns",
+        "words",
+        "joint_difference",
+        "continuous",
+    )
+    if isinstance(value, type) or not all(
+        hasattr(type(value), each) or hasattr(value, each) for each in asked
+    ):
         raise TypeError(f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}")
     return value
 
 
-def number(value: object, name: str, low: float = -HUGE, high: float = HUGE, above: bool = False) -> float:
+def number(
+    value: object, name: str, low: float = -HUGE, high: float = HUGE, above: bool = False
+) -> float:
     """Rule: a finite number from low (above: more than it) to high, as a float; ValueError for anything else."""
     if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype != object:
         value = value.item()
@@ -104,7 +124,9 @@ def positive(value: object, name: str) -> float:
     """Rule: a finite number > 0, whose inverse is below HUGE."""
     found = number(value, name, 0.0, above=True)
     if found < 1 / HUGE:
-        raise ValueError(f"{name} must be finite and > 0, at least {1 / HUGE:g}, not {shown(value)}")
+        raise ValueError(
+            f"{name} must be finite and > 0, at least {1 / HUGE:g}, not {shown(value)}"
+        )
     return found
 
 
@@ -128,7 +150,9 @@ def two_numbers(value: object, name: str) -> tuple[float, float]:
     try:
         array = finite_numbers(value, name)
     except ValueError as error:
-        raise ValueError(f"{name} must be two finite numbers, not {shown(value)} ({error})") from None
+        raise ValueError(
+            f"{name} must be two finite numbers, not {shown(value)} ({error})"
+        ) from None
     if array.shape != (2,):
         raise ValueError(f"{name} must be two finite numbers, not {shown(value)}")
     return tuple(array.tolist())
@@ -152,7 +176,11 @@ def flag(value: object, name: str) -> bool:
 
 def strings(value: object, name: str) -> list[str]:
     """Rule: strings, not one string; TypeError for anything else."""
-    if isinstance(value, Iterable) and not isinstance(value, (str, bytes, np.ndarray)) and not is_symbolic(value):
+    if (
+        isinstance(value, Iterable)
+        and not isinstance(value, (str, bytes, np.ndarray))
+        and not is_symbolic(value)
+    ):
         found = list(value)
         if all(isinstance(each, str) for each in found):
             return found
@@ -182,7 +210,9 @@ def one_of(*known: object) -> Callable:
 
     def rule(value, name):
         if not any(type(value) is type(each) and value == each for each in known):
-            raise ValueError(f"{name} must be one of {', '.join(map(str, known))}, not {shown(value)}")
+            raise ValueError(
+                f"{name} must be one of {', '.join(map(str, known))}, not {shown(value)}"
+            )
         return value
 
     return rule
@@ -216,7 +246,9 @@ def modes(count: int) -> Callable:
         except ValueError:
             found = np.array(np.nan)
         if found.shape != ((), (2,))[count - 1]:
-            raise ValueError(f"{name} must be {'two modes, ' * (count == 2)}+1 or -1, not {shown(value)}")
+            raise ValueError(
+                f"{name} must be {'two modes, ' * (count == 2)}+1 or -1, not {shown(value)}"
+            )
         if not np.all(np.abs(found) == 1):
             raise ValueError(f"{name} must be +1 or -1, not {shown(value)}")
         return int(found) if count == 1 else tuple(int(mode) for mode in found)
@@ -238,7 +270,9 @@ def base(value: object, name: str) -> float:
     """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST; ValueError for anything else."""
     found = number(value, name, 0.0, sys.float_info.max)
     if found and not NARROWEST <= found <= LONGEST:
-        raise ValueError(f"{name} = {found:g} m is outside {NARROWEST:g} to {LONGEST:g} m, and not 0")
+        raise ValueError(
+            f"{name} = {found:g} m is outside {NARROWEST:g} to {LONGEST:g} m, and not 0"
+        )
     return found
 
 
@@ -271,4 +305,6 @@ def not_too_different(lengths: dict[str, float]) -> None:
 def bounded(count: float, most: float, what: str, bytes_each: float) -> None:
     """Refuse what would take too much memory, and say how much; what: where so many rows, or the like, come from."""
     if not count <= most:
-        raise ValueError(f"{what}: at most {most:g}, and these would take about {count * bytes_each / 1e9:.3g} GB")
+        raise ValueError(
+            f"{what}: at most {most:g}, and these would take about {count * bytes_each / 1e9:.3g} GB"
+        )

@@ -54,7 +54,9 @@ def alone(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None
 def _lock(handle, words):
     try:
         if fcntl:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it goes with the process, however that ends
+            fcntl.flock(
+                handle, fcntl.LOCK_EX | fcntl.LOCK_NB
+            )  # it goes with the process, however that ends
     except BlockingIOError:
         raise FolderError(words) from None
     except OSError:

@@ -14,19 +14,43 @@ from functools import cache
 HELPER, LOOSEN = "__fivebar_lenient__", "__fivebar_loosen__"
 # Names that NumPy has dropped, and what to write today.
 DROPPED = {
-    "float": "float", "int": "int", "object": "object", "str": "str", "complex": "complex", "float_": "np.float64",
-    "complex_": "np.complex128", "Inf": "np.inf", "Infinity": "np.inf", "infty": "np.inf", "NaN": "np.nan",
-    "product": "np.prod", "cumproduct": "np.cumprod", "alltrue": "np.all", "sometrue": "np.any", "round_": "np.round",
-    "asscalar": "np.ndarray.item", "mat": "np.asmatrix", "trapz": "np.trapezoid", "in1d": "np.isin",
-}  # fmt: skip
+    "float": "float",
+    "int": "int",
+    "object": "object",
+    "str": "str",
+    "complex": "complex",
+    "float_": "np.float64",
+    "complex_": "np.complex128",
+    "Inf": "np.inf",
+    "Infinity": "np.inf",
+    "infty": "np.inf",
+    "NaN": "np.nan",
+    "product": "np.prod",
+    "cumproduct": "np.cumprod",
+    "alltrue": "np.all",
+    "sometrue": "np.any",
+    "round_": "np.round",
+    "asscalar": "np.ndarray.item",
+    "mat": "np.asmatrix",
+    "trapz": "np.trapezoid",
+    "in1d": "np.isin",
+}
 CONVERTING = {float, int, complex, round, *(f for f in vars(math).values() if callable(f))}
 CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
 
 
 def refused(message):
     """Whether an error's message is about what NumPy once took."""
-    dropped = any(f"'numpy' has no attribute '{name}'" in message or f"np.{name}`" in message for name in DROPPED)
-    return CONVERSION in message or "inhomogeneous" in message or "setting an array element" in message or dropped
+    dropped = any(
+        f"'numpy' has no attribute '{name}'" in message or f"np.{name}`" in message
+        for name in DROPPED
+    )
+    return (
+        CONVERSION in message
+        or "inhomogeneous" in message
+        or "setting an array element" in message
+        or dropped
+    )
 
 
 def give_names_back(np):
@@ -120,7 +144,11 @@ class Rewriter(ast.NodeTransformer):
 
     def visit_BinOp(self, node):
         self.generic_visit(node)
-        if isinstance(node.op, ast.Mod) and isinstance(node.left, ast.Constant) and isinstance(node.left.value, str):
+        if (
+            isinstance(node.op, ast.Mod)
+            and isinstance(node.left, ast.Constant)
+            and isinstance(node.left.value, str)
+        ):
             node.right = self._helped(node.right, LOOSEN)
         return node
 

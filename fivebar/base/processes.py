@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 
 
 @contextmanager
-def unheard() -> Iterator[None]:
+def without_interrupts() -> Iterator[None]:
     """What is started meanwhile hears no Ctrl-C from its first moment on; who starts it hears it after."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield

@@ -33,21 +33,30 @@ def one_line(what: str, *parts: str) -> str:
 
 def printable(text: str) -> str:
     """The text with whatever could move a cursor, reverse or hide something written as an escape."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in text)
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode()
+        for c in text
+    )
 
 
 def table(words: str, rows: Mapping[str, object]) -> str:
     """HTML of a line of words over a table of names and values."""
     import html
 
-    cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
+    cells = (
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>"
+        for name, value in rows.items()
+    )
     return f"<code>{html.escape(words)}</code><table>{''.join(cells)}</table>"
 
 
 def aligned(rows: Sequence[Sequence[str]], words: int) -> list[str]:
     """Lines of a table in columns, the first `words` of them to the left, the others, numbers, to the right."""
     columns = [
-        [cell.ljust(max(map(len, column))) if k < words else cell.rjust(max(map(len, column))) for cell in column]
+        [
+            cell.ljust(max(map(len, column))) if k < words else cell.rjust(max(map(len, column)))
+            for cell in column
+        ]
         for k, column in enumerate(zip(*rows))
     ]
     return ["  ".join(row).rstrip() for row in zip(*columns)]

@@ -24,7 +24,15 @@ FilePath = str | os.PathLike
 TextFile = FilePath | IO[str]
 BinaryFile = FilePath | IO[bytes]
 # What code that takes a file's first line apart may run into, where somebody else has written it.
-STRANGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, MemoryError)
+STRANGE = (
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    RecursionError,
+    MemoryError,
+)
 DPI = 200  # of pictures
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
@@ -41,7 +49,9 @@ def must_increase(t: np.ndarray, whose: str) -> None:
         raise ValueError(f"{whose}: t[{bad[0]}] is {t[bad[0]]}, not finite")
     late = np.flatnonzero(np.diff(t) <= 0) + 1
     if len(late):
-        raise ValueError(f"{whose}: t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}")
+        raise ValueError(
+            f"{whose}: t[{late[0]}] = {t[late[0]]} is not after t[{late[0] - 1}] = {t[late[0] - 1]}"
+        )
 
 
 def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
@@ -51,7 +61,9 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
     may have it raises a ValueError in which the name is missing.
     """
     if not isinstance(file, (str, os.PathLike)) and not hasattr(file, does):
-        raise TypeError(f"to {does}, a path (str or os.PathLike) or an open file is needed, not {file!r}")
+        raise TypeError(
+            f"to {does}, a path (str or os.PathLike) or an open file is needed, not {file!r}"
+        )
     if isinstance(file, (str, os.PathLike)) and "\0" in os.fsdecode(file):
         raise OSError(errno.EINVAL, "no file's name has a zero byte in it", os.fspath(file))
     return file
@@ -103,7 +115,9 @@ def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
                 return {name: found[name] for name in found.files}
         # What zipfile, zlib and NumPy's reader of headers let through: a dozen kinds, from TokenError to SystemError.
         except Exception as error:
-            raise ValueError(f"{file}: no arrays as NumPy saves them: {type(error).__name__}: {error}") from None
+            raise ValueError(
+                f"{file}: no arrays as NumPy saves them: {type(error).__name__}: {error}"
+            ) from None
 
 
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
@@ -124,7 +138,10 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
     if hasattr(file_or_path(file, "write"), "write"):
         yield file
         return
-    with replaced(file) as part, open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out:
+    with (
+        replaced(file) as part,
+        open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out,
+    ):
         yield out
 
 
@@ -132,9 +149,15 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
 def replaced(file: FilePath, end: str = "") -> Iterator[str]:
     """The name of another file, with this ending, which takes the place of this one once it is whole."""
     path = os.path.realpath(file)  # a link stays one
-    direct = os.path.exists(path) and not os.path.isfile(path)  # a pipe or a device cannot be replaced
+    direct = os.path.exists(path) and not os.path.isfile(
+        path
+    )  # a pipe or a device cannot be replaced
     place, name = os.path.split(path)
-    part = path if direct else os.path.join(place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}")
+    part = (
+        path
+        if direct
+        else os.path.join(place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}")
+    )
     try:
         yield part
         if not direct:
@@ -142,7 +165,9 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
     except BaseException as error:
         if not direct and os.path.exists(part):
             os.unlink(part)
-        if isinstance(error, OSError) and (error.filename == part or error.errno in FULL and error.filename is None):
+        if isinstance(error, OSError) and (
+            error.filename == part or error.errno in FULL and error.filename is None
+        ):
             error.filename = os.fspath(file)
         raise
 
@@ -153,7 +178,12 @@ def is_part(name: str) -> bool:
 
 
 def write(
-    file: TextFile, kind: str, about: dict, header: Sequence[str], rows: Iterable[Sequence], end: str = "\r\n"
+    file: TextFile,
+    kind: str,
+    about: dict,
+    header: Sequence[str],
+    rows: Iterable[Sequence],
+    end: str = "\r\n",
 ) -> None:
     """Write a table: what it is (kind) and is about as a comment, its header, its rows; floats with all their digits.
 
@@ -199,7 +229,9 @@ class Table:
         found = re.match(r"# fivebar (.+?), SI units: ", self.first)
         if found is None or found[1] != kind:
             instead = f"a fivebar {found[1]}" if found else f"it begins with {_short(self.first)!r}"
-            raise ValueError(f"{self.name}, line 1: not {what}: {instead if self.first else 'it is empty'}")
+            raise ValueError(
+                f"{self.name}, line 1: not {what}: {instead if self.first else 'it is empty'}"
+            )
         try:
             return parse(json.loads(self.first[found.end() :]))
         except STRANGE as error:
@@ -217,10 +249,14 @@ class Table:
     def places(self, names: Sequence[str]) -> list[int]:
         """Where the named columns are in a row."""
         if not self.header:
-            raise ValueError(f"{self.name}: empty; needed a header with the columns {', '.join(names)}")
+            raise ValueError(
+                f"{self.name}: empty; needed a header with the columns {', '.join(names)}"
+            )
         if missing := [name for name in names if name not in self.header]:
             found = _short(", ".join(self.header))
-            raise self.error(f"no column {', '.join(missing)}; found {found}; needed {', '.join(names)}")
+            raise self.error(
+                f"no column {', '.join(missing)}; found {found}; needed {', '.join(names)}"
+            )
         return [self.header.index(name) for name in names]
 
     def rows(self) -> Iterator[list[str]]:
@@ -236,7 +272,10 @@ class Table:
 
         finite: refuse inf and nan; else they may be anywhere but among the times.
         """
-        wanted, table = [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)], []
+        wanted, table = (
+            [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)],
+            [],
+        )
         for cells in self.rows():
             row = [self._number(cells, *each) for each in wanted]
             if row[0] < 0:

@@ -22,14 +22,23 @@ COMMANDS = {
     "demo": ("track", "the AMORO lab's control task 1: table, CSV, picture, animation, page"),
     "track": ("track", "track a path; or compare controllers on one of the shipped cases"),
     "plan": ("plan", "plan an optimal motion between points or modes, through singularities too"),
-    "draw": ("draw", "draw an SVG, G-code or CSV with the simulated robot: place, time, track, tables"),
+    "draw": (
+        "draw",
+        "draw an SVG, G-code or CSV with the simulated robot: place, time, track, tables",
+    ),
     "map": ("map", "singularity map: exact loci, a margin's field, aspects"),
     "linkage": ("linkage", "four-bars and other linkages: what turns, what locks; motion studies"),
     "play": ("play", "a live page: drag the robot, slide its bars, watch the singularities move"),
     "chart": ("chart", "speed against accuracy: measure methods, and draw their charts"),
-    "calibrate": ("calibrate", "a robot as built: lengths and offsets from measurements, and what these cannot tell"),
+    "calibrate": (
+        "calibrate",
+        "a robot as built: lengths and offsets from measurements, and what these cannot tell",
+    ),
     "study": ("study", "which physics is worth its cost, measured here"),
-    "certify": ("certify", "prove that a path is reached and keeps its margin, for all robots within tolerances"),
+    "certify": (
+        "certify",
+        "prove that a path is reached and keeps its margin, for all robots within tolerances",
+    ),
     "identify": ("identify", "masses and friction of a robot, from logs of its motion and torques"),
     "export": ("export", "the robot as MJCF, URDF, SDF, or as C99 for a microcontroller"),
     "sweep": ("sweep", "figures of merit of many designs, on this machine or a Dask cluster"),
@@ -47,9 +56,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     for name, mode in STREAMS.items():
-        if getattr(sys, name) is None:  # it was closed, and the next file that is opened would get its number
+        if (
+            getattr(sys, name) is None
+        ):  # it was closed, and the next file that is opened would get its number
             setattr(sys, name, open(os.devnull, mode))
-    if isinstance(sys.stdout, io.TextIOWrapper):  # where a locale has no ² or µ, they are no reason to fail
+    if isinstance(
+        sys.stdout, io.TextIOWrapper
+    ):  # where a locale has no ² or µ, they are no reason to fail
         sys.stdout.reconfigure(errors="backslashreplace")
     if words and words[0] != "run":  # whose arguments are the script's
         words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
@@ -105,7 +118,9 @@ class _Parser(argparse.ArgumentParser):
     """Says what was perhaps meant."""
 
     def error(self, message):
-        wrong = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)|unrecognized arguments: (--\S+)", message)
+        wrong = re.search(
+            r"invalid choice: '(.*?)' \(choose from (.*)\)|unrecognized arguments: (--\S+)", message
+        )
         if wrong:
             known = re.findall(r"[\w.-]+", wrong[2]) if wrong[2] else self._option_string_actions
             near = get_close_matches(wrong[1] or wrong[3].split("=")[0], known, 1)
@@ -120,13 +135,17 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(asked):
-    parser = _Parser(prog="fivebar", description="The five-bar parallel robot: models, control, singularities.")
+    parser = _Parser(
+        prog="fivebar", description="The five-bar parallel robot: models, control, singularities."
+    )
     parser.add_argument("--version", action="version", version=f"fivebar {version('fivebar')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     if asked in COMMANDS:
         import_module(f".{COMMANDS[asked][0]}", __package__).add_parsers(commands)
         for name, own in commands.choices.items():
-            own.description = own.description or f"{COMMANDS[name][1][0].upper()}{COMMANDS[name][1][1:]}."
+            own.description = (
+                own.description or f"{COMMANDS[name][1][0].upper()}{COMMANDS[name][1][1:]}."
+            )
             own.set_defaults(parser=own)
     else:
         for name, (_, words) in COMMANDS.items():

@@ -22,23 +22,49 @@ def add_parsers(commands: _SubParsersAction) -> None:
     )
     parser.add_argument("data", metavar="DATA.csv")
     parser.add_argument(
-        "--unknown", nargs="+", metavar="NAME", default=None,
+        "--unknown",
+        nargs="+",
+        metavar="NAME",
+        default=None,
         help="of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and offsets)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--start", nargs="+", metavar="NAME=VALUE", default=[], help="known, or to begin with; SI units"
     )
-    parser.add_argument("--sigma", type=float, metavar="M", help="standard deviation of a measured number, m")
-    parser.add_argument("--bounds", nargs="+", metavar="NAME=LOW:HIGH", default=[], help="of unknowns, SI units")
     parser.add_argument(
-        "--loss", default="linear", help="linear, soft_l1, huber, cauchy, arctan (default: %(default)s)"
+        "--start",
+        nargs="+",
+        metavar="NAME=VALUE",
+        default=[],
+        help="known, or to begin with; SI units",
     )
-    parser.add_argument("--units", nargs="+", metavar="UNIT", default=[], help="without one in the heading: deg, x=mm")
-    parser.add_argument("--mend", action="store_true", help="put right the mistakes found in the data, and say so")
+    parser.add_argument(
+        "--sigma", type=float, metavar="M", help="standard deviation of a measured number, m"
+    )
+    parser.add_argument(
+        "--bounds", nargs="+", metavar="NAME=LOW:HIGH", default=[], help="of unknowns, SI units"
+    )
+    parser.add_argument(
+        "--loss",
+        default="linear",
+        help="linear, soft_l1, huber, cauchy, arctan (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--units",
+        nargs="+",
+        metavar="UNIT",
+        default=[],
+        help="without one in the heading: deg, x=mm",
+    )
+    parser.add_argument(
+        "--mend", action="store_true", help="put right the mistakes found in the data, and say so"
+    )
     parser.add_argument("--keep", action="store_true", help="look for no mistakes in the data")
-    parser.add_argument("--profile", action="store_true", help="95 %% intervals by profile likelihood, too")
     parser.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="calibration.png, .json, .txt, and robot.toml go there"
+        "--profile", action="store_true", help="95 %% intervals by profile likelihood, too"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="calibration.png, .json, .txt, and robot.toml go there",
     )
     parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
     add_robot_options(parser)
@@ -56,8 +82,13 @@ def _calibrate(arguments):
     if arguments.mend and arguments.keep:
         raise UsageError("--mend and --keep: give one")
     start = dict(_pair(word, "--start") for word in arguments.start)
-    bounds = {name: _limits(limits, name) for name, limits in (_split(w, "--bounds") for w in arguments.bounds)}
-    unknown = tuple(name for word in arguments.unknown or DEFAULT for name in word.split(",") if name)
+    bounds = {
+        name: _limits(limits, name)
+        for name, limits in (_split(w, "--bounds") for w in arguments.bounds)
+    }
+    unknown = tuple(
+        name for word in arguments.unknown or DEFAULT for name in word.split(",") if name
+    )
     try:
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
@@ -66,9 +97,16 @@ def _calibrate(arguments):
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     found = calibrate(
-        robot, arguments.data, unknown, start=start, sigma=arguments.sigma, bounds=bounds, loss=arguments.loss,
-        units=arguments.units, mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",
-    )  # fmt: skip
+        robot,
+        arguments.data,
+        unknown,
+        start=start,
+        sigma=arguments.sigma,
+        bounds=bounds,
+        loss=arguments.loss,
+        units=arguments.units,
+        mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",
+    )
     text = str(found)
     profiles = found.intervals(method="profile") if arguments.profile else {}
     if profiles:
@@ -86,7 +124,11 @@ def _calibrate(arguments):
         with written(arguments.out / "calibration.txt") as file:
             file.write(text + "\n")
         names = ("calibration.png", "calibration.json", "calibration.txt", "robot.toml")
-        print(*(arguments.out / name for name in names), sep="\n", file=sys.stderr if arguments.json else sys.stdout)
+        print(
+            *(arguments.out / name for name in names),
+            sep="\n",
+            file=sys.stderr if arguments.json else sys.stdout,
+        )
 
 
 def _as_json(found, profiles):
@@ -97,14 +139,27 @@ def _as_json(found, profiles):
         return {name: [plain(x) for x in pair] for name, pair in intervals.items()}
 
     return {
-        "values": found.values, "sd": {name: plain(sd) for name, sd in found.sd.items()},
-        "intervals_95": pairs(found.intervals()), "profile_95": pairs(profiles), "rank": found.rank,
-        "indistinguishable": found.indistinguishable, "hardly": found.hardly, "rows": len(found.rows),
-        "rms_m": found.rms, "rms_before_m": plain(found.rms_before), "leave_one_out_m": plain(found.leave_one_out),
-        "chi2": found.chi2 if found.absolute else None, "dof": found.dof, "p_value": found.p_value, "fits": found.fits,
-        "outliers": found.outliers, "said": found.said, "robot": found.robot.parameters,
-        "correlation": found.correlation.tolist(), "residuals_m": [[plain(x) for x in row] for row in found.residuals],
-    }  # fmt: skip
+        "values": found.values,
+        "sd": {name: plain(sd) for name, sd in found.sd.items()},
+        "intervals_95": pairs(found.intervals()),
+        "profile_95": pairs(profiles),
+        "rank": found.rank,
+        "indistinguishable": found.indistinguishable,
+        "weakly_identified": found.weakly_identified,
+        "rows": len(found.rows),
+        "rms_m": found.rms,
+        "rms_before_m": plain(found.rms_before),
+        "leave_one_out_m": plain(found.leave_one_out),
+        "chi2": found.chi2 if found.absolute else None,
+        "dof": found.dof,
+        "p_value": found.p_value,
+        "fits": found.fits,
+        "outliers": found.outliers,
+        "notes": found.notes,
+        "robot": found.robot.parameters,
+        "correlation": found.correlation.tolist(),
+        "residuals_m": [[plain(x) for x in row] for row in found.residuals],
+    }
 
 
 def _split(word, option):

@@ -15,19 +15,54 @@ from .robot_options import add_robot_options, chosen_robot
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `certify` to the program's commands."""
     parser: ArgumentParser = commands.add_parser("certify")
-    parser.add_argument("path", nargs="?", metavar="FILE", help="a CSV of x, y, an SVG or G-code, as for draw")
-    parser.add_argument("--check", type=Path, metavar="PROOF.json", help="check a proof instead, with mpmath alone")
-    parser.add_argument("--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m")
-    parser.add_argument("--deviation", type=float, default=0.0, metavar="M", help="within which corners are rounded")
-    parser.add_argument("--shift", nargs=2, type=float, default=(0.0, 0.0), metavar=("X", "Y"), help="of the path, m")
-    parser.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="about its origin, to the left")
-    parser.add_argument("--scale", type=float, default=1.0, metavar="K", help="of the path (default: 1)")
-    parser.add_argument("--working", nargs=2, type=int, default=(-1, -1), metavar=("W1", "W2"), help="(default: -1 -1)")
     parser.add_argument(
-        "--tolerance", action="append", default=[], metavar="M|NAME=M",
+        "path", nargs="?", metavar="FILE", help="a CSV of x, y, an SVG or G-code, as for draw"
+    )
+    parser.add_argument(
+        "--check", type=Path, metavar="PROOF.json", help="check a proof instead, with mpmath alone"
+    )
+    parser.add_argument(
+        "--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m"
+    )
+    parser.add_argument(
+        "--deviation", type=float, default=0.0, metavar="M", help="within which corners are rounded"
+    )
+    parser.add_argument(
+        "--shift",
+        nargs=2,
+        type=float,
+        default=(0.0, 0.0),
+        metavar=("X", "Y"),
+        help="of the path, m",
+    )
+    parser.add_argument(
+        "--turn-deg", type=float, default=0.0, metavar="DEG", help="about its origin, to the left"
+    )
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="K", help="of the path (default: 1)"
+    )
+    parser.add_argument(
+        "--working",
+        nargs=2,
+        type=int,
+        default=(-1, -1),
+        metavar=("W1", "W2"),
+        help="(default: -1 -1)",
+    )
+    parser.add_argument(
+        "--tolerance",
+        action="append",
+        default=[],
+        metavar="M|NAME=M",
         help="of every length, or of one (l11=1e-4), m; may be given again",
-    )  # fmt: skip
-    parser.add_argument("--margin", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A|")
+    )
+    parser.add_argument(
+        "--margin",
+        type=float,
+        default=0.0,
+        metavar="SINE",
+        help="least |sin q12|, |sin q22|, |det A|",
+    )
     parser.add_argument("--out", type=Path, metavar="PROOF.json", help="where to write the proof")
     parser.add_argument("--json", action="store_true", help="what was found, as JSON")
     add_robot_options(parser)
@@ -46,21 +81,37 @@ def _certify(arguments):
 
     robot = chosen_robot(arguments)
     try:
-        placement = Placement(tuple(arguments.shift), math.radians(arguments.turn_deg), arguments.scale)
-        path = read(arguments.path, deviation=arguments.deviation, units=arguments.units, placement=placement)
-        found = certify(robot, path, _tolerances(arguments.tolerance), arguments.margin, arguments.working)
+        placement = Placement(
+            tuple(arguments.shift), math.radians(arguments.turn_deg), arguments.scale
+        )
+        path = read(
+            arguments.path,
+            deviation=arguments.deviation,
+            units=arguments.units,
+            placement=placement,
+        )
+        found = certify(
+            robot, path, _tolerances(arguments.tolerance), arguments.margin, arguments.working
+        )
     except (TypeError, ValueError, OSError) as error:
         raise UsageError(error) from None
-    for sentence in path.said:
+    for sentence in path.notes:
         print(f"{arguments.path}: {sentence}", file=sys.stderr)
     if arguments.json:
         stretches = [stretch._asdict() for stretch in found.unproved]
-        print(json.dumps({"proved": found.proved, "assembly": found.assembly, "unproved": stretches}, indent=2))
+        print(
+            json.dumps(
+                {"proved": found.proved, "assembly": found.assembly, "unproved": stretches},
+                indent=2,
+            )
+        )
     elif found.proved:
         print(f"proved on {len(path.pieces)} pieces, {path.length:.6g} m: {_claim(found.claim)}")
     for stretch in () if arguments.json else found.unproved:
         lengths = ", ".join(f"{name} = {value:.9g}" for name, value in stretch.lengths.items())
-        verdict = f"false at s = {stretch.at:.9g} m for {lengths}" if stretch.false else "not proved"
+        verdict = (
+            f"false at s = {stretch.at:.9g} m for {lengths}" if stretch.false else "not proved"
+        )
         print(f"from s = {stretch.start:.9g} to {stretch.stop:.9g} m: {verdict}: {stretch.why}")
     if not found.proved:
         raise ValueError(f"not proved: {_claim(found.claim)}")
@@ -71,7 +122,10 @@ def _certify(arguments):
 
 def _claim(claim):
     robot, tolerances = claim["robot"], claim["tolerances"]
-    lengths = ", ".join(f"{n} = {v:g}{f' +- {tolerances[n]:g}' if n in tolerances else ''}" for n, v in robot.items())
+    lengths = ", ".join(
+        f"{n} = {v:g}{f' +- {tolerances[n]:g}' if n in tolerances else ''}"
+        for n, v in robot.items()
+    )
     return f"{lengths} m, working {claim['working']}, assembly {claim['assembly']:+d}, margin {claim['margin']:g}"
 
 
@@ -96,5 +150,7 @@ def _tolerances(words):
             amount = float(value)
         except ValueError:
             raise UsageError(f"--tolerance takes a number of m, or NAME=M, not {word!r}") from None
-        found |= {name: amount} if name else dict.fromkeys(("l11", "l12", "l21", "l22", "d"), amount)
+        found |= (
+            {name: amount} if name else dict.fromkeys(("l11", "l12", "l21", "l22", "d"), amount)
+        )
     return found

@@ -10,13 +10,20 @@ from ..study.chart_names import CHARTS, PEERS
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `chart` to the program's commands."""
-    lines = [f"  {name:16} {words}{' (extra: peers)' if name in PEERS else ''}" for name, (_, words) in CHARTS.items()]
+    lines = [
+        f"  {name:16} {words}{' (extra: peers)' if name in PEERS else ''}"
+        for name, (_, words) in CHARTS.items()
+    ]
     parser = commands.add_parser(
         "chart", formatter_class=RawDescriptionHelpFormatter, epilog="\n".join(["charts:", *lines])
     )
     parser.add_argument("name", metavar="NAME", help="a chart of those below, or all")
-    parser.add_argument("--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)")
-    parser.add_argument("--quick", action="store_true", help="every other point, and less time for each")
+    parser.add_argument(
+        "--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="every other point, and less time for each"
+    )
     parser.add_argument("--peers", action="store_true", help="with all: simulators too")
     parser.set_defaults(run=_chart)
 

@@ -17,17 +17,40 @@ def add_parsers(commands: _SubParsersAction) -> None:
     """Add `design` to the program's commands."""
     parser = commands.add_parser("design", help="the best robot for a task")
     parser.add_argument(
-        "goals", nargs="*", metavar="GOAL", help="up to three figures, by name or FILE.py:FUNCTION; with =min or =max"
+        "goals",
+        nargs="*",
+        metavar="GOAL",
+        help="up to three figures, by name or FILE.py:FUNCTION; with =min or =max",
     )
-    parser.add_argument("--list", action="store_true", help="the figures, with their units and what they are")
-    parser.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="or NAME=VALUE, fixed")
-    parser.add_argument("--limit", action="append", default=[], metavar="FIGURE=LOW:HIGH", help="or VALUE, LOW:, :HIGH")
-    parser.add_argument("--step-mm", type=float, metavar="MM", help="lengths are whole multiples of it")
-    parser.add_argument("--points", type=int, default=20, metavar="N", help="on a front (default: %(default)s)")
+    parser.add_argument(
+        "--list", action="store_true", help="the figures, with their units and what they are"
+    )
+    parser.add_argument(
+        "--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="or NAME=VALUE, fixed"
+    )
+    parser.add_argument(
+        "--limit",
+        action="append",
+        default=[],
+        metavar="FIGURE=LOW:HIGH",
+        help="or VALUE, LOW:, :HIGH",
+    )
+    parser.add_argument(
+        "--step-mm", type=float, metavar="MM", help="lengths are whole multiples of it"
+    )
+    parser.add_argument(
+        "--points", type=int, default=20, metavar="N", help="on a front (default: %(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the search (default: 0)")
-    parser.add_argument("--effort", type=float, default=1.0, metavar="E", help="2: twice as long a search")
-    parser.add_argument("--dask", metavar="ADDRESS", help="who computes figures that are not in closed form")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="a front's table, picture, and robots as files")
+    parser.add_argument(
+        "--effort", type=float, default=1.0, metavar="E", help="2: twice as long a search"
+    )
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="who computes figures that are not in closed form"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="a front's table, picture, and robots as files"
+    )
     parser.add_argument("--plot", type=Path, metavar="FILE", help=".png, .svg or .pdf")
     parser.add_argument("--json", action="store_true", help="the designs as JSON on stdout")
     add_task_options(parser)
@@ -54,7 +77,10 @@ def _design(arguments):
         figure = figure_of(name)
         known = FIGURES[name].better if name in FIGURES else "large"
         goals[figure] = sense or ("max" if known == "large" else "min")
-    bounds = {name: _pair(values) for name, values in (span(each, "--bound", (1, 2)) for each in arguments.bound)}
+    bounds = {
+        name: _pair(values)
+        for name, values in (span(each, "--bound", (1, 2)) for each in arguments.bound)
+    }
     limits = {}
     for each in arguments.limit:
         name, values = span(each, "--limit", (1, 2))
@@ -63,11 +89,21 @@ def _design(arguments):
     try:
         with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
             found = design(
-                goals, bounds, limits=limits, robot=robot, points=arguments.points, seed=arguments.seed, step=step,
-                effort=arguments.effort, executor=executor, **choices,
-            )  # fmt: skip
+                goals,
+                bounds,
+                limits=limits,
+                robot=robot,
+                points=arguments.points,
+                seed=arguments.seed,
+                step=step,
+                effort=arguments.effort,
+                executor=executor,
+                **choices,
+            )
     except (ValueError, TypeError) as error:
-        raise (ArithmeticError(error) if "nothing within" in str(error) else by_option(error)) from None
+        raise (
+            ArithmeticError(error) if "nothing within" in str(error) else by_option(error)
+        ) from None
     _show(arguments, found)
 
 
@@ -102,4 +138,7 @@ def _show(arguments, found):
     for each in designs:
         numbers = {**each.parameters, **each.values}
         held = "; ".join(sentence.partition(" is ")[0] for sentence in each.binding)
-        print("".join(f"{numbers[name]:{max(10, len(name) + 1)}.4g}" for name in columns) + f"  {held or 'nothing'}")
+        print(
+            "".join(f"{numbers[name]:{max(10, len(name) + 1)}.4g}" for name in columns)
+            + f"  {held or 'nothing'}"
+        )

@@ -21,9 +21,18 @@ STEP = 1e-3  # s, of the picture's rows
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `draw` to the program's commands."""
     draw = commands.add_parser("draw")
-    draw.add_argument("drawing", nargs="?", metavar="FILE", help="an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y")
-    draw.add_argument("--example", action="store_true", help="the word fivebar, shipped with this package")
-    draw.add_argument("--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m")
+    draw.add_argument(
+        "drawing",
+        nargs="?",
+        metavar="FILE",
+        help="an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y",
+    )
+    draw.add_argument(
+        "--example", action="store_true", help="the word fivebar, shipped with this package"
+    )
+    draw.add_argument(
+        "--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m"
+    )
     draw.add_argument(
         "--deviation",
         type=float,
@@ -31,44 +40,84 @@ def add_parsers(commands: _SubParsersAction) -> None:
         metavar="M",
         help="within which corners are rounded (default: %(default)g)",
     )
-    place = draw.add_argument_group("place", "default: the middle of the roomiest aspect's rectangle, in true size")
-    place.add_argument("--at", nargs=2, type=float, metavar=("X", "Y"), help="where the drawing's middle goes, m")
+    place = draw.add_argument_group(
+        "place", "default: the middle of the roomiest aspect's rectangle, in true size"
+    )
+    place.add_argument(
+        "--at", nargs=2, type=float, metavar=("X", "Y"), help="where the drawing's middle goes, m"
+    )
     place.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="to the left")
     place.add_argument("--scale", type=float, metavar="K", help="of the drawing (default: 1)")
-    place.add_argument("--roomiest", action="store_true", help="turned and shifted to the most room: takes seconds")
+    place.add_argument(
+        "--roomiest", action="store_true", help="turned and shifted to the most room: takes seconds"
+    )
     place.add_argument("--fit", action="store_true", help="as large as it fits")
     place.add_argument(
-        "--margin", type=float, default=0.005, metavar="M", help="from singularities (default: %(default)g)"
+        "--margin",
+        type=float,
+        default=0.005,
+        metavar="M",
+        help="from singularities (default: %(default)g)",
     )
-    place.add_argument("--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as -1 -1")
-    speed = draw.add_argument_group("speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s²")
+    place.add_argument(
+        "--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as -1 -1"
+    )
+    speed = draw.add_argument_group(
+        "speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s²"
+    )
     speed.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor")
     speed.add_argument(
-        "--reserve", type=float, default=0.05, metavar="SHARE", help="of it, for the tracker (default: %(default)g)"
+        "--reserve",
+        type=float,
+        default=0.05,
+        metavar="SHARE",
+        help="of it, for the tracker (default: %(default)g)",
     )
     speed.add_argument("--speed-limit", type=float, metavar="M/S", help="of the pen")
     speed.add_argument("--acceleration-limit", type=float, metavar="M/S2", help="of the pen")
     speed.add_argument("--joint-speed-limit", type=float, metavar="RAD/S")
     speed.add_argument("--duration", type=float, metavar="S", help="asked for instead of the least")
-    proof = draw.add_argument_group("proof", "that all robots within the tolerance reach it, in their mode")
-    proof.add_argument(
-        "--tolerance", type=float, default=5e-5, metavar="M", help="of all five lengths (default: %(default)g)"
+    proof = draw.add_argument_group(
+        "proof", "that all robots within the tolerance reach it, in their mode"
     )
-    proof.add_argument("--through", action="store_true", help="it may cross Type 2, where there is then no proof")
     proof.add_argument(
-        "--sine", type=float, default=0.0, metavar="SINE", help="least |sin q12|, |sin q22|, |det A| (default: above 0)"
+        "--tolerance",
+        type=float,
+        default=5e-5,
+        metavar="M",
+        help="of all five lengths (default: %(default)g)",
+    )
+    proof.add_argument(
+        "--through", action="store_true", help="it may cross Type 2, where there is then no proof"
+    )
+    proof.add_argument(
+        "--sine",
+        type=float,
+        default=0.0,
+        metavar="SINE",
+        help="least |sin q12|, |sin q22|, |det A| (default: above 0)",
     )
     draw.add_argument(
-        "--period", type=float, metavar="S", help="of the tracker (default: 0.005, or as the fastest motion asks)"
+        "--period",
+        type=float,
+        metavar="S",
+        help="of the tracker (default: 0.005, or as the fastest motion asks)",
     )
     draw.add_argument(
-        "--rate", type=float, default=1000.0, metavar="HZ", help="of the setpoints (default: %(default)g)"
+        "--rate",
+        type=float,
+        default=1000.0,
+        metavar="HZ",
+        help="of the setpoints (default: %(default)g)",
     )
     draw.add_argument("--angles", choices=("rad", "deg"), default="rad", help="of the setpoints")
     draw.add_argument(
-        "--out", type=Path, default=Path("fivebar-draw"), metavar="DIR",
+        "--out",
+        type=Path,
+        default=Path("fivebar-draw"),
+        metavar="DIR",
         help="folder for drawing.png, setpoints.csv, run.csv and proof.json (default: %(default)s)",
-    )  # fmt: skip
+    )
     draw.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     add_robot_options(draw)
     draw.set_defaults(run=_draw)
@@ -85,7 +134,7 @@ def _draw(arguments):
     from ..simulation.simulate import simulate
 
     robot, path = chosen_robot(arguments), _read(arguments)
-    for sentence in path.said:
+    for sentence in path.notes:
         print(f"{arguments.drawing}: {sentence}", file=sys.stderr)
     path, working, share = _placed(arguments, robot, path)
     check = _checked(arguments, robot, path, working)
@@ -100,21 +149,37 @@ def _draw(arguments):
         period = period_for(robot, peak) if arguments.period is None else arguments.period
         tracker = matched(robot, peak, period, limit, assembly)
         step = period / max(1, round(period / STEP))
-        run = simulate(robot, tracker, motion, start=start, control_period=period, step=step, torque_limit=limit)
+        run = simulate(
+            robot,
+            tracker,
+            motion,
+            start=start,
+            control_period=period,
+            step=step,
+            torque_limit=limit,
+        )
     table = setpoints(robot, motion, arguments.rate, working)
     down = strokes.pen_down(motion, run.t)
     error = np.linalg.norm(run.error, axis=1)
     figures = {
-        "file": str(arguments.drawing), "strokes": len(strokes.runs(down)), "pieces": len(path.pieces),
-        "length_m": path.length, "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
-        "working": list(working), "largest_scale": share,
-        "duration_s": motion.duration, "lower_bound_s": motion.lower_bound,
-        "period_s": period, "peak_acceleration": peak,
-        "smallest_margin": check.min_margin, "certified": proof is not None and proof.proved,
-        "max_error_m": float(error[down].max()), "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
+        "file": str(arguments.drawing),
+        "strokes": len(strokes.runs(down)),
+        "pieces": len(path.pieces),
+        "length_m": path.length,
+        "drawn_m": sum(p.length for p, pen in zip(path.pieces, path.pen) if pen),
+        "working": list(working),
+        "largest_scale": share,
+        "duration_s": motion.duration,
+        "lower_bound_s": motion.lower_bound,
+        "period_s": period,
+        "peak_acceleration": peak,
+        "smallest_margin": check.min_margin,
+        "certified": proof is not None and proof.proved,
+        "max_error_m": float(error[down].max()),
+        "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
         "setpoints": len(table.t),
-    }  # fmt: skip
+    }
     if limit is not None:
         figures["saturated_fraction"] = float(np.mean(run.saturated[:-1].any(axis=1)))
     size = np.ptp(run.xi_ref[down], axis=0).max()
@@ -135,7 +200,7 @@ def _draw(arguments):
         place.unlink()
         print(f"{place}: of an earlier drawing; removed", file=sys.stderr)
     if arguments.json:
-        print(json.dumps({**figures, "said": list(path.said), "files": files}, indent=2))
+        print(json.dumps({**figures, "notes": list(path.notes), "files": files}, indent=2))
         return
     _print(robot, figures)
     print(*files, sep="\n")
@@ -165,11 +230,20 @@ def _placed(arguments, robot, path):
     turn, scale = np.deg2rad(arguments.turn_deg), arguments.scale or 1.0
     if arguments.at is None:
         if not robot.turns:
-            raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
+            raise UsageError(
+                "a biglide's aspects have no ends to fit into: say where with --at X Y"
+            )
         scale = None if arguments.fit else scale
-        if arguments.roomiest:
+        if arguments.points_of_largest_clearance:
             turn = turn if arguments.turn_deg else None
-            placed = place(robot, path, working=arguments.working, turn=turn, scale=scale, margin=arguments.margin)
+            placed = place(
+                robot,
+                path,
+                working=arguments.working,
+                turn=turn,
+                scale=scale,
+                margin=arguments.margin,
+            )
             return placed.path, placed.working, placed.largest
         fit = fitted_in(robot, path, turn, scale, arguments.working, arguments.margin)
         return fit.placement(path), fit.aspect.working, fit.scale
@@ -191,7 +265,9 @@ def _modes(arguments, robot, path):
         reasons = {}
         for mode, check in found.items():
             reasons.setdefault(_met(path, check), []).append(str(mode))
-        why = "; ".join(f"in working modes {', '.join(own)} {words}" for words, own in reasons.items())
+        why = "; ".join(
+            f"in working modes {', '.join(own)} {words}" for words, own in reasons.items()
+        )
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {why}")
     return max(free, key=free.get)
 
@@ -265,7 +341,12 @@ def _written(arguments, robot, path, working, run, table, down, error):
     rows = strokes.runs(down)
     title = f"{Path(arguments.drawing).name}: drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm"
     picture = drawing(
-        robot, working, strokes.outlines(path), [run.xi[each] for each in rows], [error[each] for each in rows], title
+        robot,
+        working,
+        strokes.outlines(path),
+        [run.xi[each] for each in rows],
+        [error[each] for each in rows],
+        title,
     )
     saved(picture, files[0], dpi=150)
     table.to_csv(files[1], arguments.angles)
@@ -281,14 +362,23 @@ def _print(robot, figures):
     left, right = figures[peak_name(robot)]
     bound = 100 * (figures["duration_s"] / figures["lower_bound_s"] - 1)
     rows = [
-        ("drawn", f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes, {figures['pieces']} pieces"),
+        (
+            "drawn",
+            f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes, {figures['pieces']} pieces",
+        ),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
-        ("time", f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least that is possible"),
+        (
+            "time",
+            f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least that is possible",
+        ),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
         ("certified", "yes, proof.json" if figures["certified"] else "no"),
         ("largest error", length(figures["max_error_m"])),
         ("RMS error", length(figures["rms_error_m"])),
-        ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at most"),
+        (
+            "tracker's period",
+            f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at most",
+        ),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),
     ]

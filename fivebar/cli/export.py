@@ -15,14 +15,35 @@ FORMATS = "mjcf", "urdf", "sdf", "c"
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `export` to the program's commands."""
     parser = commands.add_parser("export")
-    parser.add_argument("--format", choices=FORMATS, required=True, help="c is one header: models and a controller")
+    parser.add_argument(
+        "--format", choices=FORMATS, required=True, help="c is one header: models and a controller"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="(default: stdout)")
-    parser.add_argument("--name", help="of the model; in C what all names begin with (default: fivebar or biglide)")
-    parser.add_argument("--start", nargs=2, type=float, metavar=("Q1", "Q2"), help="the pose that is shown")
-    parser.add_argument("--assembly", type=int, choices=(-1, 1), default=-1, help="of that pose (default: %(default)s)")
+    parser.add_argument(
+        "--name", help="of the model; in C what all names begin with (default: fivebar or biglide)"
+    )
+    parser.add_argument(
+        "--start", nargs=2, type=float, metavar=("Q1", "Q2"), help="the pose that is shown"
+    )
+    parser.add_argument(
+        "--assembly",
+        type=int,
+        choices=(-1, 1),
+        default=-1,
+        help="of that pose (default: %(default)s)",
+    )
     parser.add_argument("--step", type=float, metavar="S", help="the simulator's (default: 0.001)")
-    parser.add_argument("--closure", choices=("constraint", "joint"), help="of SDF: for Drake (default) or for Gazebo")
-    parser.add_argument("--functions", nargs="+", metavar="NAME", help="of C (default: all); a wrong name lists them")
+    parser.add_argument(
+        "--closure",
+        choices=("constraint", "joint"),
+        help="of SDF: for Drake (default) or for Gazebo",
+    )
+    parser.add_argument(
+        "--functions",
+        nargs="+",
+        metavar="NAME",
+        help="of C (default: all); a wrong name lists them",
+    )
     add_robot_options(parser)
     parser.set_defaults(run=_export)
 

@@ -28,30 +28,70 @@ def add_parsers(commands):
         metavar="FILE|FOLDER",
         help="a .py file, notebook or zip; a folder of them",
     )
-    grade.add_argument("--seed", help="of the hidden inputs (default: from the secret, else random; in the result)")
-    grade.add_argument("--secret-file", type=Path, metavar="FILE", help=f"the course's secret (or in ${SECRET})")
-    grade.add_argument("--student", metavar="ID", help="whose robot it is (default: by the file's name)")
-    grade.add_argument("--isolate", choices=("process", "bwrap"), help="(default: a folder bwrap, if it works here)")
-    grade.add_argument("--fail-under", type=float, metavar="P", help="exit 1 if a score is below P per cent")
-    grade.add_argument("--gradescope", type=Path, metavar="FILE", help="write Gradescope's results.json")
+    grade.add_argument(
+        "--seed", help="of the hidden inputs (default: from the secret, else random; in the result)"
+    )
+    grade.add_argument(
+        "--secret-file", type=Path, metavar="FILE", help=f"the course's secret (or in ${SECRET})"
+    )
+    grade.add_argument(
+        "--student", metavar="ID", help="whose robot it is (default: by the file's name)"
+    )
+    grade.add_argument(
+        "--isolate",
+        choices=("process", "bwrap"),
+        help="(default: a folder bwrap, if it works here)",
+    )
+    grade.add_argument(
+        "--fail-under", type=float, metavar="P", help="exit 1 if a score is below P per cent"
+    )
+    grade.add_argument(
+        "--gradescope", type=Path, metavar="FILE", help="write Gradescope's results.json"
+    )
     grade.add_argument("--csv", type=Path, metavar="FILE", help="write a row per check")
     folder = grade.add_argument_group("a folder of submissions")
-    folder.add_argument("--gradebook", type=Path, metavar="CSV", help="Moodle's or Canvas' sheet, to be filled")
-    folder.add_argument("--column", metavar="TITLE", help="of the marks in that sheet (default: the one that fits)")
-    folder.add_argument("--jobs", type=int, default=1, metavar="N", help="graded at a time (default: %(default)s)")
-    folder.add_argument("--dask", metavar="ADDRESS", help="grade on a Dask cluster that sees the same files")
-    folder.add_argument("--out", type=Path, metavar="DIR", help="results, each as it comes; a second run goes on there")
-    folder.add_argument("--hand-out", type=Path, metavar="IDS.txt", help="write each student's own student.py to --out")
+    folder.add_argument(
+        "--gradebook", type=Path, metavar="CSV", help="Moodle's or Canvas' sheet, to be filled"
+    )
+    folder.add_argument(
+        "--column", metavar="TITLE", help="of the marks in that sheet (default: the one that fits)"
+    )
+    folder.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="graded at a time (default: %(default)s)"
+    )
+    folder.add_argument(
+        "--dask", metavar="ADDRESS", help="grade on a Dask cluster that sees the same files"
+    )
+    folder.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="results, each as it comes; a second run goes on there",
+    )
+    folder.add_argument(
+        "--hand-out",
+        type=Path,
+        metavar="IDS.txt",
+        help="write each student's own student.py to --out",
+    )
     grade.set_defaults(run=_grade)
 
 
 def _common(parser, lab=None):
     parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 ... or its full name")
     parser.add_argument("--labs", type=Path, metavar="DIR", help="a folder with labs of your own")
-    parser.add_argument("--file", dest="program", metavar="NAME", help="which of several files is meant (a pattern)")
-    parser.add_argument("--hints-from", metavar="DATE", help="until this day reports show points and no explanations")
+    parser.add_argument(
+        "--file", dest="program", metavar="NAME", help="which of several files is meant (a pattern)"
+    )
+    parser.add_argument(
+        "--hints-from",
+        metavar="DATE",
+        help="until this day reports show points and no explanations",
+    )
     parser.add_argument("--time-limit", type=float, metavar="S", help="of one call (default: 2)")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write the report as a page, with figures")
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE", help="write the report as a page, with figures"
+    )
     parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
 
 
@@ -68,9 +108,13 @@ def _check(arguments):
     lab, limit = find_lab(arguments.lab, arguments.labs), _limit(arguments)
     program, siblings = _program(arguments, lab)
     if arguments.file == program.path:  # one's own folder
-        siblings = [ProgramFile(path, "", path.name) for path in sorted(arguments.file.parent.glob("*.py"))]
+        siblings = [
+            ProgramFile(path, "", path.name) for path in sorted(arguments.file.parent.glob("*.py"))
+        ]
     hints = hints_from(arguments, lab)
-    job = Job(program.path, limit=limit, member=program.member, siblings=tuple(siblings), hints_from=hints)
+    job = Job(
+        program.path, limit=limit, member=program.member, siblings=tuple(siblings), hints_from=hints
+    )
     _show(arguments, withheld(grade(lab, job, home=True, watched=True)))
 
 
@@ -80,7 +124,11 @@ def _grade(arguments):
     from ..grading.program import Job
     from ..grading.variants import hidden_seed, robot_for
 
-    lab, secret, limit = find_lab(arguments.lab, arguments.labs), _secret(arguments.secret_file), _limit(arguments)
+    lab, secret, limit = (
+        find_lab(arguments.lab, arguments.labs),
+        _secret(arguments.secret_file),
+        _limit(arguments),
+    )
     if arguments.hand_out:
         return hand_out(arguments, lab, secret)
     if arguments.file is None:
@@ -93,14 +141,26 @@ def _grade(arguments):
     if arguments.dask:
         raise UsageError("--dask is for a folder of submissions: one is graded here")
     if arguments.out:
-        raise UsageError("--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope")
-    student = arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem
+        raise UsageError(
+            "--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope"
+        )
+    student = (
+        arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem
+    )
     robot, isolate = robot_for(student, secret, lab.robot()), arguments.isolate or "process"
     seed = seed or os.urandom(8).hex()
     job = Job(
-        program.path, student, seed, robot, isolate, limit, "", program.member, tuple(siblings),
+        program.path,
+        student,
+        seed,
+        robot,
+        isolate,
+        limit,
+        "",
+        program.member,
+        tuple(siblings),
         hints_from(arguments, lab),
-    )  # fmt: skip
+    )
     report = grade(lab, job, watched=True)
     for line in (isolation(isolate), *report.warnings):
         print(line, file=sys.stderr)
@@ -124,9 +184,13 @@ def _program(arguments, lab):
 
     if arguments.file is None or not arguments.file.exists():
         to_fill_in, statement = lab.folder / "student.py", lab.folder / "README.md"
-        hint = f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
+        hint = (
+            f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
+        )
         hint += f", what is asked says {statement}" if hint and statement.exists() else ""
-        missing = "FILE is missing" if arguments.file is None else f"no file {str(arguments.file)!r}"
+        missing = (
+            "FILE is missing" if arguments.file is None else f"no file {str(arguments.file)!r}"
+        )
         raise UsageError(f"{missing}{hint}")
     programs, left = look_into(arguments.file)
     try:
@@ -158,7 +222,9 @@ def _show(arguments, report):
     else:
         print(report_text(report, colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ))
     if report.faults:
-        raise RuntimeError(f"the lab itself has a fault, so this result does not count: {'; '.join(report.faults)}")
+        raise RuntimeError(
+            f"the lab itself has a fault, so this result does not count: {'; '.join(report.faults)}"
+        )
 
 
 def _secret(path):
@@ -169,7 +235,9 @@ def _secret(path):
     except OSError as error:
         raise UsageError(f"--secret-file: {error}") from None
     if (path or given) and len(secret) < 8:
-        raise UsageError(f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess")
+        raise UsageError(
+            f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess"
+        )
     return secret or None
 
 
@@ -195,12 +263,23 @@ def _write(path, text):
 
     try:
         write_whole(path, text)
-    except (FileNotFoundError, IsADirectoryError, NotADirectoryError, PermissionError) as error:  # not a full disk
+    except (
+        FileNotFoundError,
+        IsADirectoryError,
+        NotADirectoryError,
+        PermissionError,
+    ) as error:  # not a full disk
         raise UsageError(f"{path}: {error.strerror}") from None
 
 
 def _must_reach(arguments, reports):
-    low = [report for report in reports if arguments.fail_under is not None and report.percent < arguments.fail_under]
+    low = [
+        report
+        for report in reports
+        if arguments.fail_under is not None and report.percent < arguments.fail_under
+    ]
     if low:
         names = ", ".join(report.student or report.submission for report in low[:5])
-        raise RuntimeError(f"{len(low)} of {len(reports)} below {arguments.fail_under:g} %: {names}")
+        raise RuntimeError(
+            f"{len(low)} of {len(reports)} below {arguments.fail_under:g} %: {names}"
+        )

@@ -15,7 +15,11 @@ def isolation(isolate):
     if isolate == "bwrap":
         return "isolation: bwrap (a disk, processes and network of its own)"
     trouble = " ".join(bwrap_trouble().split())[:200]
-    why = f"bubblewrap does not work here: {trouble}" if trouble else "bubblewrap works here and hides more: --isolate"
+    why = (
+        f"bubblewrap does not work here: {trouble}"
+        if trouble
+        else "bubblewrap works here and hides more: --isolate"
+    )
     return f"isolation: process ({why})"
 
 
@@ -33,7 +37,9 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     if out is None:
         raise UsageError("a folder of submissions needs --out DIR for the results")
     if arguments.student or arguments.html or arguments.csv:
-        raise UsageError("--student, --html and --csv are for one submission; a folder's files go to --out")
+        raise UsageError(
+            "--student, --html and --csv are for one submission; a folder's files go to --out"
+        )
     if arguments.jobs < 1:
         raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
     if folder.resolve() in (out.resolve(), *out.resolve().parents):
@@ -42,11 +48,15 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
             f"beside {folder}"
         )
     if arguments.gradebook:
-        fill_gradebook(arguments.gradebook, lab, [], [], arguments.column)  # what is wrong with it is better known now
+        fill_gradebook(
+            arguments.gradebook, lab, [], [], arguments.column
+        )  # what is wrong with it is better known now
     entries, left = find_submissions(folder, lab, arguments.program, secret is not None)
     _say_what_is_left(entries, left)
     if not entries:
-        raise UsageError(f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student")
+        raise UsageError(
+            f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student"
+        )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
     with alone(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
@@ -63,9 +73,13 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         print(out / "summary.html")
     faults = dict.fromkeys(fault for report in reports for fault in report.faults)
     if faults:
-        raise RuntimeError(f"the lab itself has a fault, so the results do not count: {'; '.join(faults)}")
+        raise RuntimeError(
+            f"the lab itself has a fault, so the results do not count: {'; '.join(faults)}"
+        )
     if lost := [report.student for report in reports if report.ungraded]:
-        raise RuntimeError(f"{len(lost)} of {len(reports)} not graded: {', '.join(lost[:5])}; run it again")
+        raise RuntimeError(
+            f"{len(lost)} of {len(reports)} not graded: {', '.join(lost[:5])}; run it again"
+        )
     return graded
 
 
@@ -92,7 +106,10 @@ def _fill(arguments, lab, entries, reports):
 
     filled = fill_gradebook(arguments.gradebook, lab, entries, reports, arguments.column)
     write_whole(arguments.out / "gradebook.csv", filled.text)
-    print(f"gradebook.csv: {filled.count} marks; {filled.no_hand_in} rows without a hand-in", file=sys.stderr)
+    print(
+        f"gradebook.csv: {filled.count} marks; {filled.no_hand_in} rows without a hand-in",
+        file=sys.stderr,
+    )
     for words, students in (
         ("no row, or several, for", filled.no_row),
         ("no mark, as no program could be graded, for", filled.no_program),
@@ -110,7 +127,10 @@ def _say_what_is_left(entries, left):
         if entry.left:
             words = "; ".join(f"{item.name} ({item.word})" for item in entry.left[:6])
             more = f" and {len(entry.left) - 6} more" if len(entry.left) > 6 else ""
-            print(f"{printable(entry.student)}: also there, not graded: {printable(words)}{more}", file=sys.stderr)
+            print(
+                f"{printable(entry.student)}: also there, not graded: {printable(words)}{more}",
+                file=sys.stderr,
+            )
 
 
 def hand_out(arguments, lab, secret):
@@ -133,7 +153,11 @@ def hand_out(arguments, lab, secret):
         files = lab.files_for(robot, draw_for(secret, student, lab.name))
         folder = arguments.out / file_name(student)
         folder.mkdir(parents=True, exist_ok=True)
-        files = {"student.py": with_constants(source, robot)} if files is None else {"student.py": source, **files}
+        files = (
+            {"student.py": with_constants(source, robot)}
+            if files is None
+            else {"student.py": source, **files}
+        )
         for name, text in files.items():
             write_whole(folder / name, text)
             print(folder / name)

@@ -13,30 +13,79 @@ from .robot_options import add_robot_options, chosen_robot
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `identify` to the program's commands."""
     parser = commands.add_parser("identify")
-    parser.add_argument("logs", nargs="+", metavar="LOG.csv", help="columns t, q1, q2, tau1, tau2, perhaps q1_dot, ...")
-    parser.add_argument("--validate", metavar="LOG.csv", help="a second run, of which the torques are only predicted")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="write robot.toml, identification.json and torques.png there"
-    )
-    parser.add_argument("--json", action="store_true", help="values, deviations and sentences as JSON on stdout")
-    parser.add_argument("--unknown", nargs="+", metavar="NAME", help="of these parameters only (default: all)")
-    parser.add_argument(
-        "--assembly", type=int, choices=(-1, 1), default=-1, help="of the logs, throughout (default: %(default)s)"
+        "logs",
+        nargs="+",
+        metavar="LOG.csv",
+        help="columns t, q1, q2, tau1, tau2, perhaps q1_dot, ...",
     )
     parser.add_argument(
-        "--cutoff", type=float, metavar="HZ", help="of the filters (default: where the motion ends in noise)"
+        "--validate",
+        metavar="LOG.csv",
+        help="a second run, of which the torques are only predicted",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write robot.toml, identification.json and torques.png there",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="values, deviations and sentences as JSON on stdout"
+    )
+    parser.add_argument(
+        "--unknown", nargs="+", metavar="NAME", help="of these parameters only (default: all)"
+    )
+    parser.add_argument(
+        "--assembly",
+        type=int,
+        choices=(-1, 1),
+        default=-1,
+        help="of the logs, throughout (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--cutoff",
+        type=float,
+        metavar="HZ",
+        help="of the filters (default: where the motion ends in noise)",
     )
     parser.add_argument("--consistent", action="store_true", help="only what bodies can have")
     gauges = parser.add_argument_group("what was logged", "one number for both motors, or two")
-    gauges.add_argument("--units", nargs="+", default=[], metavar="NAME=UNIT", help="of columns without one, as q1=deg")
     gauges.add_argument(
-        "--counts-per-turn", nargs="+", type=float, metavar="N", help="of an encoder, where q is in counts"
+        "--units",
+        nargs="+",
+        default=[],
+        metavar="NAME=UNIT",
+        help="of columns without one, as q1=deg",
     )
     gauges.add_argument(
-        "--gear-ratio", nargs="+", type=float, metavar="R", help="turns of the motor for one of the joint"
+        "--counts-per-turn",
+        nargs="+",
+        type=float,
+        metavar="N",
+        help="of an encoder, where q is in counts",
     )
-    gauges.add_argument("--offset", nargs="+", type=float, metavar="RAD", help="of the joint beyond the encoder's zero")
-    gauges.add_argument("--torque-constant", nargs="+", type=float, metavar="NM", help="of the motor for a unit of tau")
+    gauges.add_argument(
+        "--gear-ratio",
+        nargs="+",
+        type=float,
+        metavar="R",
+        help="turns of the motor for one of the joint",
+    )
+    gauges.add_argument(
+        "--offset",
+        nargs="+",
+        type=float,
+        metavar="RAD",
+        help="of the joint beyond the encoder's zero",
+    )
+    gauges.add_argument(
+        "--torque-constant",
+        nargs="+",
+        type=float,
+        metavar="NM",
+        help="of the motor for a unit of tau",
+    )
     add_robot_options(parser)
     parser.set_defaults(run=_identify)
 
@@ -53,14 +102,22 @@ def _identify(arguments):
         if path is not None and not Path(path).exists():
             raise UsageError(f"no file {path!r}")
     found = identify(
-        robot, arguments.logs, validate=arguments.validate, unknown=arguments.unknown, assembly=arguments.assembly,
-        cutoff=arguments.cutoff, consistent=arguments.consistent, units=_units(arguments.units),
+        robot,
+        arguments.logs,
+        validate=arguments.validate,
+        unknown=arguments.unknown,
+        assembly=arguments.assembly,
+        cutoff=arguments.cutoff,
+        consistent=arguments.consistent,
+        units=_units(arguments.units),
         **{name: value for name, value in gauges.items() if value is not None},
-    )  # fmt: skip
+    )
     files = []
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        files = [arguments.out / name for name in ("robot.toml", "identification.json", "torques.png")]
+        files = [
+            arguments.out / name for name in ("robot.toml", "identification.json", "torques.png")
+        ]
         for write, file in zip((found.to_toml, found.to_json, found.plot), files):
             write(file)
     if arguments.json:

@@ -48,47 +48,96 @@ def add_parsers(commands: _SubParsersAction) -> None:
         metavar=("ALONG", "ACROSS"),
         help="coupler point from B along BC, to its left, m",
     )
-    four_bar.add_argument("--held", metavar="LINK", default="ground", help="ground, crank, coupler or rocker")
+    four_bar.add_argument(
+        "--held", metavar="LINK", default="ground", help="ground, crank, coupler or rocker"
+    )
 
     slider = _kind(kinds, "slider-crank", "slider-crank: lengths in m", _slider_crank)
     for name in ("crank", "rod"):
         slider.add_argument(name, type=float, metavar=name.upper(), help="m")
-    slider.add_argument("--offset", type=float, default=0.0, metavar="M", help="of the guide from the crank's pivot, m")
-    slider.add_argument("--held", metavar="LINK", default="guide", help="guide, crank, rod or slider")
+    slider.add_argument(
+        "--offset",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="of the guide from the crank's pivot, m",
+    )
+    slider.add_argument(
+        "--held", metavar="LINK", default="guide", help="guide, crank, rod or slider"
+    )
 
-    press = _kind(kinds, "six-bar-press", "six-bar press of Wang, Chen and Deng 2019", _press, branches=2)
-    press.add_argument("set", nargs="?", metavar="NAME", default="repaired", help="repaired (default) or printed")
+    press = _kind(
+        kinds, "six-bar-press", "six-bar press of Wang, Chen and Deng 2019", _press, branches=2
+    )
+    press.add_argument(
+        "set", nargs="?", metavar="NAME", default="repaired", help="repaired (default) or printed"
+    )
     for name in SIX_BAR_LENGTHS:
         press.add_argument(f"--{name}", type=float, metavar="M")
-    press.add_argument("--load", type=float, default=0.0, metavar="N", help="on the slider, along +y")
-    press.add_argument("--no-gravity", action="store_true", help="leave out the weights (along +x in the paper)")
+    press.add_argument(
+        "--load", type=float, default=0.0, metavar="N", help="on the slider, along +y"
+    )
+    press.add_argument(
+        "--no-gravity", action="store_true", help="leave out the weights (along +x in the paper)"
+    )
 
     five = _kind(kinds, "five-bar", "five-bar with its motors at any two joints", _five_bar)
     for name in ("l11", "l12", "l21", "l22", "d"):
-        five.add_argument(f"--{name}", type=float, metavar="M", help="m (default: the AMORO robot's)")
+        five.add_argument(
+            f"--{name}", type=float, metavar="M", help="m (default: the AMORO robot's)"
+        )
     five.add_argument(
-        "--motors", nargs=2, type=int, default=(1, 5), metavar=("I", "J"), help="joints 1 to 5 from base to base"
+        "--motors",
+        nargs=2,
+        type=int,
+        default=(1, 5),
+        metavar=("I", "J"),
+        help="joints 1 to 5 from base to base",
     )
 
-    straight = _kind(kinds, "straight-line", "evans, chebyshev, watt, hoeken or roberts", _straight_line)
+    straight = _kind(
+        kinds, "straight-line", "evans, chebyshev, watt, hoeken or roberts", _straight_line
+    )
     straight.add_argument("name", metavar="NAME")
 
 
 def _kind(kinds, name, words, build, branches=1):
     parser = kinds.add_parser(name, help=words, description=words)
-    study = parser.add_argument_group("study", "written files ask for one; without them the verdict is all")
-    study.add_argument("--speed", type=float, metavar="RAD/S", help="default: one turn a second; the press: 120 deg/s")
+    study = parser.add_argument_group(
+        "study", "written files ask for one; without them the verdict is all"
+    )
+    study.add_argument(
+        "--speed",
+        type=float,
+        metavar="RAD/S",
+        help="default: one turn a second; the press: 120 deg/s",
+    )
     study.add_argument("--turns", type=float, metavar="N", help="default: 1; the press: 3")
     study.add_argument(
-        "--branch", type=int, nargs=branches if branches > 1 else None, metavar="+-1", help="default: the usual one"
+        "--branch",
+        type=int,
+        nargs=branches if branches > 1 else None,
+        metavar="+-1",
+        help="default: the usual one",
     )
     study.add_argument("--drive", metavar="HOW", help="turn, until-lock or swing (to and fro)")
     study.add_argument("--plot", type=Path, metavar="OUT.png")
     study.add_argument("--csv", type=Path, metavar="OUT.csv")
-    study.add_argument("--html", type=Path, metavar="OUT.html", help="animation; or .gif, .mp4, .webm, .png")
-    study.add_argument("--live", type=Path, metavar="OUT.html", help="a page on which it is dragged and its bars slide")
-    study.add_argument("--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle")
-    parser.add_argument("--json", action="store_true", help="the verdict and the least and largest values as JSON")
+    study.add_argument(
+        "--html", type=Path, metavar="OUT.html", help="animation; or .gif, .mp4, .webm, .png"
+    )
+    study.add_argument(
+        "--live",
+        type=Path,
+        metavar="OUT.html",
+        help="a page on which it is dragged and its bars slide",
+    )
+    study.add_argument(
+        "--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle"
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="the verdict and the least and largest values as JSON"
+    )
     parser.set_defaults(run=lambda arguments: _run(arguments, build))
     return parser
 
@@ -99,11 +148,19 @@ def _run(arguments, build):
         given = arguments.branch if arguments.branch is not None else options.pop("branch", None)
         branch = check_branch(linkage, given)
         for name, value in (("speed", arguments.speed), ("turns", arguments.turns)):
-            if value is not None and (not math.isfinite(value) or value == 0 or (name == "turns" and value < 0)):
-                raise ValueError(f"--{name} must be finite and {'> 0' if name == 'turns' else 'not 0'}, not {value:g}")
-        options |= {k: v for k in ("speed", "turns", "drive") if (v := getattr(arguments, k)) is not None}
+            if value is not None and (
+                not math.isfinite(value) or value == 0 or (name == "turns" and value < 0)
+            ):
+                raise ValueError(
+                    f"--{name} must be finite and {'> 0' if name == 'turns' else 'not 0'}, not {value:g}"
+                )
+        options |= {
+            k: v for k in ("speed", "turns", "drive") if (v := getattr(arguments, k)) is not None
+        }
         if options.get("drive", "turn") not in DRIVES:
-            raise ValueError(f"no drive {options['drive']!r}; the known ones are {', '.join(DRIVES)}")
+            raise ValueError(
+                f"no drive {options['drive']!r}; the known ones are {', '.join(DRIVES)}"
+            )
         if arguments.plot and arguments.plot.suffix not in (".png", ".svg", ".pdf"):
             raise ValueError(f"--plot must end in .png, .svg or .pdf, not {arguments.plot.name!r}")
     except ValueError as error:
@@ -158,8 +215,14 @@ def _press(arguments):
     if arguments.set not in PRESSES:
         raise ValueError(f"no press {arguments.set!r}; the known ones are {', '.join(PRESSES)}")
     linkage, source = PRESSES[arguments.set]
-    own = {name: value for name in SIX_BAR_LENGTHS if (value := getattr(arguments, name)) is not None}
-    options = {"speed": SPEED, "turns": 3.0, "gravity": (0.0, 0.0) if arguments.no_gravity else GRAVITY}
+    own = {
+        name: value for name in SIX_BAR_LENGTHS if (value := getattr(arguments, name)) is not None
+    }
+    options = {
+        "speed": SPEED,
+        "turns": 3.0,
+        "gravity": (0.0, 0.0) if arguments.no_gravity else GRAVITY,
+    }
     if arguments.load:
         options["load"] = {"E": (0.0, arguments.load)}
     changed = f", with {', '.join(f'{k} = {v:g} m' for k, v in own.items())}" if own else ""
@@ -167,7 +230,11 @@ def _press(arguments):
 
 
 def _five_bar(arguments):
-    own = {f.name: value for f in fields(FiveBar) if (value := getattr(arguments, f.name, None)) is not None}
+    own = {
+        f.name: value
+        for f in fields(FiveBar)
+        if (value := getattr(arguments, f.name, None)) is not None
+    }
     return FiveBarLinkage(FiveBar(**own), tuple(arguments.motors)), {"drive": "swing"}, []
 
 
@@ -181,7 +248,11 @@ def _straight_line(arguments):
         f"source: {mechanism.source}",
     ]
     drive = "turn" if crank_range(mechanism.linkage).full else "swing"
-    return mechanism.linkage, {"drive": drive, "between": tuple(ends), "branch": mechanism.branch}, extra
+    return (
+        mechanism.linkage,
+        {"drive": drive, "between": tuple(ends), "branch": mechanism.branch},
+        extra,
+    )
 
 
 def _write(result, arguments):

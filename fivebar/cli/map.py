@@ -17,24 +17,61 @@ from .robot_options import add_robot_options, chosen_robot
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `map` to the program's commands."""
     parser = commands.add_parser("map")
-    parser.add_argument("--space", choices=("task", "joint"), default="task", help="(default: %(default)s)")
     parser.add_argument(
-        "--field", choices=FIELDS, default="parallel", metavar="MARGIN", help=f"one of {', '.join(FIELDS)}"
+        "--space", choices=("task", "joint"), default="task", help="(default: %(default)s)"
     )
     parser.add_argument(
-        "--window", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="m, or in joint space rad (biglide: m)"
+        "--field",
+        choices=FIELDS,
+        default="parallel",
+        metavar="MARGIN",
+        help=f"one of {', '.join(FIELDS)}",
     )
     parser.add_argument(
-        "--nodes", type=int, default=401, metavar="N", help="of the grid, a side (default: %(default)s)"
+        "--window",
+        nargs=4,
+        type=float,
+        metavar=("X0", "X1", "Y0", "Y1"),
+        help="m, or in joint space rad (biglide: m)",
     )
-    parser.add_argument("--det-A", type=float, metavar="K", help="show the dexterous regions with |det A| >= K")
-    parser.add_argument("--sin", type=float, metavar="S", help="show the dexterous regions with both |sin q_i2| >= S")
-    parser.add_argument("--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check")
-    parser.add_argument("--units", nargs="+", default=(), metavar="UNIT", help="of its columns, as mm or t=ms x=mm")
-    parser.add_argument("--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)")
+    parser.add_argument(
+        "--nodes",
+        type=int,
+        default=401,
+        metavar="N",
+        help="of the grid, a side (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--det-A", type=float, metavar="K", help="show the dexterous regions with |det A| >= K"
+    )
+    parser.add_argument(
+        "--sin",
+        type=float,
+        metavar="S",
+        help="show the dexterous regions with both |sin q_i2| >= S",
+    )
+    parser.add_argument(
+        "--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check"
+    )
+    parser.add_argument(
+        "--units", nargs="+", default=(), metavar="UNIT", help="of its columns, as mm or t=ms x=mm"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)"
+    )
     parser.add_argument("--data", type=Path, metavar="FILE", help="the grid as .csv or .npz")
-    parser.add_argument("--page", type=Path, metavar="OUT.html", help="the map with the robot in the pose pointed at")
-    parser.add_argument("--graph", type=Path, metavar="OUT.png", help="which aspects a motion may pass between, drawn")
+    parser.add_argument(
+        "--page",
+        type=Path,
+        metavar="OUT.html",
+        help="the map with the robot in the pose pointed at",
+    )
+    parser.add_argument(
+        "--graph",
+        type=Path,
+        metavar="OUT.png",
+        help="which aspects a motion may pass between, drawn",
+    )
     parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
     add_robot_options(parser)
     parser.set_defaults(run=_map)
@@ -52,12 +89,18 @@ def _map(arguments):
         if out and out.suffix not in (".png", ".svg", ".pdf"):
             raise UsageError(f"{option} must end in .png, .svg or .pdf, not {out.name!r}")
     if arguments.graph and not robot.turns:
-        raise UsageError("--graph needs a five-bar: the aspects of a biglide are strips without ends")
+        raise UsageError(
+            "--graph needs a five-bar: the aspects of a biglide are strips without ends"
+        )
     if arguments.units and not arguments.path:
         raise UsageError("--units is of the file of --path, and there is none")
     if arguments.path and arguments.space == "joint":
         raise UsageError("--path is drawn in task space only")
-    levels = {name: value for name, value in (("det_A", arguments.det_A), ("sin", arguments.sin)) if value is not None}
+    levels = {
+        name: value
+        for name, value in (("det_A", arguments.det_A), ("sin", arguments.sin))
+        if value is not None
+    }
     if levels and arguments.space == "joint":
         raise UsageError("--det-A and --sin are of task space only")
     try:
@@ -67,7 +110,7 @@ def _map(arguments):
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
-    for sentence in path.said if path else ():
+    for sentence in path.notes if path else ():
         print(f"{arguments.path}: {sentence}", file=sys.stderr)
     found = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
@@ -102,7 +145,9 @@ def _map(arguments):
 def _table(name, parts):
     print(f"{name}  working  assembly    area (mm²)")
     for part in parts:
-        print(f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}")
+        print(
+            f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}"
+        )
 
 
 def _points(path):
@@ -125,14 +170,24 @@ def _verdict(check):
     how = "touches" if check.touching else "crosses"
     text = f"{how} Type {int(check.type)} at t = {check.time:.12g} s"
     if check.criterion is not None:
-        holds = "the criterion holds" if check.criterion_holds else "off the criterion: the torque diverges"
+        holds = (
+            "the criterion holds"
+            if check.criterion_holds
+            else "off the criterion: the torque diverges"
+        )
         text += f", t_s . m xi'' = {check.criterion:.6g} N, {holds}"
     return text
 
 
 def _parts_as_json(found):
     return [
-        dict(number=a.number, working=a.working, assembly=a.assembly, area_m2=a.area, point_m=a.point.tolist())
+        dict(
+            number=a.number,
+            working=a.working,
+            assembly=a.assembly,
+            area_m2=a.area,
+            point_m=a.point.tolist(),
+        )
         for a in found or ()
     ]
 
@@ -144,12 +199,19 @@ def _levels_as_json(regions, levels):
 def _as_json(found, checks):
     paths = [
         dict(
-            working=mode, reachable=check.reachable, singularity_free=check.singularity_free, leaves_s=check.leaves,
-            time_s=check.time, type=int(check.type), touching=check.touching, criterion_N=check.criterion,
-            criterion_holds=check.criterion_holds, min_margin=check.min_margin,
+            working=mode,
+            reachable=check.reachable,
+            singularity_free=check.singularity_free,
+            leaves_s=check.leaves,
+            time_s=check.time,
+            type=int(check.type),
+            touching=check.touching,
+            criterion_N=check.criterion,
+            criterion_holds=check.criterion_holds,
+            min_margin=check.min_margin,
         )
         for mode, check in checks
-    ]  # fmt: skip
+    ]
     return {"aspects": None if found is None else _parts_as_json(found), "path": paths}
 
 

@@ -13,9 +13,14 @@ from .robot_options import add_robot_options, chosen_robot
 
 SAMPLES = 4001
 OPTIONS = (  # of `plan`, that go on as they are
-    "duration", "torque_limit", "joint_speed_limit", "acceleration_limit", "serial_margin", "parallel_margin",
+    "duration",
+    "torque_limit",
+    "joint_speed_limit",
+    "acceleration_limit",
+    "serial_margin",
+    "parallel_margin",
     "max_time",
-)  # fmt: skip
+)
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -24,35 +29,75 @@ def add_parsers(commands: _SubParsersAction) -> None:
     ends = plan.add_argument_group(
         "from where to where", "points in m, at rest; modes, where they are named, may change"
     )
-    ends.add_argument("--from", dest="start", nargs=2, type=float, required=True, metavar=("X", "Y"))
-    ends.add_argument("--to", dest="goal", nargs=2, type=float, required=True, metavar=("X", "Y"))
-    ends.add_argument("--via", nargs=2, type=float, action="append", metavar=("X", "Y"), help="to pass; again for more")
     ends.add_argument(
-        "--working", nargs=2, type=int, choices=(-1, 1), metavar="W",
+        "--from", dest="start", nargs=2, type=float, required=True, metavar=("X", "Y")
+    )
+    ends.add_argument("--to", dest="goal", nargs=2, type=float, required=True, metavar=("X", "Y"))
+    ends.add_argument(
+        "--via",
+        nargs=2,
+        type=float,
+        action="append",
+        metavar=("X", "Y"),
+        help="to pass; again for more",
+    )
+    ends.add_argument(
+        "--working",
+        nargs=2,
+        type=int,
+        choices=(-1, 1),
+        metavar="W",
         help="modes that the whole motion keeps, as 1 -1 (default: -1 -1)",
-    )  # fmt: skip
+    )
     for name, words in (("start", "from"), ("goal", "to")):
         ends.add_argument(
-            f"--{words}-working", dest=f"{name}_working", nargs=2, type=int, choices=(-1, 1), metavar="W",
+            f"--{words}-working",
+            dest=f"{name}_working",
+            nargs=2,
+            type=int,
+            choices=(-1, 1),
+            metavar="W",
             help=f"modes at the {name}: they change on the way, through Type 1 and Type 2",
-        )  # fmt: skip
+        )
     what = plan.add_argument_group("what is asked")
-    what.add_argument("--duration", type=float, metavar="S", help="(default: free, for the least time)")
     what.add_argument(
-        "--objective", choices=("effort", "time", "jerk"), help="(default: effort; without --duration time)"
+        "--duration", type=float, metavar="S", help="(default: free, for the least time)"
+    )
+    what.add_argument(
+        "--objective",
+        choices=("effort", "time", "jerk"),
+        help="(default: effort; without --duration time)",
     )
     what.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor")
     what.add_argument("--joint-speed-limit", type=float, metavar="RAD/S")
-    what.add_argument("--acceleration-limit", type=float, metavar="M/S2", help="of the end-effector")
-    what.add_argument("--workspace", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="to stay in, m")
+    what.add_argument(
+        "--acceleration-limit", type=float, metavar="M/S2", help="of the end-effector"
+    )
+    what.add_argument(
+        "--workspace", nargs=4, type=float, metavar=("X0", "X1", "Y0", "Y1"), help="to stay in, m"
+    )
     what.add_argument("--serial-margin", type=float, metavar="SINE", help="least |sin q_i2|")
-    what.add_argument("--parallel-margin", type=float, metavar="SINE", help="least |det A|: no Type 2 is crossed")
-    what.add_argument("--max-time", type=float, default=30.0, metavar="S", help="of the search (default: %(default)g)")
+    what.add_argument(
+        "--parallel-margin", type=float, metavar="SINE", help="least |det A|: no Type 2 is crossed"
+    )
+    what.add_argument(
+        "--max-time",
+        type=float,
+        default=30.0,
+        metavar="S",
+        help="of the search (default: %(default)g)",
+    )
     plan.add_argument(
-        "--rate", type=float, default=1000.0, metavar="HZ", help="of the setpoints (default: %(default)g)"
+        "--rate",
+        type=float,
+        default=1000.0,
+        metavar="HZ",
+        help="of the setpoints (default: %(default)g)",
     )
     plan.add_argument("--angles", choices=("rad", "deg"), default="rad", help="of the setpoints")
-    plan.add_argument("--out", type=Path, metavar="DIR", help="write plan.csv, plan.png and setpoints.csv there")
+    plan.add_argument(
+        "--out", type=Path, metavar="DIR", help="write plan.csv, plan.png and setpoints.csv there"
+    )
     plan.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     add_robot_options(plan)
     plan.set_defaults(run=_plan)
@@ -89,7 +134,9 @@ def _end(arguments, robot, name):
     if modes is None:
         return tuple(point)
     if arguments.working:
-        raise UsageError("--working keeps the modes: it goes without --from-working and --to-working")
+        raise UsageError(
+            "--working keeps the modes: it goes without --from-working and --to-working"
+        )
     from ..models.geometry import igm
 
     try:
@@ -143,7 +190,10 @@ def _print(robot, figures):
         ("duration", f"{figures['duration_s']:.6g} s"),
         ("objective", f"{figures['objective']:.6g} (SI)"),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
-        *(("crossing", f"Type {kind} at about {t:.4f} s") for t, kind in figures["singularity_crossings"]),
+        *(
+            ("crossing", f"Type {kind} at about {t:.4f} s")
+            for t, kind in figures["singularity_crossings"]
+        ),
         ("modes at the end", ", ".join(f"{mode:+d}" for mode in figures["working_at_the_end"])),
         ("solved", f"on {figures['intervals']} intervals in {figures['solve_time_s']:.2f} s"),
     ]

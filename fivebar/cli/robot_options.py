@@ -23,9 +23,11 @@ def add_robot_options(parser):
         + ", ".join(LAB),
     )
     group.add_argument(
-        "--robot", default=DEFAULT, metavar="NAME|FILE",
+        "--robot",
+        default=DEFAULT,
+        metavar="NAME|FILE",
         help=f"one of {', '.join(ROBOTS)}, or a .toml or .json file: parameters by name, or lengths and links",
-    )  # fmt: skip
+    )
     for name in LAB:  # 24 lines of names without a word would bury all others
         group.add_argument(f"--{name}", type=float, help=SUPPRESS)
     group = parser.add_argument_group(
@@ -35,20 +37,32 @@ def add_robot_options(parser):
     )
     for name in PARAMETERS[len(LAB) :]:
         if name == "gravity":
-            group.add_argument("--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s²; 0 -9.81: upright")
+            group.add_argument(
+                "--gravity", type=float, nargs=2, metavar=("X", "Y"), help="m/s²; 0 -9.81: upright"
+            )
         else:
             group.add_argument(f"--{name}", type=float, help=SUPPRESS)
 
 
 def robot_is_chosen(arguments):
     """Whether any of the options was used."""
-    return arguments.robot != DEFAULT or any(getattr(arguments, name) is not None for name in PARAMETERS)
+    return arguments.robot != DEFAULT or any(
+        getattr(arguments, name) is not None for name in PARAMETERS
+    )
 
 
 def chosen_robot(arguments):
-    given = {name: getattr(arguments, name) for name in PARAMETERS if getattr(arguments, name) is not None}
+    given = {
+        name: getattr(arguments, name)
+        for name in PARAMETERS
+        if getattr(arguments, name) is not None
+    }
     try:
-        robot = ROBOTS[arguments.robot].robot if arguments.robot in ROBOTS else robot_from(arguments.robot)
+        robot = (
+            ROBOTS[arguments.robot].robot
+            if arguments.robot in ROBOTS
+            else robot_from(arguments.robot)
+        )
         own = [f.name for f in fields(robot)]
         if foreign := [f"--{name}" for name in given if name not in own]:
             raise UsageError(
@@ -84,11 +98,17 @@ def robot_from(path):
         raise UsageError(f"{path}: {error}") from None
     own = () if "links" in table else fields(robot)[: robot.lab]
     if taken := [f"{f.name} = {f.default:g}" for f in own if f.name not in table]:
-        print(f"{path}: not in it, so as usual of a {robot.words.title}: {', '.join(taken)}", file=sys.stderr)
+        print(
+            f"{path}: not in it, so as usual of a {robot.words.title}: {', '.join(taken)}",
+            file=sys.stderr,
+        )
     return robot
 
 
 def ask_for_mm(longest):
     """Say it where the longest length looks as if it were in mm."""
     if longest > LONG:
-        print(f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?", file=sys.stderr)
+        print(
+            f"fivebar: lengths are in m, the longest {longest:g} m: were they meant in mm?",
+            file=sys.stderr,
+        )

@@ -35,22 +35,59 @@ def add_parsers(commands):
 def _options():
     options = argparse.ArgumentParser(prog="fivebar run", add_help=False, allow_abbrev=False)
     add = options.add_argument
-    add("--until", type=float, default=5.0, metavar="S",
-        help="simulated time at which the script gets its KeyboardInterrupt (default: %(default)g)")  # fmt: skip
+    add(
+        "--until",
+        type=float,
+        default=5.0,
+        metavar="S",
+        help="simulated time at which the script gets its KeyboardInterrupt (default: %(default)g)",
+    )
     add("--record", metavar="RUN.csv", help="write the motion, a row each millisecond")
     add("--plot", metavar="OUT.png", help="draw the motion")
-    add("--animate", metavar="OUT.html", help="write the motion as a 3-D page, or .gif, .mp4, .webm")
-    add("--plots", default=".", metavar="DIR", help="folder for the script's own windows and scopes (default: here)")
+    add(
+        "--animate", metavar="OUT.html", help="write the motion as a 3-D page, or .gif, .mp4, .webm"
+    )
+    add(
+        "--plots",
+        default=".",
+        metavar="DIR",
+        help="folder for the script's own windows and scopes (default: here)",
+    )
     add("--show", action="store_true", help="open windows in place of writing them to files")
-    add("--real-time", action="store_true", help="not faster than real time; the script's clock is the computer's")
+    add(
+        "--real-time",
+        action="store_true",
+        help="not faster than real time; the script's clock is the computer's",
+    )
     add("--seed", type=int, default=0, help="of random and numpy.random (default: %(default)s)")
-    add("--exact-acceleration", dest="exact", action="store_true",
-        help="joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab")  # fmt: skip
-    add("--mark", choices=("1", "2"), help="the tracking error in the lab's control task of this number, as points")
-    add("--lenient", action="store_true", help="let arrays of one element pass for numbers, as older NumPy did")
-    add("--timeout", type=float, default=60.0, metavar="S",
-        help="wall time that the script may take without a step (default: %(default)g)")  # fmt: skip
-    add("--json", action="store_true", help="the figures as JSON on stdout; what the script prints goes to stderr")
+    add(
+        "--exact-acceleration",
+        dest="exact",
+        action="store_true",
+        help="joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab",
+    )
+    add(
+        "--mark",
+        choices=("1", "2"),
+        help="the tracking error in the lab's control task of this number, as points",
+    )
+    add(
+        "--lenient",
+        action="store_true",
+        help="let arrays of one element pass for numbers, as older NumPy did",
+    )
+    add(
+        "--timeout",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="wall time that the script may take without a step (default: %(default)g)",
+    )
+    add(
+        "--json",
+        action="store_true",
+        help="the figures as JSON on stdout; what the script prints goes to stderr",
+    )
     return options
 
 
@@ -92,8 +129,10 @@ def _check(arguments):
         if not 0 < getattr(arguments, name) < float("inf"):
             raise UsageError(f"--{name} must be finite and > 0, not {getattr(arguments, name):g}")
     if arguments.until > MOST_TIME:
-        raise UsageError(f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at most "
-                         f"{MOST_TIME:g} s")  # fmt: skip
+        raise UsageError(
+            f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at most "
+            f"{MOST_TIME:g} s"
+        )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
     for name in ("record", "plot", "animate"):
@@ -103,6 +142,8 @@ def _check(arguments):
         if path is not None and Path(path).is_dir():
             raise UsageError(f"--{name} {path} is a folder, not a file")
         if path is not None and name in ENDINGS and Path(path).suffix.lower() not in ENDINGS[name]:
-            raise UsageError(f"--{name} must end in one of {', '.join(ENDINGS[name])}, not {path!r}")
+            raise UsageError(
+                f"--{name} must end in one of {', '.join(ENDINGS[name])}, not {path!r}"
+            )
     if not Path(arguments.plots).is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

@@ -13,8 +13,12 @@ def add_parsers(commands: _SubParsersAction) -> None:
     """Add `study` to the program's commands."""
     parser = commands.add_parser("study", help="measure what is worth its cost")
     studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
-    ladder = studies.add_parser("ladder", help="tracking error and time of a step, with each rung of physics added")
-    ladder.add_argument("--robots", nargs="+", metavar="NAME", help="of lab, vertical, haptic (default: all)")
+    ladder = studies.add_parser(
+        "ladder", help="tracking error and time of a step, with each rung of physics added"
+    )
+    ladder.add_argument(
+        "--robots", nargs="+", metavar="NAME", help="of lab, vertical, haptic (default: all)"
+    )
     ladder.add_argument("--out", type=Path, metavar="DIR", help="also ladder.csv and ladder.png")
     ladder.add_argument("--json", action="store_true")
     ladder.set_defaults(run=_ladder)
@@ -47,4 +51,6 @@ def _ladder(arguments):
     )
     for robot, rung, named, count, step, missed, rms, largest in rows:
         told = rung if named else f"({rung}: none)"
-        print(f"{robot:10}{told:26.26}{count:7d}{step:9.1f}{missed:12.3g}{rms:10.3g}{largest:12.3g}")
+        print(
+            f"{robot:10}{told:26.26}{count:7d}{step:9.1f}{missed:12.3g}{rms:10.3g}{largest:12.3g}"
+        )

@@ -23,21 +23,47 @@ def add_parsers(commands: _SubParsersAction) -> None:
         metavar="FIGURE",
         help="by name, or FILE.py:FUNCTION; =min or =max: of the best",
     )
-    parser.add_argument("--list", action="store_true", help="the figures, with their units and what they are")
-    group = parser.add_argument_group("designs", "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m")
-    group.add_argument("--grid", action="append", default=[], metavar="NAME=LOW:HIGH:COUNT", help="all combinations")
-    group.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of --sample")
-    group.add_argument("--sample", type=int, metavar="N", help="designs spread evenly between the bounds")
+    parser.add_argument(
+        "--list", action="store_true", help="the figures, with their units and what they are"
+    )
+    group = parser.add_argument_group(
+        "designs", "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m"
+    )
+    group.add_argument(
+        "--grid",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH:COUNT",
+        help="all combinations",
+    )
+    group.add_argument(
+        "--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of --sample"
+    )
+    group.add_argument(
+        "--sample", type=int, metavar="N", help="designs spread evenly between the bounds"
+    )
     group.add_argument("--seed", type=int, default=0, help="of --sample (default: 0)")
-    group.add_argument("--triangle", type=int, metavar="N", help="Liu's r1 + r2 + r3 = 3, N parts a side")
+    group.add_argument(
+        "--triangle", type=int, metavar="N", help="Liu's r1 + r2 + r3 = 3, N parts a side"
+    )
     group.add_argument("--designs", metavar="FILE", help="a .csv or .npz file of columns by name")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="chunks as they come; a second run goes on there")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one per processor)")
-    parser.add_argument("--dask", metavar="ADDRESS", help="a scheduler, tcp://host:8786, or its .json file")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="chunks as they come; a second run goes on there"
+    )
+    parser.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: one per processor)"
+    )
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="a scheduler, tcp://host:8786, or its .json file"
+    )
     parser.add_argument("--chunk", type=int, metavar="N", help="designs at a time")
-    parser.add_argument("--best", type=int, default=10, metavar="N", help="designs to list (default: %(default)s)")
+    parser.add_argument(
+        "--best", type=int, default=10, metavar="N", help="designs to list (default: %(default)s)"
+    )
     parser.add_argument("--csv", type=Path, metavar="FILE", help="a row per design")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="the first figure: .png, .svg or .pdf")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE", help="the first figure: .png, .svg or .pdf"
+    )
     parser.add_argument("--json", action="store_true", help="the best designs as JSON")
     add_task_options(parser)
     add_robot_options(parser)
@@ -64,9 +90,15 @@ def _sweep(arguments):
         figures = [figure_of(each) for each in (first, *arguments.figures[1:])]
         with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
             done = sweep(
-                figures, designs, executor, arguments.out, robot=robot, chunk=arguments.chunk,
-                workers=arguments.workers, **choices,
-            )  # fmt: skip
+                figures,
+                designs,
+                executor,
+                arguments.out,
+                robot=robot,
+                chunk=arguments.chunk,
+                workers=arguments.workers,
+                **choices,
+            )
         best = done.best(count=arguments.best, sense=sense or None)
     except (ValueError, TypeError) as error:
         raise by_option(error) from None
@@ -93,7 +125,9 @@ def _designs(arguments):
     if arguments.triangle:
         return triangle(arguments.triangle)
     if arguments.sample:
-        return sample(dict(_bound(each) for each in arguments.bound), arguments.sample, arguments.seed)
+        return sample(
+            dict(_bound(each) for each in arguments.bound), arguments.sample, arguments.seed
+        )
     import numpy as np
 
     axes = {}
@@ -103,7 +137,9 @@ def _designs(arguments):
             raise UsageError(f"--grid: a number is missing in {each!r}")
         if len(values) == 3 and not (values[2] == int(values[2]) and 1 <= values[2] <= 1e6):
             raise UsageError(f"--grid: {values[2]:g} is no count, in {each!r}")
-        axes[name] = values if len(values) == 1 else np.linspace(values[0], values[1], int(values[2]))
+        axes[name] = (
+            values if len(values) == 1 else np.linspace(values[0], values[1], int(values[2]))
+        )
     return grid(**axes)
 
 
@@ -124,8 +160,13 @@ def _show(arguments, done, best):
     if arguments.out:
         print(arguments.out, file=sys.stderr)
     if arguments.json:
-        rows = [{"design": int(k), **{name: _plain(table[name][n]) for name in columns}} for n, k in enumerate(best)]
-        print(json.dumps({"designs": done.count, "errors": len(done.errors), "best": rows}, indent=1))
+        rows = [
+            {"design": int(k), **{name: _plain(table[name][n]) for name in columns}}
+            for n, k in enumerate(best)
+        ]
+        print(
+            json.dumps({"designs": done.count, "errors": len(done.errors), "best": rows}, indent=1)
+        )
         return
     print(f"{'design':>8}" + "".join(f"{name:>{_width(name)}}" for name in columns))
     for n, k in enumerate(best):

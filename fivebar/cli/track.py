@@ -21,7 +21,10 @@ from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
 GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
-BIGLIDE_PD = 250.0, 50.0  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
+BIGLIDE_PD = (
+    250.0,
+    50.0,
+)  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -37,13 +40,16 @@ def add_parsers(commands: _SubParsersAction) -> None:
     demo.set_defaults(run=_demo)
 
     track = commands.add_parser("track")
-    path = track.add_argument_group("path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s")
+    path = track.add_argument_group(
+        "path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s"
+    )
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
     path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
     path.add_argument("--to", dest="goal", nargs=2, type=float, metavar=("X", "Y"))
     path.add_argument("--duration", type=float, metavar="S")
     path.add_argument(
-        "--case", help="compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing"
+        "--case",
+        help="compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing",
     )
     track.add_argument(
         "--controller",
@@ -52,23 +58,52 @@ def add_parsers(commands: _SubParsersAction) -> None:
         help="computed torque, PD, or model-predictive (default: %(default)s)",
     )
     track.add_argument(
-        "--kp", type=float, help="of ctc in 1/s² (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)"
+        "--kp",
+        type=float,
+        help="of ctc in 1/s² (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)",
     )
     track.add_argument(
-        "--kd", type=float, help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)"
+        "--kd",
+        type=float,
+        help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)",
     )
     track.add_argument(
-        "--period", type=float, default=0.01, metavar="S", help="of the controller (default: %(default)g)"
+        "--period",
+        type=float,
+        default=0.01,
+        metavar="S",
+        help="of the controller (default: %(default)g)",
     )
-    track.add_argument("--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)")
-    track.add_argument("--out", type=Path, metavar="DIR", help="write run.csv, tracking.png and animation.html there")
-    track.add_argument("--page", type=Path, metavar="OUT.html", help="robot and plots on one page, linked by the time")
+    track.add_argument(
+        "--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)"
+    )
+    track.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write run.csv, tracking.png and animation.html there",
+    )
+    track.add_argument(
+        "--page",
+        type=Path,
+        metavar="OUT.html",
+        help="robot and plots on one page, linked by the time",
+    )
     track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
     track.add_argument(
-        "--working", nargs=2, type=int, choices=(-1, 1), metavar="W", help="working modes, as 1 -1 (default: -1 -1)"
+        "--working",
+        nargs=2,
+        type=int,
+        choices=(-1, 1),
+        metavar="W",
+        help="working modes, as 1 -1 (default: -1 -1)",
     )
     track.add_argument(
-        "--units", nargs="+", default=(), metavar="UNIT", help="of the CSV's columns, as mm or t=ms x=mm"
+        "--units",
+        nargs="+",
+        default=(),
+        metavar="UNIT",
+        help="of the CSV's columns, as mm or t=ms x=mm",
     )
     track.add_argument(
         "--polyline",
@@ -85,7 +120,9 @@ def _demo(arguments):
 
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
-    print("AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s,\ncomputed torque, one sample each 10 ms")
+    print(
+        "AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s,\ncomputed torque, one sample each 10 ms"
+    )
     _print_table(robot, figures)
     files = _write(run, arguments.out)
     error = 1e6 * figures["max_error_m"]
@@ -121,14 +158,16 @@ def _track(arguments):
         value = getattr(arguments, name)
         if value is not None and not 0 < value < float("inf"):
             raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
-    for sentence in reference.said:
+    for sentence in reference.notes:
         print(f"{arguments.csv}: {sentence}", file=sys.stderr)
     working = tuple(arguments.working or (-1, -1))
     try:
         controller = _controller(arguments, robot, reference, working)
     except ValueError as error:
         raise UsageError(error) from None
-    figures, run = _tracked(robot, reference, controller, arguments.period, arguments.torque_limit, working)
+    figures, run = _tracked(
+        robot, reference, controller, arguments.period, arguments.torque_limit, working
+    )
     files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
     if arguments.page:
         files.append(str(_write_page(run, arguments.page)))
@@ -158,7 +197,9 @@ def _controller(arguments, robot, reference, working):
 
         if peak := asks_for_it(robot, reference, arguments.period, arguments.torque_limit, working):
             return matched(robot, peak, arguments.period, arguments.torque_limit, assembly)
-        return Tracker(robot, period=arguments.period, torque_limit=arguments.torque_limit, assembly=assembly)
+        return Tracker(
+            robot, period=arguments.period, torque_limit=arguments.torque_limit, assembly=assembly
+        )
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
     gains = (usual if gain is None else gain for gain, usual in zip(given, default))
@@ -180,15 +221,26 @@ def _compare(arguments):
     comparison, files = compare(runs), []
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        files = [arguments.out / "comparison.png", *(arguments.out / f"{name}.csv" for name in runs)]
+        files = [
+            arguments.out / "comparison.png",
+            *(arguments.out / f"{name}.csv" for name in runs),
+        ]
         comparison.plot(files[0])
         for file, run in zip(files[1:], runs.values()):
             run.to_csv(file)
     if arguments.page:
         files.append(_write_page(runs, arguments.page))
     if arguments.json:
-        figures = {name: {k: None if v != v else v for k, v in row.items()} for name, row in comparison.figures.items()}
-        print(json.dumps({"case": arguments.case, "controllers": figures, "files": list(map(str, files))}, indent=2))
+        figures = {
+            name: {k: None if v != v else v for k, v in row.items()}
+            for name, row in comparison.figures.items()
+        }
+        print(
+            json.dumps(
+                {"case": arguments.case, "controllers": figures, "files": list(map(str, files))},
+                indent=2,
+            )
+        )
         return
     print(case(arguments.case).title)
     print(comparison)
@@ -205,7 +257,9 @@ def _reference(arguments):
             return line(arguments.start, arguments.goal, arguments.duration)
         if arguments.polyline is None:
             return from_csv(arguments.csv, units=arguments.units)
-        return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, units=arguments.units)
+        return from_csv(
+            arguments.csv, kind="polyline", deviation=arguments.polyline, units=arguments.units
+        )
     except (ValueError, OSError) as error:
         raise UsageError(error) from None
 
@@ -222,7 +276,13 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
     start = ikm(igm(robot, xi, working), xi_dot)
     before = time.perf_counter()
     run = simulate(
-        robot, controller, reference, start=start, control_period=period, step=step, torque_limit=torque_limit
+        robot,
+        controller,
+        reference,
+        start=start,
+        control_period=period,
+        step=step,
+        torque_limit=torque_limit,
     )
     elapsed = time.perf_counter() - before
     own = compare({"": run}).figures[""]
@@ -256,7 +316,9 @@ def _print_table(robot, figures):
     ]
     if "saturated_fraction" in figures:
         rows.insert(5, ("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
-    rows += [("crossing", f"Type {kind} at {t:.6f} s") for t, kind in figures["singularity_crossings"]]
+    rows += [
+        ("crossing", f"Type {kind} at {t:.6f} s") for t, kind in figures["singularity_crossings"]
+    ]
     for name, value in rows:
         print(f"  {name:<20} {value}")
 

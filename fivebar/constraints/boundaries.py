@@ -16,7 +16,9 @@ from ..singularities.regions import Arc
 from .constraints import Keep
 
 GRID = 301  # nodes a side, on which curves are found along which bars touch
-STEPS = 40  # of the bisection that puts a point on such a curve, or finds where a wall begins to be one
+STEPS = (
+    40  # of the bisection that puts a point on such a curve, or finds where a wall begins to be one
+)
 TRACED = "bars touch"
 OFF = 1e-8  # of the size of what is kept, off a wall: there it is asked what is kept
 
@@ -45,7 +47,9 @@ def facing(found: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             across = off * 1j * tangent / np.abs(tangent)
             return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
 
-        s = divided(wall.s, np.maximum(np.ceil(np.abs(np.diff(wall.z)) / (0.002 * size)), 1).astype(int))
+        s = divided(
+            wall.s, np.maximum(np.ceil(np.abs(np.diff(wall.z)) / (0.002 * size)), 1).astype(int)
+        )
         state = sides(s)
         k = np.flatnonzero((state[1:] != state[:-1]).any(axis=1))
         low, high = s[k], s[k + 1]
@@ -104,7 +108,11 @@ def _of_bars(robot, working, keep) -> list[Locus]:
     from contourpy import LineType, contour_generator  # comes with matplotlib
 
     low, high = (
-        side * min(robot.l11 + robot.l12 + side * robot.drives[0].x, robot.l21 + robot.l22 + side * robot.drives[1].x)
+        side
+        * min(
+            robot.l11 + robot.l12 + side * robot.drives[0].x,
+            robot.l21 + robot.l22 + side * robot.drives[1].x,
+        )
         for side in (-1, 1)
     )
     top = min(robot.l11 + robot.l12, robot.l21 + robot.l22)
@@ -115,7 +123,9 @@ def _of_bars(robot, working, keep) -> list[Locus]:
 
     found = []
     for name, values in rooms(x + 1j * y[:, None]).items():
-        lines = contour_generator(x, y, np.ma.masked_invalid(values), line_type=LineType.Separate).lines(0.0)
+        lines = contour_generator(
+            x, y, np.ma.masked_invalid(values), line_type=LineType.Separate
+        ).lines(0.0)
 
         def room(z, name=name):
             return rooms(z)[name]

@@ -12,7 +12,7 @@ from ..base.backend import finite_numbers
 from ..base.checks import share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
-from .link_collisions import Bars, apart, off
+from .link_collisions import LinkCollisions, apart, off
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Keep:
     region: Sequence[Sequence[float]] | None = None
     det_A: float = 0.0
     sin: float = 0.0
-    bars: Bars | None = None
+    bars: LinkCollisions | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -40,7 +40,7 @@ class Keep:
         put(self, "region", None if self.region is None else _polygon(self.region))
         for name in ("det_A", "sin"):
             put(self, name, share(getattr(self, name), f"Keep: {name}"))
-        if not (self.bars is None or isinstance(self.bars, Bars)):
+        if not (self.bars is None or isinstance(self.bars, LinkCollisions)):
             raise TypeError(f"Keep: bars must be Bars, not {shown(self.bars)}")
 
     def __repr__(self) -> str:
@@ -51,7 +51,9 @@ class Keep:
         words += [f"in a polygon of {len(self.region)} corners"] if self.region else []
         words += [f"|det A| >= {self.det_A:g}"] if self.det_A else []
         words += [f"|sin q_i2| >= {self.sin:g}"] if self.sin else []
-        return one_line("Keep", *words, *([repr(self.bars)] if self.bars else []) or ["bars may meet"])
+        return one_line(
+            "Keep", *words, *([repr(self.bars)] if self.bars else []) or ["bars may meet"]
+        )
 
     def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
         """What is left of all that is kept, (*batch,) by words: < 0 where it is broken, nan where the pose is."""
@@ -62,14 +64,21 @@ class Keep:
                 q = pose.legs[leg].q
                 if pose.robot.turns:
                     middle, half = (low + high) / 2, (high - low) / 2
-                    found[f"joint limits of q{leg + 1}1"] = half - np.abs(np.mod(q - middle + np.pi, 2 * np.pi) - np.pi)
+                    found[f"joint limits of q{leg + 1}1"] = half - np.abs(
+                        np.mod(q - middle + np.pi, 2 * np.pi) - np.pi
+                    )
                 else:
                     found[f"joint limits of q{leg + 1}1"] = np.minimum(q - low, high - q)
         for a, b, c in self.half_planes:
             found[f"{a:g} x + {b:g} y >= {c:g} m"] = a * np.asarray(x) + b * np.asarray(y) - c
         if self.region:
-            found["region"] = off_sides(np.array(self.region) @ (1, 1j), np.asarray(x) + 1j * np.asarray(y))
-        for name, least, sines in (("det A", self.det_A, [pose.det_A]), ("sin q_i2", self.sin, pose.sines)):
+            found["region"] = off_sides(
+                np.array(self.region) @ (1, 1j), np.asarray(x) + 1j * np.asarray(y)
+            )
+        for name, least, sines in (
+            ("det A", self.det_A, [pose.det_A]),
+            ("sin q_i2", self.sin, pose.sines),
+        ):
             if least:
                 found[f"|{name}| >= {least:g}"] = np.abs(sines).min(axis=0) - least
         if self.bars:
@@ -97,7 +106,10 @@ class Keep:
             turns = (side.conj() * np.roll(side, -1)).imag
             if (turns >= 0).all() or (turns <= 0).all():
                 inward = 1j * side / np.abs(side) * (1 if turns.sum() > 0 else -1)
-                planes += [(n.real, n.imag, (n.conjugate() * a).real) for n, a in zip(inward.tolist(), z.tolist())]
+                planes += [
+                    (n.real, n.imag, (n.conjugate() * a).real)
+                    for n, a in zip(inward.tolist(), z.tolist())
+                ]
         bars = [room / length for room in self.bars.smooth(pose)] if self.bars else []
         return [*found, *((a * x + b * y - c) / length for a, b, c in planes), *bars]
 
@@ -122,7 +134,9 @@ def _joints(joints):
     if joints is None:
         return None
     if not isinstance(joints, tuple | list) or len(joints) != 2:
-        raise ValueError(f"Keep: joints must be two ranges (low, high) or None, not {shown(joints)}")
+        raise ValueError(
+            f"Keep: joints must be two ranges (low, high) or None, not {shown(joints)}"
+        )
     found = []
     for name, limits in zip(("q11", "q21"), joints):
         if limits is not None:
@@ -143,15 +157,21 @@ def _half_planes(planes):
     values = finite_numbers(planes, "Keep: half_planes")
     values = values if values.size else np.empty((0, 3))
     if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
-        raise ValueError(f"Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}")
-    values = values / np.hypot(values[:, 0], values[:, 1])[:, None]  # so that what is left of one is a distance
+        raise ValueError(
+            f"Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
+        )
+    values = (
+        values / np.hypot(values[:, 0], values[:, 1])[:, None]
+    )  # so that what is left of one is a distance
     return tuple(map(tuple, values.tolist()))
 
 
 def _polygon(region):
     corners = finite_numbers(region, "Keep: region")
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
-        raise ValueError(f"Keep: region must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}")
+        raise ValueError(
+            f"Keep: region must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}"
+        )
     z = corners @ (1, 1j)
     if np.abs(np.roll(z, -1) - z).min() == 0:
         raise ValueError("Keep: region has the same corner twice in a row")

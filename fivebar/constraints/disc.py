@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.checks import instance, not_negative, optional, takes
 from ..singularities.aspects import Aspect, as_kind
-from ..singularities.regions import Arc, roomiest
+from ..singularities.regions import Arc, points_of_largest_clearance
 from .boundaries import kept_at, walls
 from .constraints import Keep
 
@@ -56,7 +56,9 @@ def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) 
     aspect = walled(aspect, keep)
     best, room = None, 0.0
     own = dict(walls=aspect.walls, allowed=aspect.allowed) if isinstance(aspect, Walled) else {}
-    for z, coarse in roomiest(aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **own):
+    for z, coarse in points_of_largest_clearance(
+        aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **own
+    ):
         if coarse <= room:
             break  # samples are never nearer than the boundary itself
         polished = _polished(aspect, z)
@@ -73,7 +75,9 @@ def _kept_room(aspect, z, room):
     """The radius up to which all is kept on rings around a point: traced walls end short of the limit of reach."""
     ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
     radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
-    broken = [k for k, radius in enumerate(radii[:-1]) if not aspect.allowed(z + radius * ring).all()]
+    broken = [
+        k for k, radius in enumerate(radii[:-1]) if not aspect.allowed(z + radius * ring).all()
+    ]
     if not broken:
         return room
     high, low = radii[broken[-1]], radii[broken[-1] + 1]
@@ -85,7 +89,9 @@ def _kept_room(aspect, z, room):
 
 def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:
     return f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: " + (
-        f"its roomiest point is {room:.6g} m from the next singularity" if room else "nothing of it is kept"
+        f"its roomiest point is {room:.6g} m from the next singularity"
+        if room
+        else "nothing of it is kept"
     )
 
 
@@ -103,13 +109,20 @@ def room_at(aspect: Aspect, z: complex) -> float:
     # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more than half a step.
     samples = [(np.abs(arc.z - z).min(), arc) for arc in arcs_of(aspect)]
     room = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
-    near = [arc.nearest(np.array([z]))[1][0] for least, arc in samples if least - 0.51 * arc.step <= room]
+    near = [
+        arc.nearest(np.array([z]))[1][0]
+        for least, arc in samples
+        if least - 0.51 * arc.step <= room
+    ]
     return float(min([room, *near]))
 
 
 def _polished(aspect, z):
     """The point near z that is farthest from all, by equal distances to two or three feet on the exact curves."""
-    samples, room = np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]), room_at(aspect, z)
+    samples, room = (
+        np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]),
+        room_at(aspect, z),
+    )
     for _ in range(4):
         before, feet = room, _feet(aspect, z, 1.2 * room)
         chosen = [foot for count in (2, 3) for foot in combinations(feet, count)]
@@ -127,11 +140,18 @@ def _polished(aspect, z):
 
 def _feet(aspect, z, within, most=6):
     """(distance, arc or None, parameter or point) of the nearest points that block the way from z."""
-    feet = [(abs(point - z), None, complex(point)) for point in punctures(aspect) if abs(point - z) <= within]
+    feet = [
+        (abs(point - z), None, complex(point))
+        for point in punctures(aspect)
+        if abs(point - z) <= within
+    ]
     for arc in arcs_of(aspect):
         for s, distance in zip(*arc.feet(z, within)):
             feet.append((distance, arc, float(s)))
-            if s in (arc.start, arc.end):  # where arcs join, their curvatures differ and the foot can rest
+            if s in (
+                arc.start,
+                arc.end,
+            ):  # where arcs join, their curvatures differ and the foot can rest
                 feet.append((distance, None, complex(arc.at(s))))
     feet.sort(key=lambda foot: foot[0])
     return feet[:most]
@@ -166,7 +186,11 @@ def _equidistant(z, room, feet):
     steps = 1e-6 * np.array([room, room, room, *(1.0 for _ in curves)])
     for _ in range(12):
         jacobian = np.stack(
-            [(residual(v + h) - residual(v - h)) / (2 * step) for h, step in zip(np.diag(steps), steps)], axis=1
+            [
+                (residual(v + h) - residual(v - h)) / (2 * step)
+                for h, step in zip(np.diag(steps), steps)
+            ],
+            axis=1,
         )
         change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
         v = v + change

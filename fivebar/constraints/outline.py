@@ -45,7 +45,10 @@ class Outline:
         """The boundary, and the parts of walls across which something is no longer kept: what is kept on the left."""
         loops = [arc for loop in self.aspect.boundary for arc in loop]
         walls = self.aspect.walls if self.allowed else ()
-        return [*loops, *facing(walls, self.within, np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag))]
+        return [
+            *loops,
+            *facing(walls, self.within, np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag)),
+        ]
 
     def within(self, z: np.ndarray) -> np.ndarray:
         """Whether points (n,) are in the aspect, and all is kept there."""
@@ -61,16 +64,26 @@ class Outline:
         for arc in self.arcs:
             cuts = [
                 arc.start,
-                *sorted([*_turns(arc, np.real), *_turns(arc, np.imag)], key=lambda s: abs(s - arc.start)),
+                *sorted(
+                    [*_turns(arc, np.real), *_turns(arc, np.imag)], key=lambda s: abs(s - arc.start)
+                ),
             ]
-            for piece in (Arc(arc.locus, *each) for each in zip(cuts, [*cuts[1:], arc.end]) if each[0] != each[1]):
+            for piece in (
+                Arc(arc.locus, *each)
+                for each in zip(cuts, [*cuts[1:], arc.end])
+                if each[0] != each[1]
+            ):
                 inwards = 1j * complex(piece.tangent((piece.start + piece.end) / 2))
                 found.append((piece, (0 if inwards.real > 0 else 1, 2 if inwards.imag > 0 else 3)))
         return found
 
     @cached_property
     def ends(self) -> np.ndarray:
-        return np.unique(np.concatenate([*(piece.z[[0, -1]] for piece, _ in self.pieces), punctures(self.aspect)]))
+        return np.unique(
+            np.concatenate(
+                [*(piece.z[[0, -1]] for piece, _ in self.pieces), punctures(self.aspect)]
+            )
+        )
 
     @cached_property
     def spacing(self) -> float:
@@ -97,8 +110,12 @@ class Outline:
     @cached_property
     def obstacles(self) -> np.ndarray:
         """Points (n,) of the border of all that keeps the margin, by y."""
-        circle = np.exp(2j * np.pi * np.linspace(0, 1, 1 + int(min(7 * self.margin / self.spacing, 360))))
-        z = np.concatenate([(self.ends[:, None] + self.margin * circle).ravel(), *(z for _, z in self.samples)])
+        circle = np.exp(
+            2j * np.pi * np.linspace(0, 1, 1 + int(min(7 * self.margin / self.spacing, 360)))
+        )
+        z = np.concatenate(
+            [(self.ends[:, None] + self.margin * circle).ravel(), *(z for _, z in self.samples)]
+        )
         z = z[self.tree.query(pairs(z))[0] >= self.margin - self.spacing]
         return z[np.argsort(z.imag)]
 
@@ -108,21 +125,30 @@ class Outline:
         low, high = (f(np.concatenate(self.aspect.polygons), axis=0) for f in (np.min, np.max))
         least = 0.0 if self.allowed else 0.6 * (self.aspect.clearance - self.margin)
         step = max(least, np.sqrt(self.aspect.area / SEEDS))
-        lattice = np.stack(np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high))), axis=-1)
+        lattice = np.stack(
+            np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high))), axis=-1
+        )
         points = np.concatenate([lattice[self.aspect.contains(lattice)], [self.aspect.point]])
         z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
         return z[self.within(z)] if self.allowed else z
 
     def keeps(self, v: np.ndarray) -> bool:
         """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the arcs from corners."""
-        least = self.margin + (4 * EPS * np.abs(self.points).max() if self.margin else 0.0)  # however it is measured
+        least = self.margin + (
+            4 * EPS * np.abs(self.points).max() if self.margin else 0.0
+        )  # however it is measured
         if apart(self.points, v).min() < least:
             return False
         corners = v[CORNERS] @ (1, 1j)
         if not self.within(corners).all():
             return False
         if self.allowed:  # where bars touch, walls end short of the limit of reach
-            rim = np.concatenate([np.linspace(a, b, RIM) for a, b in zip(corners[[0, 1, 3, 2]], corners[[1, 3, 2, 0]])])
+            rim = np.concatenate(
+                [
+                    np.linspace(a, b, RIM)
+                    for a, b in zip(corners[[0, 1, 3, 2]], corners[[1, 3, 2, 0]])
+                ]
+            )
             if not self.allowed(rim).all():
                 return False
         return least == 0 or min(room_at(self.aspect, corner) for corner in corners) >= least
@@ -137,13 +163,25 @@ class Outline:
 
     def broken(self, v: np.ndarray, slack: float) -> set:
         """What is nearer to a rectangle than the margin, by more than slack: pieces from 0, and ends from -1 down."""
-        found = {k for k, (z, _) in enumerate(self.samples) if apart(z, v).min(initial=np.inf) < self.margin - slack}
-        found |= {-1 - k for k in np.flatnonzero(apart(self.ends, v) < self.margin - slack).tolist()}
+        found = {
+            k
+            for k, (z, _) in enumerate(self.samples)
+            if apart(z, v).min(initial=np.inf) < self.margin - slack
+        }
+        found |= {
+            -1 - k for k in np.flatnonzero(apart(self.ends, v) < self.margin - slack).tolist()
+        }
         corners = v[CORNERS] @ (1, 1j)
-        for own, corner, within in zip(CORNERS.tolist(), corners, inside(self.aspect.boundary, corners)):
-            facing = [(k, arc) for k, (arc, limited) in enumerate(self.pieces) if list(limited) == own]
+        for own, corner, within in zip(
+            CORNERS.tolist(), corners, inside(self.aspect.boundary, corners)
+        ):
+            facing = [
+                (k, arc) for k, (arc, limited) in enumerate(self.pieces) if list(limited) == own
+            ]
             least = [np.abs(arc.z - corner).min() for _, arc in facing]
-            near = [each for each, own in zip(facing, least) if own - 0.51 * each[1].step <= min(least)]
+            near = [
+                each for each, own in zip(facing, least) if own - 0.51 * each[1].step <= min(least)
+            ]
             away = [(arc.nearest(corner[None])[1][0], k) for k, arc in near]
             if away and min(away)[0] * (1 if within else -1) < self.margin - slack:
                 found.add(min(away)[1])
@@ -155,7 +193,9 @@ def _turns(arc, part):
     slope = part(arc.tangent(arc.s))
     k = np.flatnonzero(slope[:-1] * slope[1:] < 0)
     sign = -np.sign(slope[k])
-    s = rising_zeros(lambda i, t: sign[i] * part(arc.tangent(t)), arc.s[k], arc.s[k + 1], np.zeros(len(k)))
+    s = rising_zeros(
+        lambda i, t: sign[i] * part(arc.tangent(t)), arc.s[k], arc.s[k + 1], np.zeros(len(k))
+    )
     return [*s, *arc.s[1:-1][slope[1:-1] == 0]]
 
 

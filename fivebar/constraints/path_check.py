@@ -61,18 +61,27 @@ class PathCheck:
         words = [f"leaves the workspace at {self.leaves:.6g} s"] if self.leaves is not None else []
         if self.time not in (None, self.leaves):
             met = "touches" if self.touching else "meets"
-            torque = {None: "", True: " with finite torque", False: ", where its torque diverges"}[self.criterion_holds]
+            torque = {None: "", True: " with finite torque", False: ", where its torque diverges"}[
+                self.criterion_holds
+            ]
             words.append(f"{met} Type {int(self.type)} at {self.time:.6g} s{torque}")
         words += ["free of singularities"] if self.singularity_free else []
         words += [f"breaks {each.what} from {each.time:.6g} s" for each in self.broken]
-        return one_line("PathCheck", *words, f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s")
+        return one_line(
+            "PathCheck",
+            *words,
+            f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s",
+        )
 
 
 @takes(robot=must_be_robot, tolerance=optional(not_negative), keep=optional(instance(Keep)))
 def check_path(
-    robot: FiveBar | Biglide, path: Callable, working: ArrayLike = (-1, -1), tolerance: float | None = None,
+    robot: FiveBar | Biglide,
+    path: Callable,
+    working: ArrayLike = (-1, -1),
+    tolerance: float | None = None,
     keep: Keep | None = None,
-) -> PathCheck:  # fmt: skip
+) -> PathCheck:
     """Check a trajectory in one working mode: PathCheck.
 
     path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
@@ -94,10 +103,14 @@ def check_path(
     modes = tuple(int(m) for m in working)
 
     legs = zip(robot.drives, robot.distal)
-    reaches = [_reach(path, drive, bar, *limit) for drive, bar in legs for limit in drive.limits(bar)]
+    reaches = [
+        _reach(path, drive, bar, *limit) for drive, bar in legs for limit in drive.limits(bar)
+    ]
     t = np.linspace(start, stop, SAMPLES)
     found = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]
-    leaving = min((zero.time for zeros in found for zero in zeros if not zero.touching), default=None)
+    leaving = min(
+        (zero.time for zeros in found for zero in zeros if not zero.touching), default=None
+    )
     end = stop if leaving is None else leaving
     if end > start:
         inner = np.linspace(start, end, SAMPLES)
@@ -105,9 +118,26 @@ def check_path(
         found.append(list(_zeros(parallel, inner, TOUCH)))
     first = min((zeros[0] for zeros in found if zeros), key=lambda zero: zero.time, default=None)
     margin, margin_time = _smallest(robot, path, modes, start, end) if end > start else (0.0, start)
-    out = broken(robot, path, modes, keep, np.linspace(start, end, SAMPLES)) if keep and end > start else ()
+    out = (
+        broken(robot, path, modes, keep, np.linspace(start, end, SAMPLES))
+        if keep and end > start
+        else ()
+    )
     if first is None:
-        return PathCheck(True, True, None, None, None, Singularity.NONE, False, None, None, margin, margin_time, out)
+        return PathCheck(
+            True,
+            True,
+            None,
+            None,
+            None,
+            Singularity.NONE,
+            False,
+            None,
+            None,
+            margin,
+            margin_time,
+            out,
+        )
     kind = Singularity.NONE
     for k, zeros in enumerate(found):
         if zeros and zeros[0].time - first.time <= 1e-9 * (stop - start):
@@ -115,10 +145,25 @@ def check_path(
     pose = _pose_at(robot, path, modes, first.time)
     criterion = holds = None
     if kind & Singularity.PARALLEL:
-        criterion = float(cross(pose.u2[0], force_at(pose, *(each[0] for each in path(np.array([first.time]))[1:]))))
+        criterion = float(
+            cross(
+                pose.u2[0], force_at(pose, *(each[0] for each in path(np.array([first.time]))[1:]))
+            )
+        )
         holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
     return PathCheck(
-        leaving is None, False, leaving, first.time, pose, kind, first.touching, criterion, holds, 0.0, first.time, out
+        leaving is None,
+        False,
+        leaving,
+        first.time,
+        pose,
+        kind,
+        first.touching,
+        criterion,
+        holds,
+        0.0,
+        first.time,
+        out,
     )
 
 
@@ -219,7 +264,11 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
     """The first zero between two samples, of which the margin has another sign or a minimum of its size."""
     if np.sign(at_a) == np.sign(at_b):
         rate_a, rate_b = margin(np.array([a, b]))[1]
-        lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b) if rate_a * rate_b < 0 else (a + b) / 2
+        lowest = (
+            _root(lambda t: margin(t)[1], a, b, rate_a, rate_b)
+            if rate_a * rate_b < 0
+            else (a + b) / 2
+        )
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
@@ -238,7 +287,9 @@ def _root(f, a, b, at_a, at_b):
         if s in (a, b):  # alone, a time is rounded otherwise than in the batch that saw the signs
             return at_a if s == a else at_b
         value = f(np.array([s]))[0]
-        return 0.0 if np.isnan(value) else value  # a leg folded on its base joint: its sine is a zero there
+        return (
+            0.0 if np.isnan(value) else value
+        )  # a leg folded on its base joint: its sine is a zero there
 
     return float(brentq(margin, a, b, xtol=1e-300, maxiter=500))
 
@@ -267,16 +318,22 @@ def _smallest(robot, path, modes, start, end):
 def _finite(path):
     """The path, which raises a ValueError where it is asked at a time and does not answer with finite numbers."""
     if not callable(path) or not hasattr(path, "duration"):
-        raise ValueError(f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {shown(path)}")
+        raise ValueError(
+            f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {shown(path)}"
+        )
 
     def motion(t):
         answer = tuple(np.asarray(value) for value in path(t))
         if len(answer) != 3 or any(value.shape != (len(t), 2) for value in answer):
-            raise ValueError("path: for times (n,) it must give xi, xi_dot and xi_ddot, each (n, 2)")
+            raise ValueError(
+                "path: for times (n,) it must give xi, xi_dot and xi_ddot, each (n, 2)"
+            )
         for name, value in zip(("xi", "xi_dot", "xi_ddot"), answer):
             if not np.isfinite(value).all():
                 k = int(np.argmin(np.isfinite(value).all(axis=1)))
-                raise ValueError(f"path: at t = {t[k]:.12g} s its {name} is {value[k].tolist()}, not finite")
+                raise ValueError(
+                    f"path: at t = {t[k]:.12g} s its {name} is {value[k].tolist()}, not finite"
+                )
         return answer
 
     motion.start, motion.duration = getattr(path, "start", 0.0), path.duration
@@ -287,6 +344,8 @@ def _times(path):
     """When the path starts and stops, s, and its largest acceleration, m/s^2."""
     start, duration = float(path.start), float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
-        raise ValueError(f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}")
+        raise ValueError(
+            f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}"
+        )
     largest = np.linalg.norm(path(np.linspace(start, start + duration, SAMPLES))[2], axis=1).max()
     return start, start + duration, largest

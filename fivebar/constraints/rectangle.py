@@ -59,13 +59,19 @@ def _area(v):
 
 def _starts(outline):
     """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one another."""
-    found = [_around(outline, seed) for seed in progress(outline.seeds, desc="rectangle", delay=2, leave=False)]
+    found = [
+        _around(outline, seed)
+        for seed in progress(outline.seeds, desc="rectangle", delay=2, leave=False)
+    ]
     order = sorted(range(len(found)), key=lambda k: -_area(found[k]))
     starts = []
     for k in order:
         if _area(found[k]) < 0.9 * _area(found[order[0]]) or len(starts) == CANDIDATES:
             break
-        if all(np.abs(found[k] - other).max() > 0.05 * (np.ptp(other[:2]) + np.ptp(other[2:])) for other in starts):
+        if all(
+            np.abs(found[k] - other).max() > 0.05 * (np.ptp(other[:2]) + np.ptp(other[2:]))
+            for other in starts
+        ):
             starts.append(_around(outline, outline.seeds[k], rounds=4))
     starts = [each for each in starts if _area(each) > 0.98 * max(map(_area, starts))]
     # There is room for a square wherever there is for a disc.
@@ -82,7 +88,11 @@ def _roomiest(outline):
     if outline.allowed:
         if not len(outline.seeds):
             return z, 0.0
-        z = outline.seeds[outline.tree.query(np.stack([outline.seeds.real, outline.seeds.imag], axis=-1))[0].argmax()]
+        z = outline.seeds[
+            outline.tree.query(np.stack([outline.seeds.real, outline.seeds.imag], axis=-1))[
+                0
+            ].argmax()
+        ]
     return z, room_at(outline.aspect, z)
 
 
@@ -91,7 +101,10 @@ def _around(outline, seed, rounds=1):
     z = outline.obstacles - seed
     k = np.searchsorted(z.imag, 0)
     beside = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
-    ends = beside[beside < 0].max(initial=z.real.min()), beside[beside >= 0].min(initial=z.real.max())
+    ends = (
+        beside[beside < 0].max(initial=z.real.min()),
+        beside[beside >= 0].min(initial=z.real.max()),
+    )
     halves, windows = [], []
     for x, y in ((z.real[k:], z.imag[k:]), (z.real[:k][::-1], -z.imag[:k][::-1])):
         left = np.maximum.accumulate(np.append(ends[0], np.where(x < 0, x, -np.inf)))
@@ -102,12 +115,15 @@ def _around(outline, seed, rounds=1):
     for _ in range(rounds):
         levels = [np.linspace(*window, LEVELS) for window in windows]
         (left, right), (left2, right2) = (
-            [each[np.searchsorted(y, level)] for each in ends] for (y, *ends), level in zip(halves, levels)
+            [each[np.searchsorted(y, level)] for each in ends]
+            for (y, *ends), level in zip(halves, levels)
         )
         low, high = np.maximum(left[:, None], left2), np.minimum(right[:, None], right2)
         area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
         best = np.unravel_index(np.argmax(area), area.shape)
-        windows = [(level[max(i - 2, 0)], level[min(i + 2, LEVELS - 1)]) for level, i in zip(levels, best)]
+        windows = [
+            (level[max(i - 2, 0)], level[min(i + 2, LEVELS - 1)]) for level, i in zip(levels, best)
+        ]
     top, bottom = (level[i] for level, i in zip(levels, best))
     return np.array([low[best], high[best], -bottom, top]) + np.repeat([seed.real, seed.imag], 2)
 
@@ -140,7 +156,10 @@ def _grown(outline, v, scale, reach, kept):
 
     No border moves by more than `reach` times its side: what is in the way is seen before it is passed by far.
     """
-    rules = [_off_piece(*outline.pieces[k]) if k >= 0 else _off_end(outline, outline.ends[-1 - k], v) for k in kept]
+    rules = [
+        _off_piece(*outline.pieces[k]) if k >= 0 else _off_end(outline, outline.ends[-1 - k], v)
+        for k in kept
+    ]
     # Beyond its ends a piece limits nothing: what is kept off it already may be on the other side of its tangent.
     rules = [rule for rule in rules if rule(v)[0] >= outline.margin]
     height = scale.min()

@@ -34,7 +34,8 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
     def rooms(t):
         x, y = path(np.atleast_1d(t))[0].T
         return {
-            name: np.broadcast_to(room, x.shape) for name, room in keep.rooms(task_pose(robot, (x, y), working)).items()
+            name: np.broadcast_to(room, x.shape)
+            for name, room in keep.rooms(task_pose(robot, (x, y), working)).items()
         }
 
     found = []
@@ -49,10 +50,17 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
         with np.errstate(invalid="ignore"):  # of samples without a pose
             steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
             near = known <= NEAR * np.fmax(steps[:-1], steps[1:])
-        least = near & (known >= 0) & (known <= np.append(np.inf, known[:-1])) & (known <= np.append(known[1:], np.inf))
+        least = (
+            near
+            & (known >= 0)
+            & (known <= np.append(np.inf, known[:-1]))
+            & (known <= np.append(known[1:], np.inf))
+        )
         for k in {*np.flatnonzero(least).tolist(), int(np.argmin(known))}:
             ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
-            best = minimize_scalar(room, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0])))
+            best = minimize_scalar(
+                room, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0]))
+            )
             if best.fun < min(known[k], 0.0):
                 times, lowest = np.append(times, best.x), np.append(lowest, best.fun)
         if lowest.min(initial=np.inf) >= -4 * EPS:
@@ -61,7 +69,9 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
         times, lowest = times[order], lowest[order]
         first = int(np.argmax(lowest < -4 * EPS))
         start = times[first]
-        if first and np.isfinite(lowest[first - 1]):  # a sample at the limit itself is where it begins
+        if first and np.isfinite(
+            lowest[first - 1]
+        ):  # a sample at the limit itself is where it begins
             ends = times[first - 1], start
             start = brentq(room, *ends, xtol=1e-15) if lowest[first - 1] > 0 else ends[0]
         worst = int(np.argmin(lowest))

@@ -30,7 +30,13 @@ class Estimator:
     """
 
     def __init__(
-        self, robot: Robot, period: float, noise: tuple[float, ...], scale: float, assembly: int, jit: bool | str
+        self,
+        robot: Robot,
+        period: float,
+        noise: tuple[float, ...],
+        scale: float,
+        assembly: int,
+        jit: bool | str,
     ) -> None:
         self.robot, self.noise, self.scale, self.first = robot, noise, scale, assembly
         self.filter = Buffered(compiled(_filter(robot, period, noise), jit))
@@ -55,7 +61,11 @@ class Estimator:
             except (SingularityError, UnreachableError):
                 return False
             return True
-        self.state, self.disturbance, self.covariance = state.copy(), disturbance.copy(), covariance.copy()
+        self.state, self.disturbance, self.covariance = (
+            state.copy(),
+            disturbance.copy(),
+            covariance.copy(),
+        )
         self.margins = margins.tolist()
         self.assembly = -1 if self.margins[2] > 0 else 1
         return True
@@ -96,19 +106,23 @@ def _filter(robot, period, noise):
     F = ca.vertcat(ca.horzcat(A, B), ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)))
     q_noise, rate_noise, torque_noise, walk = noise
     driven = ca.vertcat(B, ca.SX(2, 2))
-    still = ca.diag(ca.SX([1e-18] * 4 + [1e-14] * 4 + [walk**2] * 2))  # never quite certain: P stays regular
+    still = ca.diag(
+        ca.SX([1e-18] * 4 + [1e-14] * 4 + [walk**2] * 2)
+    )  # never quite certain: P stays regular
     P_now = F @ P @ F.T + torque_noise**2 * driven @ driven.T + still
     innovation = seen - predicted[MEASURED]
-    innovation = ca.vertcat(robot.differ(innovation[:2]), innovation[2:])
+    innovation = ca.vertcat(robot.joint_difference(innovation[:2]), innovation[2:])
     correction = ca.SX(SIZE + 2, 1)
-    for k, error, variance in zip(MEASURED, ca.vertsplit(innovation), [q_noise**2] * 2 + [rate_noise**2] * 2):
+    for k, error, variance in zip(
+        MEASURED, ca.vertsplit(innovation), [q_noise**2] * 2 + [rate_noise**2] * 2
+    ):
         # One scalar at a time: no matrix to invert.
         gain = P_now[:, k] / (P_now[k, k] + variance)
         correction += gain * (error - correction[k])
         P_now -= gain @ P_now[k, :]
     c, c_dot, rates = closed(robot, *halves(predicted + correction[:SIZE], CHART))
     state = ca.vertcat(*c, *c_dot)
-    misfit = ca.norm_inf(robot.differ((seen - state[MEASURED])[:2]))
+    misfit = ca.norm_inf(robot.joint_difference((seen - state[MEASURED])[:2]))
     margins = ca.vertcat(*rates.pose.sines, rates.pose.det_A, misfit)
     outputs = [state, delta + correction[SIZE:], ca.densify((P_now + P_now.T) / 2), margins]
     return ca.Function("tracker_estimate", [x, delta, P, tau, seen], ca.cse(outputs))

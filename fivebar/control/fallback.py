@@ -31,7 +31,9 @@ def free_of_modes(reference: Reference) -> bool:
     return getattr(reference, "working", ()) is None
 
 
-def reference_torques(robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray) -> np.ndarray:
+def reference_torques(
+    robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray
+) -> np.ndarray:
     """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
     if free_of_modes(reference):
         return reference.tau(times)
@@ -42,7 +44,9 @@ def reference_torques(robot: Robot, margins: Sequence[float], reference: Referen
         return np.zeros((len(times), 2))
 
 
-def safe_torque(robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple) -> np.ndarray:
+def safe_torque(
+    robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple
+) -> np.ndarray:
     """Computed torque; near Type 2 PD of about the same gains; about a plan free of modes its own torques with these;
     damping where the reference is out of reach: N m.
 

@@ -25,7 +25,12 @@ if TYPE_CHECKING:
     Vector = np.ndarray | casadi.SX
 
 
-CHOICES = {"working": modes(2), "assembly": modes(1), "gravity": flag, "ahead": not_negative}  # their rules
+CHOICES = {
+    "working": modes(2),
+    "assembly": modes(1),
+    "gravity": flag,
+    "ahead": not_negative,
+}  # their rules
 
 
 class Reference(Protocol):
@@ -37,7 +42,9 @@ class Reference(Protocol):
 class Controller(Protocol):
     """Torques (2,) N m by time (s), measured joint coordinates and rates (2,), and the reference, if there is one."""
 
-    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray: ...
+    def __call__(
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+    ) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +79,9 @@ class _JointController:
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
-    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
+    def __call__(
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+    ) -> np.ndarray:
         target = self.target(t, reference)
         return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
 
@@ -88,9 +97,11 @@ class PD(_JointController):
     gravity: bool = False
     assembly: int = -1
 
-    def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
+    def law(
+        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
+    ) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
-        tau = self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        tau = self.robot.joint_difference(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
         return tau + gravity_torques(dgm(self.robot, q, self.assembly)) if self.gravity else tau
 
 
@@ -105,7 +116,9 @@ class ComputedTorque(_JointController):
 
     assembly: int = -1
 
-    def law(self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector) -> Vector:
+    def law(
+        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
+    ) -> Vector:
         """The torques, of numbers or of CasADi symbols."""
         rates = dkm(dgm(self.robot, q, self.assembly), q_dot)
         return computed_torque(rates, q_ref, q_ref_dot, q_ref_ddot, self.kp, self.kd)
@@ -119,7 +132,7 @@ def computed_torque(
     M, c = dynamic_model(rates)
     if loads_of(robot).sticks:
         c = c + dry_friction(robot, q_ref_dot) - dry_friction(robot, q_dot)
-    return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.differ(q_ref - q) * kp) + c
+    return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.joint_difference(q_ref - q) * kp) + c
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +145,16 @@ class FeedForward(_JointController):
 
     ahead: float = 0.005
 
-    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None) -> np.ndarray:
+    def __call__(
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+    ) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
-            raise ValueError("FeedForward needs a Plan as the reference: another has no torque to feed forward")
+            raise ValueError(
+                "FeedForward needs a Plan as the reference: another has no torque to feed forward"
+            )
         q_ref, q_ref_dot = reference.joints(t)
         end = reference.start + reference.duration
         push = reference.tau(min(t + self.ahead, end)) if t < end - 1e-9 * end else np.zeros(2)
-        return push + self.robot.differ(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        return (
+            push + self.robot.joint_difference(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
+        )

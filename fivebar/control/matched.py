@@ -30,11 +30,17 @@ if TYPE_CHECKING:
 
 HORIZON = 20  # periods
 USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
-POSITION, ACCELERATION, SIZE = 1e4, 10.0, 0.09  # 1/m, s^2/m, its own weights; m, of the robot they were chosen for
+POSITION, ACCELERATION, SIZE = (
+    1e4,
+    10.0,
+    0.09,
+)  # 1/m, s^2/m, its own weights; m, of the robot they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
 FAST = 1.0  # m/s^2
-COARSE = 5e-3  # of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
+COARSE = (
+    5e-3  # of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
+)
 
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
@@ -51,7 +57,9 @@ def missed(acceleration: float, period: float) -> float:
 def period_for(robot: Robot, acceleration: float) -> float:
     """The longest of PERIODS, s, in which that is at most SHOWN, less for a small robot; or the shortest."""
     shown = SHOWN / _smaller(robot)
-    return next((period for period in PERIODS if missed(acceleration, period) <= shown), PERIODS[-1])
+    return next(
+        (period for period in PERIODS if missed(acceleration, period) <= shown), PERIODS[-1]
+    )
 
 
 def _smaller(robot):
@@ -60,7 +68,11 @@ def _smaller(robot):
 
 
 def asks_for_it(
-    robot: Robot, motion: Reference, period: float, torque_limit: float | None, working: tuple[int, int]
+    robot: Robot,
+    motion: Reference,
+    period: float,
+    torque_limit: float | None,
+    working: tuple[int, int],
 ) -> float | None:
     """The peak acceleration of a motion with start and duration if it is fast, but in reach of this limit and period;
     else None."""
@@ -70,16 +82,28 @@ def asks_for_it(
     try:
         xi, xi_dot, xi_ddot = motion(motion.start + np.linspace(0.0, motion.duration, 2000))
         tau = inverse_dynamics(ikm2(ikm(igm(robot, xi, working), xi_dot), xi_ddot))
-    except (SingularityError, UnreachableError):  # where it has no such torques, the far view matters
+    except (
+        SingularityError,
+        UnreachableError,
+    ):  # where it has no such torques, the far view matters
         return None
     return peak if torque_limit is None or np.abs(tau).max() <= torque_limit else None
 
 
-def matched(robot: Robot, acceleration: float, period: float, torque_limit: float | None, assembly: int) -> Tracker:
+def matched(
+    robot: Robot, acceleration: float, period: float, torque_limit: float | None, assembly: int
+) -> Tracker:
     """A Tracker for motions that are in reach of the torque limit, by their peak acceleration, m/s^2."""
     share = min(1.0, USUAL / max(acceleration, 1e-9))
     rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
     return Tracker(
-        robot, HORIZON, period, seconds=HORIZON * period, torque_limit=torque_limit, assembly=assembly,
-        position=POSITION * _smaller(robot), acceleration=ACCELERATION * share, torque_rate=rate,
-    )  # fmt: skip
+        robot,
+        HORIZON,
+        period,
+        seconds=HORIZON * period,
+        torque_limit=torque_limit,
+        assembly=assembly,
+        position=POSITION * _smaller(robot),
+        acceleration=ACCELERATION * share,
+        torque_rate=rate,
+    )

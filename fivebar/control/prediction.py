@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 
-from ..models.charts import Bars, halves
+from ..models.charts import BarAngles, halves
 from ..models.compiled import Buffered, compiled
 from ..models.dynamics import forward_dynamics
 from ..models.four_joints import closed
@@ -19,7 +19,7 @@ from ..models.four_joints import closed
 if TYPE_CHECKING:
     from ..models.robots import Robot
 
-CHART = Bars()
+CHART = BarAngles()
 SIZE = 2 * CHART.size  # of a state
 JOINTS, RATES = [0, 2], [4, 6]  # the active ones' places in it
 
@@ -32,7 +32,9 @@ class Model:
     """
 
     def __init__(self, robot: Robot, lengths: tuple[float, ...], jit: bool | str) -> None:
-        self.step, self.rollout, self.look = (Buffered(compiled(f, jit)) for f in _functions(robot, lengths))
+        self.step, self.rollout, self.look = (
+            Buffered(compiled(f, jit)) for f in _functions(robot, lengths)
+        )
 
 
 @lru_cache(maxsize=64)
@@ -47,7 +49,9 @@ def sample(robot: Robot) -> ca.Function:
     # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second order, like the rule.
     middle = ca.SX.sym("middle", SIZE)
     k = slope(middle)
-    slope_at = ca.Function("slope", [middle, tau], ca.cse([k, ca.jacobian(k, middle), ca.jacobian(k, tau)]))
+    slope_at = ca.Function(
+        "slope", [middle, tau], ca.cse([k, ca.jacobian(k, middle), ca.jacobian(k, tau)])
+    )
     k, fx, fu = slope_at(x + h / 2 * slope(x), tau)
     one = ca.SX.eye(SIZE)
     A, B = one + h * fx @ (one + h / 2 * fx), h * (one + h / 2 * fx) @ fu

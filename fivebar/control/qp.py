@@ -30,11 +30,20 @@ def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> 
     """
     if seconds is None:
         growth = max(1.0, LONGEST_STAGE / period) ** (1 / (horizon - 1))
-        seconds = max(horizon * period, min(HORIZON, period * sum(growth**k for k in range(horizon))))
-    low, high = 1.0, max(1.0, seconds / period) ** (1 / (horizon - 1))  # there, the last one has it all
+        seconds = max(
+            horizon * period, min(HORIZON, period * sum(growth**k for k in range(horizon)))
+        )
+    low, high = (
+        1.0,
+        max(1.0, seconds / period) ** (1 / (horizon - 1)),
+    )  # there, the last one has it all
     for _ in range(60):
         ratio = (low + high) / 2
-        low, high = (ratio, high) if period * sum(ratio**k for k in range(horizon)) < seconds else (low, ratio)
+        low, high = (
+            (ratio, high)
+            if period * sum(ratio**k for k in range(horizon)) < seconds
+            else (low, ratio)
+        )
     return tuple(period * low**k for k in range(horizon))
 
 
@@ -45,7 +54,10 @@ def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
     double integrator in x and in y, and this is what its optimal control costs after the horizon's end. With equal
     stages the horizon then acts as an infinite one, whose cost falls along the motion.
     """
-    A, G = np.array([[1.0, period], [0.0, 1.0]]), np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]])
+    A, G = (
+        np.array([[1.0, period], [0.0, 1.0]]),
+        np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]]),
+    )
     G, P = G / acceleration**2, np.diag([position**2, 0.0])
     # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are loses: with our
     # weights at 0.1 ms it has 9e-13 where this has 9e-15, it refuses some others, and takes 1 to 2 times as long.
@@ -67,15 +79,23 @@ class Condenser:
     """
 
     def __init__(
-        self, lengths: tuple[float, ...], position: float, acceleration: float, torque_rate: float, scale: float,
+        self,
+        lengths: tuple[float, ...],
+        position: float,
+        acceleration: float,
+        torque_rate: float,
+        scale: float,
         size: int,
-    ) -> None:  # fmt: skip
+    ) -> None:
         N, n = len(lengths), 2 * len(lengths)
         # State before each stage, and its torque, by scaled torques: [A B] times that is the state after it.
         self.known = np.zeros((N + 1, size + 2, n))
         for k in range(N):
             self.known[k, size:, 2 * k : 2 * k + 2] = scale * np.eye(2)
-        self.G, self.stages = self.known[:, :size], [(self.known[k], self.known[k + 1, :size]) for k in range(N)]
+        self.G, self.stages = (
+            self.known[:, :size],
+            [(self.known[k], self.known[k + 1, :size]) for k in range(N)],
+        )
         self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques
         self.R, self.r = np.zeros((4 * N + 4, n)), np.zeros(4 * N + 4)
         parts = slice(2 * N), slice(2 * N, 4 * N), slice(4 * N, None)
@@ -85,15 +105,23 @@ class Condenser:
         self.acceleration = share * acceleration / np.array(lengths)[:, None]
         self.share, self.weight, self.position = share, position, share * position
         self.position[-1] = 0.0  # that one is in the terminal cost
-        self.terminal = np.kron(np.linalg.cholesky(riccati(lengths[0], position, acceleration)).T, np.eye(2))
+        self.terminal = np.kron(
+            np.linalg.cholesky(riccati(lengths[0], position, acceleration)).T, np.eye(2)
+        )
         change = np.eye(n) - np.eye(n, k=-2)
         self.first = (torque_rate * scale) ** 2
         self.smooth = self.first * change.T @ change
 
     def __call__(
-        self, e0: np.ndarray, e: np.ndarray, AB: np.ndarray, C: np.ndarray, previous: np.ndarray, guess: np.ndarray,
+        self,
+        e0: np.ndarray,
+        e: np.ndarray,
+        AB: np.ndarray,
+        C: np.ndarray,
+        previous: np.ndarray,
+        guess: np.ndarray,
         arcs: tuple | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    ) -> tuple[np.ndarray, np.ndarray]:
         """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
 
         e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after each stage.
@@ -133,13 +161,23 @@ class Condenser:
 class QP:
     """min 1/2 v'Hv + g'v, low <= v <= high, rows v <= upper: solved, and not believed before it is checked."""
 
-    def __init__(self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None) -> None:
+    def __init__(
+        self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None
+    ) -> None:
         shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
-        self.call = Buffered(ca.conic("qp", solver, shapes, {"error_on_fail": False, **(options or {})}))
+        self.call = Buffered(
+            ca.conic("qp", solver, shapes, {"error_on_fail": False, **(options or {})})
+        )
         self.cold = np.full(rows, -np.inf), np.zeros(n), np.zeros(rows), np.zeros(0)
 
     def __call__(
-        self, H: np.ndarray, g: np.ndarray, rows: np.ndarray, upper: np.ndarray, low: np.ndarray, high: np.ndarray
+        self,
+        H: np.ndarray,
+        g: np.ndarray,
+        rows: np.ndarray,
+        upper: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
     ) -> tuple[np.ndarray, int, Status]:
         """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no bound in force and
         adds at most one in each iteration, so given is the least: the bounds in force at the solution, and one."""
@@ -153,14 +191,24 @@ class QP:
         iterations = 1 + int(np.count_nonzero(pushes) + np.count_nonzero(forces))
         if optimality(H, g, rows, upper, low, high, v, forces) <= TOLERANCE:
             return v, iterations, Status.SOLVED
-        return v, iterations, Status.CHECK_FAILED if self.call.stats()["success"] else Status.QP_FAILED
+        return (
+            v,
+            iterations,
+            Status.CHECK_FAILED if self.call.stats()["success"] else Status.QP_FAILED,
+        )
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a solver that failed leaves anything
 def optimality(
-    H: np.ndarray, g: np.ndarray, rows: np.ndarray, upper: np.ndarray, low: np.ndarray, high: np.ndarray,
-    v: np.ndarray, forces: np.ndarray,
-) -> float:  # fmt: skip
+    H: np.ndarray,
+    g: np.ndarray,
+    rows: np.ndarray,
+    upper: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    v: np.ndarray,
+    forces: np.ndarray,
+) -> float:
     """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected gradient step, and
     of the least of each row's gap and multiplier (`forces`), relative to the largest unknown or multiplier."""
     slope = H @ v
@@ -172,4 +220,8 @@ def optimality(
     if not len(upper):
         return step
     gap = upper - rows @ v
-    return max(step, np.abs(np.minimum(gap, forces / (1 + np.abs(forces).max()))).max() / (1 + np.abs(upper).max()))
+    return max(
+        step,
+        np.abs(np.minimum(gap, forces / (1 + np.abs(forces).max()))).max()
+        / (1 + np.abs(upper).max()),
+    )

@@ -25,12 +25,18 @@ if TYPE_CHECKING:
 ASTRAY = 0.1  # of a bar, by which a prediction may err
 FARTHEST = 0.5  # rad that a bar turns in a stage, m that a foot moves
 LEAST_STAGES = 3  # that a prediction must reach
-MOST_STAGES, MOST_DELAY = 500, 1000  # of a horizon, whose time and memory grow with the square; samples
+MOST_STAGES, MOST_DELAY = (
+    500,
+    1000,
+)  # of a horizon, whose time and memory grow with the square; samples
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
 # with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
 RATE, ARM = 6.0, 10.0  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
-TORQUE_RATE, FORCE_RATE = 100.0, 0.15  # 1/(N m), 1/N: both RATE over that scale, of the lab's two robots
+TORQUE_RATE, FORCE_RATE = (
+    100.0,
+    0.15,
+)  # 1/(N m), 1/N: both RATE over that scale, of the lab's two robots
 
 
 class Log(NamedTuple):
@@ -74,17 +80,37 @@ class Tracker:
     """
 
     @takes(
-        robot=must_be_robot, horizon=whole(2, MOST_STAGES), period=span, seconds=optional(span),
-        torque_limit=optional(positive), speed_limit=optional(positive), delay=whole(0, MOST_DELAY),
-        encoder_resolution=optional(positive), position=positive, acceleration=positive,
-        torque_rate=optional(positive), assembly=modes(1), jit=must_be_jit,
-    )  # fmt: skip
+        robot=must_be_robot,
+        horizon=whole(2, MOST_STAGES),
+        period=span,
+        seconds=optional(span),
+        torque_limit=optional(positive),
+        speed_limit=optional(positive),
+        delay=whole(0, MOST_DELAY),
+        encoder_resolution=optional(positive),
+        position=positive,
+        acceleration=positive,
+        torque_rate=optional(positive),
+        assembly=modes(1),
+        jit=must_be_jit,
+    )
     def __init__(
-        self, robot: Robot, horizon: int = 20, period: float = 0.01, *, seconds: float | None = None,
-        torque_limit: float | None = None, speed_limit: float | None = None, delay: int = 0,
-        encoder_resolution: float | None = None, position: float = 1e4, acceleration: float = 10.0,
-        torque_rate: float | None = None, assembly: int = -1, jit: bool | str = False,
-    ) -> None:  # fmt: skip
+        self,
+        robot: Robot,
+        horizon: int = 20,
+        period: float = 0.01,
+        *,
+        seconds: float | None = None,
+        torque_limit: float | None = None,
+        speed_limit: float | None = None,
+        delay: int = 0,
+        encoder_resolution: float | None = None,
+        position: float = 1e4,
+        acceleration: float = 10.0,
+        torque_rate: float | None = None,
+        assembly: int = -1,
+        jit: bool | str = False,
+    ) -> None:
         for name, inertia in zip((*robot.words.inertias, "m"), (*robot.inertias, robot.m)):
             positive(abs(inertia), f"a tracker's robot: {name}")  # grouped: maybe negative
         if torque_rate is None:
@@ -92,7 +118,9 @@ class Tracker:
             if physics_of(robot) is not None and moved(robot):
                 torque_rate = RATE / (ARM * moved(robot))
         if seconds is not None and seconds < horizon * period * (1 - 1e-9):
-            raise ValueError(f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s")
+            raise ValueError(
+                f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s"
+            )
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
         self.torque_limit = np.inf if torque_limit is None else torque_limit
         self.speed_limit = speed_limit
@@ -108,7 +136,9 @@ class Tracker:
         # Where in the last plan a stage's torque is found, a period later.
         self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
         try:
-            self.condense = Condenser(self.lengths, position, acceleration, torque_rate, self.scale, SIZE)
+            self.condense = Condenser(
+                self.lengths, position, acceleration, torque_rate, self.scale, SIZE
+            )
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"the tracker's position, acceleration and torque_rate are too different for one cost: {position:g}, "
@@ -129,7 +159,11 @@ class Tracker:
         soft = self.speed_limit is not None
         self.qp = QP(n + soft, 2 * n * soft)
         self.high = np.full(n + soft, self.torque_limit / self.scale)
-        self.low, self.rows, self.upper = -self.high, np.zeros((2 * n * soft, n + soft)), np.zeros(2 * n * soft)
+        self.low, self.rows, self.upper = (
+            -self.high,
+            np.zeros((2 * n * soft, n + soft)),
+            np.zeros(2 * n * soft),
+        )
         if soft:
             self.low[-1], self.high[-1], self.rows[:, -1] = 0.0, np.inf, -1.0
 
@@ -145,7 +179,9 @@ class Tracker:
         columns = list(zip(*self._steps)) or [(), (), (), (), np.zeros((0, 2))]
         return Log(*(np.array(column) for column in columns))
 
-    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference) -> np.ndarray:
+    def __call__(
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference
+    ) -> np.ndarray:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
             self.reset()
@@ -158,10 +194,14 @@ class Tracker:
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
             mode = self.estimator.assembly
-            safe = safe_torque(self.robot, self.inertia, self.estimator.margins, mode, (t, q, q_dot, reference))
+            safe = safe_torque(
+                self.robot, self.inertia, self.estimator.margins, mode, (t, q, q_dot, reference)
+            )
             self.tau, self.guess = self._clip(safe), None
         self.sent.append(self.tau)
-        self._steps.append((t, time.perf_counter() - before, iterations, status, self.estimator.disturbance))
+        self._steps.append(
+            (t, time.perf_counter() - before, iterations, status, self.estimator.disturbance)
+        )
         return self.tau.copy()
 
     def _observe(self, t, q, q_dot):
@@ -178,7 +218,9 @@ class Tracker:
     def _clip(self, tau):
         """Within the limit, and exactly on it where that is all that rounding leaves."""
         edge = self.torque_limit * (1 - 1e-12)
-        return np.array([math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()])
+        return np.array(
+            [math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()]
+        )
 
     def _plan(self, t, reference):
         """(scaled torques over the horizon, QP iterations, status)."""
@@ -196,9 +238,13 @@ class Tracker:
         now = self.model.look(state)[0] - target[0]
         guesses = [] if self.guess is None else [self.guess]
         predicted = [self._predict(state, guess, target) for guess in guesses]
-        if not predicted or predicted[0][-1] > max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])):
+        if not predicted or predicted[0][-1] > max(
+            ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])
+        ):
             # The last plan, shifted, leads astray: the reference's own torques may be the better beginning.
-            tau = reference_torques(self.robot, known.margins, reference, t + self.period * self.delay + self.middles)
+            tau = reference_torques(
+                self.robot, known.margins, reference, t + self.period * self.delay + self.middles
+            )
             limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
             predicted.append(self._predict(state, guesses[-1], target))
@@ -209,7 +255,11 @@ class Tracker:
         arcs = None
         if free_of_modes(reference):
             q = reference.joints(t + self.ahead[1:])[0]
-            arcs = self.robot.differ(states[:, JOINTS] - q) * self.levers, JOINTS, np.array([self.levers])
+            arcs = (
+                self.robot.joint_difference(states[:, JOINTS] - q) * self.levers,
+                JOINTS,
+                np.array([self.levers]),
+            )
         for array in (error, AB, C, states, *(() if arcs is None else arcs[:1])):
             array[ends:] = 0.0
         H, g = self.condense(now, error, AB, C, self.tau / self.scale, self.guess, arcs)
@@ -225,7 +275,9 @@ class Tracker:
         AB, error = AB.reshape(N, SIZE, SIZE + 2), motion - target[1:]
         # Where a bar turns so far in a stage, the rule of the prediction says nothing, nor of what comes after.
         turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
-        ends = int(np.argmin(np.append((turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2)), False)))
+        ends = int(
+            np.argmin(np.append((turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2)), False))
+        )
         farthest = np.inf if ends < N else np.hypot(*error[:, :2].T).max()
         return states, AB, error, C.reshape(N, 4, SIZE), ends, farthest
 
@@ -245,18 +297,23 @@ def _differentiable(robot, longest):
     """The robot whose dry friction is smoothed: over rates at which it stops no drive within the longest stage."""
     if not loads_of(robot).sticks:
         return robot
-    return smoothed(robot, max(fs * longest / z for fs, z in zip(loads_of(robot).coulomb, robot.inertias)))
+    return smoothed(
+        robot, max(fs * longest / z for fs, z in zip(loads_of(robot).coulomb, robot.inertias))
+    )
 
 
 def moved(robot):
     """The inertia that a drive moves, kg m^2 (kg); what is grouped may be negative."""
-    return sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
+    return (
+        sum(map(abs, robot.inertias)) / 2
+        + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
+    )
 
 
 def _lift(robot):
     """More than the torque, N m, that weights ask for anywhere away from Type 2."""
     physics = loads_of(robot)
-    if not physics.weighs:
+    if not physics.has_gravity:
         return 0.0
     moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
     lever = max(drive.length for drive in robot.drives)

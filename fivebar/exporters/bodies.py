@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
 
 # Whether drives turn -> per leg what messages call the distal inertia, and what of a drive's inertia it is added to.
-NAMES = {True: (("zz12", "(l12 / l11)^2"), ("zz22", "(l22 / l21)^2")), False: (("zz1", "l1^2"), ("zz2", "l2^2"))}
+NAMES = {
+    True: (("zz12", "(l12 / l11)^2"), ("zz22", "(l22 / l21)^2")),
+    False: (("zz1", "l1^2"), ("zz2", "l2^2")),
+}
 SIDES = 36  # of the grid on which a pose that closes is looked for
 
 
@@ -92,12 +95,16 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
     drive's own axis changes nothing: there is as much of it as its first moment needs.
     """
     if any(map(is_symbolic, parameters_of(robot))):
-        raise ValueError("bodies are made of a robot's numbers: this one has CasADi symbols as parameters")
+        raise ValueError(
+            "bodies are made of a robot's numbers: this one has CasADi symbols as parameters"
+        )
     if not any((robot.m, *robot.inertias)):
         names = ", ".join((*robot.words.inertias, "m"))
         raise ValueError(f"a simulator asks for masses, and this robot has none: give it {names}")
     least, moments = [], _moments(robot)
-    for k, (drive, bar, z, own) in enumerate(zip(robot.drives, robot.distal, robot.inertias, moments)):
+    for k, (drive, bar, z, own) in enumerate(
+        zip(robot.drives, robot.distal, robot.inertias, moments)
+    ):
         sort, name, scale = robot.words.inertias[k], *NAMES[robot.turns][k]
         carried = z / drive.length**2
         stiff = own.zz + carried * bar**2
@@ -123,7 +130,9 @@ def _leg(robot, k, share, own):
     along, turning, carried = share * bar, own.zz + share * bar**2, z / drive.length**2
     lightest, heaviest = (along**2 + own.across**2) / turning, share + carried
     mass = (lightest + heaviest) / 2
-    second = Body(mass, along / mass, own.across / mass, turning - (along**2 + own.across**2) / mass)
+    second = Body(
+        mass, along / mass, own.across / mass, turning - (along**2 + own.across**2) / mass
+    )
     left = carried - (mass - share)
     if robot.turns:
         l1 = drive.length
@@ -135,10 +144,10 @@ def _leg(robot, k, share, own):
     words = robot.words
     parts = ("proximal", "distal") if robot.turns else ("foot", "bar")
     names = *(f"{part}{k + 1}" for part in parts), words.joints[k], words.passive[k]
-    rubs = loads_of(robot)
-    viscous = rubs.viscous[k], rubs.elbows[k]
+    loads = loads_of(robot)
+    viscous = loads.viscous[k], loads.elbows[k]
     length = drive.length if robot.turns else None
-    return Leg(k + 1, drive.x, length, bar, first, second, viscous, rubs.coulomb[k], names)
+    return Leg(k + 1, drive.x, length, bar, first, second, viscous, loads.coulomb[k], names)
 
 
 def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
@@ -160,7 +169,9 @@ def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
     poses = dgm(robot, np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1), unreachable="nan")
     margins = np.min(np.abs([poses.det_A, *poses.sines]), axis=0)
     if np.isnan(margins).all():
-        raise ValueError(f"no pose of {SIDES}^2 closes in which to show the robot: give one as start")
+        raise ValueError(
+            f"no pose of {SIDES}^2 closes in which to show the robot: give one as start"
+        )
     return dgm(robot, poses.q[np.unravel_index(np.nanargmax(margins), margins.shape)])
 
 
@@ -171,5 +182,9 @@ def angles_of(pose: Pose) -> tuple[tuple[float, float], tuple[float, float]]:
 
 def angles_told(legs: tuple[Leg, Leg], pose: Pose) -> str:
     """All joints' coordinates by their names."""
-    pairs = ((name, value) for leg, own in zip(legs, angles_of(pose)) for name, value in zip(leg.names[2:], own))
+    pairs = (
+        (name, value)
+        for leg, own in zip(legs, angles_of(pose))
+        for name, value in zip(leg.names[2:], own)
+    )
     return ", ".join(f"{name} = {value!r}" for name, value in pairs)

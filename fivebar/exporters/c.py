@@ -45,7 +45,9 @@ def _write(name, shape, row, column):
     return f"*{name}" if shape == (1, 1) else indexed(name, shape, row, column)
 
 
-LANGUAGE = Language(_number, lambda name, operands: f"FIVEBAR_({name})({', '.join(operands)})", _read, _write)
+LANGUAGE = Language(
+    _number, lambda name, operands: f"FIVEBAR_({name})({', '.join(operands)})", _read, _write
+)
 
 
 def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) -> str:
@@ -58,7 +60,9 @@ def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) 
     body = wrapped("fivebar_real ", variables(function), ";", hang=True)
     body += [f"{line};" for line in statements(function, LANGUAGE)]
     results = list(_results(function))
-    finite = [f"{each} - {each} == 0" for each in results]  # neither for infinities nor for what is no number
+    finite = [
+        f"{each} - {each} == 0" for each in results
+    ]  # neither for infinities nor for what is no number
     good = " && ".join(finite)
     if safe:
         body += [f"if ({good}) return 0;", f"{' = '.join(results)} = 0;", "return 1;"]

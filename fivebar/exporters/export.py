@@ -18,8 +18,18 @@ from .urdf import urdf
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-FORMATS = {"mjcf": ".xml", "urdf": ".urdf", "sdf": ".sdf", "c": ".h"}  # and how their files' names end
-OPTIONS = {"mjcf": ("start", "step"), "urdf": ("start",), "sdf": ("start", "step", "closure"), "c": ("functions",)}
+FORMATS = {
+    "mjcf": ".xml",
+    "urdf": ".urdf",
+    "sdf": ".sdf",
+    "c": ".h",
+}  # and how their files' names end
+OPTIONS = {
+    "mjcf": ("start", "step"),
+    "urdf": ("start",),
+    "sdf": ("start", "step", "closure"),
+    "c": ("functions",),
+}
 WRITERS = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "c": header}
 
 
@@ -30,9 +40,14 @@ def _identifier(value, name):
 
 
 @takes(
-    robot=instance(*KINDS), format=one_of(*FORMATS), start=optional(instance(Pose)), step=optional(seconds),
-    closure=optional(one_of(*CLOSURES)), functions=optional(strings), name=optional(_identifier),
-)  # fmt: skip
+    robot=instance(*KINDS),
+    format=one_of(*FORMATS),
+    start=optional(instance(Pose)),
+    step=optional(seconds),
+    closure=optional(one_of(*CLOSURES)),
+    functions=optional(strings),
+    name=optional(_identifier),
+)
 def export(
     robot: FiveBar | Biglide,
     format: str,
@@ -57,7 +72,9 @@ def export(
     options = dict(start=start, step=step, closure=closure, functions=functions)
     given = {key: value for key, value in options.items() if value is not None}
     if foreign := [key for key in given if key not in OPTIONS[format]]:
-        raise ValueError(f"{foreign[0]} is no option of {format}, which has {', '.join(OPTIONS[format])}")
+        raise ValueError(
+            f"{foreign[0]} is no option of {format}, which has {', '.join(OPTIONS[format])}"
+        )
     if format != "c":
         given["start"] = start_of(robot, start)
     found = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)

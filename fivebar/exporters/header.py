@@ -27,15 +27,38 @@ MODELS = {
     "dgm": (["q", "assembly"], ["xi"], "Direct geometric model.", False),
     "passive": (["q", "assembly"], ["q_passive"], "Coordinates of the passive joints.", False),
     "igm": (["xi", "working"], ["q"], "Inverse geometric model.", False),
-    "dkm": (["q", "q_dot", "assembly"], ["xi", "xi_dot"], "Direct models of position and velocity.", False),
-    "ikm": (["xi", "xi_dot", "working"], ["q", "q_dot"], "Inverse models of position and velocity.", False),
-    "ikm2": (["xi", "xi_dot", "xi_ddot", "working"], ["q", "q_dot", "q_ddot"],
-             "Inverse models to accelerations: what a controller follows, of a motion of the end-effector.", False),
+    "dkm": (
+        ["q", "q_dot", "assembly"],
+        ["xi", "xi_dot"],
+        "Direct models of position and velocity.",
+        False,
+    ),
+    "ikm": (
+        ["xi", "xi_dot", "working"],
+        ["q", "q_dot"],
+        "Inverse models of position and velocity.",
+        False,
+    ),
+    "ikm2": (
+        ["xi", "xi_dot", "xi_ddot", "working"],
+        ["q", "q_dot", "q_ddot"],
+        "Inverse models to accelerations: what a controller follows, of a motion of the end-effector.",
+        False,
+    ),
     "dynamic_model": (["q", "q_dot", "assembly"], ["M", "c"], "tau = M q_ddot + c.", True),
-    "inverse_dynamics": (["q", "q_dot", "q_ddot", "assembly"], ["tau"], "Efforts of the drives for a motion.", True),
-    "forward_dynamics": (["q", "q_dot", "tau", "assembly"], ["q_ddot"], "Accelerations under the drives' efforts.",
-                         True),
-}  # fmt: skip
+    "inverse_dynamics": (
+        ["q", "q_dot", "q_ddot", "assembly"],
+        ["tau"],
+        "Efforts of the drives for a motion.",
+        True,
+    ),
+    "forward_dynamics": (
+        ["q", "q_dot", "tau", "assembly"],
+        ["q_ddot"],
+        "Accelerations under the drives' efforts.",
+        True,
+    ),
+}
 CONTROLLER = "computed_torque"
 NAMES = *MODELS, CONTROLLER
 LAW = "tau = M (q_ref_ddot + kd (q_ref_dot - q_dot) + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s."
@@ -70,8 +93,12 @@ def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None 
     """
     prefix, words, physics = name, robot.words, loads_of(robot)
     if any(map(is_symbolic, parameters_of(robot))):
-        raise ValueError("C is made of a robot's numbers: this one has CasADi symbols as parameters")
-    wanted = [n for n in NAMES if _is_of(robot, physics, n)] if functions is None else list(functions)
+        raise ValueError(
+            "C is made of a robot's numbers: this one has CasADi symbols as parameters"
+        )
+    wanted = (
+        [n for n in NAMES if _is_of(robot, physics, n)] if functions is None else list(functions)
+    )
     if unknown := [name for name in wanted if name not in NAMES]:
         raise ValueError(f"no function {unknown[0]!r}; the known ones are {', '.join(NAMES)}")
     if not wanted:
@@ -79,14 +106,27 @@ def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None 
     parameters = ", ".join(f"{key}={value!r}" for key, value in robot.parameters.items())
     title = textwrap.wrap(f"{words.title.capitalize()}, by fivebar: {parameters}.", WIDTH - 3)
     about = ABOUT.format(
-        title="\n * ".join(title), units="rad" if words.unit == "rad" else "N, rad", unit=words.unit,
-        joints=", ".join(words.joints), passive=", ".join(words.passive), effort=words.effort,
-        effort_unit=words.effort_unit, pivots=words.pivots, prefix=prefix, controller=CONTROLLER,
+        title="\n * ".join(title),
+        units="rad" if words.unit == "rad" else "N, rad",
+        unit=words.unit,
+        joints=", ".join(words.joints),
+        passive=", ".join(words.passive),
+        effort=words.effort,
+        effort_unit=words.effort_unit,
+        pivots=words.pivots,
+        prefix=prefix,
+        controller=CONTROLLER,
         friction=COULOMB.format(prefix=prefix, controller=CONTROLLER) if physics.sticks else "",
-    )  # fmt: skip
+    )
     guard = f"{prefix.upper()}_H"
     parts = [_function(robot, name, prefix) for name in dict.fromkeys(wanted)]
-    return "\n".join([about + f"#ifndef {guard}\n#define {guard}\n\n{PRELUDE}", *parts, f"#endif /* {guard} */\n"])
+    return "\n".join(
+        [
+            about + f"#ifndef {guard}\n#define {guard}\n\n{PRELUDE}",
+            *parts,
+            f"#endif /* {guard} */\n",
+        ]
+    )
 
 
 def _is_of(robot, physics, name):
@@ -111,4 +151,6 @@ def controller(robot: FiveBar | Biglide) -> ca.Function:
     assembly = ca.SX.sym("assembly")
     rates = dkm(joint_pose(robot, (q[0], q[1]), assembly), q_dot)
     tau = ca.cse([computed_torque(rates, *others)])
-    return ca.Function(CONTROLLER, [q, q_dot, *others, assembly], tau, [*names, "assembly"], ["tau"])
+    return ca.Function(
+        CONTROLLER, [q, q_dot, *others, assembly], tau, [*names, "assembly"], ["tau"]
+    )

@@ -69,18 +69,27 @@ def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) 
     for leg in legs:
         for part, body in zip(leg.names, (leg.drive, leg.bar)):
             if min(body.mass, body.inertia) < LEAST:
-                raise ValueError(f"MuJoCo takes no body below {LEAST:g} kg or kg m^2, and {part} would be {body}")
+                raise ValueError(
+                    f"MuJoCo takes no body below {LEAST:g} kg or kg m^2, and {part} would be {body}"
+                )
     joints = ", ".join(name for leg in legs for name in leg.names[2:])
     motors = " and ".join(leg.names[2] for leg in legs)
-    rubs = COULOMB if any(leg.coulomb for leg in legs) else ""
-    about = ABOUT.format(title=robot.words.title.capitalize(), names=joints, motors=motors) + rubs
+    friction = COULOMB if any(leg.coulomb for leg in legs) else ""
+    about = (
+        ABOUT.format(title=robot.words.title.capitalize(), names=joints, motors=motors) + friction
+    )
     return TEXT.format(
-        model=name, about="".join(f"    {line}\n" for line in about.splitlines()),
-        step=step, constant=4 * step, gx=gx, gy=gy,
+        model=name,
+        about="".join(f"    {line}\n" for line in about.splitlines()),
+        step=step,
+        constant=4 * step,
+        gx=gx,
+        gy=gy,
         legs="".join(_leg(leg, *angles, 4 * step) for leg, angles in zip(legs, angles_of(start))),
-        bars=[leg.names[1] for leg in legs], reach=legs[0].distal,
+        bars=[leg.names[1] for leg in legs],
+        reach=legs[0].distal,
         motors="".join(MOTOR.format(joint=leg.names[2]) for leg in legs),
-    )  # fmt: skip
+    )
 
 
 def _leg(leg, q, passive, constant):
@@ -89,13 +98,28 @@ def _leg(leg, q, passive, constant):
     turns = leg.proximal is not None
     shape = f'capsule" fromto="0 0 0 {leg.proximal!r} 0 0' if turns else "box"
     return LEG.format(
-        drive=drive, bar=bar, joint=joint, other=other, number=leg.number, base=leg.base, q=q, passive=passive,
-        foot=0.0 if turns else q, turn=q if turns else 0.0, elbow=leg.proximal if turns else 0.0,
-        kind='type="hinge" axis="0 0 1"' if turns else 'type="slide" axis="0 1 0"', distal=leg.distal, thin=thin,
-        shape=shape, size=repr(1.5 * thin) if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}",
-        colour=COLOURS[leg.number - 1], first=_inertial(leg.drive), second=_inertial(leg.bar),
-        friction=_dynamics(leg.viscous[0], leg.coulomb, constant), slack=_dynamics(leg.viscous[1], 0.0, constant),
-    )  # fmt: skip
+        drive=drive,
+        bar=bar,
+        joint=joint,
+        other=other,
+        number=leg.number,
+        base=leg.base,
+        q=q,
+        passive=passive,
+        foot=0.0 if turns else q,
+        turn=q if turns else 0.0,
+        elbow=leg.proximal if turns else 0.0,
+        kind='type="hinge" axis="0 0 1"' if turns else 'type="slide" axis="0 1 0"',
+        distal=leg.distal,
+        thin=thin,
+        shape=shape,
+        size=repr(1.5 * thin) if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}",
+        colour=COLOURS[leg.number - 1],
+        first=_inertial(leg.drive),
+        second=_inertial(leg.bar),
+        friction=_dynamics(leg.viscous[0], leg.coulomb, constant),
+        slack=_dynamics(leg.viscous[1], 0.0, constant),
+    )
 
 
 def _inertial(body):

@@ -91,7 +91,13 @@ JOINT = """\
 CLOSURES = {"constraint": CONSTRAINT, "joint": JOINT}
 
 
-def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constraint", step: float = 0.001) -> str:
+def sdf(
+    robot: FiveBar | Biglide,
+    name: str,
+    start: Pose,
+    closure: str = "constraint",
+    step: float = 0.001,
+) -> str:
     """The robot as an SDF world. closure: "constraint" for Drake, joints counted as the robot's; "joint" for Gazebo.
 
     start: the pose in which a world with the loop's joint begins, from which its joints count, and which is told
@@ -101,16 +107,24 @@ def sdf(robot: FiveBar | Biglide, name: str, start: Pose, closure: str = "constr
     gx, gy = robot.gravity
     angles = angles_told(legs, start)
     about = ABOUT.format(
-        title=robot.words.title.capitalize(), closed=CLOSED[closure].format(angles=angles), gx=gx, gy=gy,
+        title=robot.words.title.capitalize(),
+        closed=CLOSED[closure].format(angles=angles),
+        gx=gx,
+        gy=gy,
         friction=COULOMB if any(leg.coulomb for leg in legs) else "",
-    )  # fmt: skip
+    )
     lengths, bars = [leg.distal for leg in legs], [leg.names[1] for leg in legs]
     return TEXT.format(
-        model=name, gx=gx, gy=gy, step=step,
+        model=name,
+        gx=gx,
+        gy=gy,
+        step=step,
         about="".join(f"  {line}\n" for line in about.splitlines()),
-        legs="".join(_leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, angles_of(start))),
+        legs="".join(
+            _leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, angles_of(start))
+        ),
         closure=CLOSURES[closure].format(bars=bars, lengths=lengths),
-    )  # fmt: skip
+    )
 
 
 def _leg(leg, q, passive):
@@ -118,13 +132,28 @@ def _leg(leg, q, passive):
     turns = leg.proximal is not None
     length, turn, foot = (leg.proximal, q, 0.0) if turns else (0.0, 0.0, q)
     return LEG.format(
-        drive=drive, bar=bar, joint=joint, other=other, base=leg.base, foot=foot, turn=turn,
-        x=leg.base + length * math.cos(turn), y=foot + length * math.sin(turn), phi=turn + passive,
-        middle=length / 2, boxed=leg.box, half=leg.distal / 2, distal=leg.distal, thin=leg.thin,
-        kind="revolute" if turns else "prismatic", axis="0 0 1" if turns else "0 1 0",
-        first=_inertial(leg.drive), second=_inertial(leg.bar),
-        friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
-    )  # fmt: skip
+        drive=drive,
+        bar=bar,
+        joint=joint,
+        other=other,
+        base=leg.base,
+        foot=foot,
+        turn=turn,
+        x=leg.base + length * math.cos(turn),
+        y=foot + length * math.sin(turn),
+        phi=turn + passive,
+        middle=length / 2,
+        boxed=leg.box,
+        half=leg.distal / 2,
+        distal=leg.distal,
+        thin=leg.thin,
+        kind="revolute" if turns else "prismatic",
+        axis="0 0 1" if turns else "0 1 0",
+        first=_inertial(leg.drive),
+        second=_inertial(leg.bar),
+        friction=_dynamics(leg.viscous[0], leg.coulomb),
+        slack=_dynamics(leg.viscous[1], 0.0),
+    )
 
 
 def _inertial(body):

@@ -77,23 +77,44 @@ def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
     legs = legs_of(robot)
     (gx, gy), bars = robot.gravity, [leg.names[1] for leg in legs]
     about = ABOUT.format(
-        title=robot.words.title.capitalize(), angles=angles_told(legs, start), gx=gx, gy=gy, bars=bars,
+        title=robot.words.title.capitalize(),
+        angles=angles_told(legs, start),
+        gx=gx,
+        gy=gy,
+        bars=bars,
         friction=COULOMB if any(leg.coulomb for leg in legs) else "",
-    )  # fmt: skip
+    )
     return TEXT.format(
-        model=name, about="".join(f"  {line}\n" for line in about.splitlines()),
-        legs="".join(map(_leg, legs)), bars=bars, lengths=[leg.distal for leg in legs],
-    )  # fmt: skip
+        model=name,
+        about="".join(f"  {line}\n" for line in about.splitlines()),
+        legs="".join(map(_leg, legs)),
+        bars=bars,
+        lengths=[leg.distal for leg in legs],
+    )
 
 
 def _leg(leg):
     drive, bar, joint, other = leg.names
     return LEG.format(
-        drive=drive, bar=bar, joint=joint, other=other, number=leg.number, base=leg.base, elbow=leg.proximal or 0.0,
-        middle=(leg.proximal or 0.0) / 2, boxed=leg.box, half=leg.distal / 2, distal=leg.distal, thin=leg.thin,
-        nothing=NOTHING, kind=CRANK if leg.proximal else SLIDER, first=_inertial(leg.drive), second=_inertial(leg.bar),
-        friction=_dynamics(leg.viscous[0], leg.coulomb), slack=_dynamics(leg.viscous[1], 0.0),
-    )  # fmt: skip
+        drive=drive,
+        bar=bar,
+        joint=joint,
+        other=other,
+        number=leg.number,
+        base=leg.base,
+        elbow=leg.proximal or 0.0,
+        middle=(leg.proximal or 0.0) / 2,
+        boxed=leg.box,
+        half=leg.distal / 2,
+        distal=leg.distal,
+        thin=leg.thin,
+        nothing=NOTHING,
+        kind=CRANK if leg.proximal else SLIDER,
+        first=_inertial(leg.drive),
+        second=_inertial(leg.bar),
+        friction=_dynamics(leg.viscous[0], leg.coulomb),
+        slack=_dynamics(leg.viscous[1], 0.0),
+    )
 
 
 def _inertial(body):
@@ -105,4 +126,8 @@ def _inertial(body):
 
 
 def _dynamics(viscous, coulomb):
-    return f'\n    <dynamics damping="{viscous!r}" friction="{coulomb!r}"/>' if viscous or coulomb else ""
+    return (
+        f'\n    <dynamics damping="{viscous!r}" friction="{coulomb!r}"/>'
+        if viscous or coulomb
+        else ""
+    )

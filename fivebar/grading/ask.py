@@ -65,35 +65,57 @@ class Ask(Questions):
         """
         __tracebackhide__ = True
         if name not in self._exercises:
-            raise LookupError(f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}")
+            raise LookupError(
+                f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}"
+            )
         self.asked.add(name)
         columns = [np.asarray(column) for column in columns]
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
         wanted = self._set_for(robot)
-        replies = self._replies(name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit)
+        replies = self._replies(
+            name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit
+        )
         if own and robot != self._standard:
-            exercise = replace(exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard)))
+            exercise = replace(
+                exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
+            )
         own_answers = self._own(exercise, robot, columns, tolerance)
         best = None
         for also in (robot, *self._also) if own else (robot,):
             verdict = judge(
-                exercise, also, columns, replies, tolerance, refuse, threshold, own_answers, probe is None,
-                lambda follow: modelled(self.judged(follow.function, robot, columns[: follow.first], tolerance)),
-            )  # fmt: skip
+                exercise,
+                also,
+                columns,
+                replies,
+                tolerance,
+                refuse,
+                threshold,
+                own_answers,
+                probe is None,
+                lambda follow: modelled(
+                    self.judged(follow.function, robot, columns[: follow.first], tolerance)
+                ),
+            )
             best = verdict if best is None or verdict.share > best.share else best
             if best.share == 1:
                 break
         if probe is not None and best.reason in ("value", "nan", "exception"):
             if name not in self._known:
-                self._known[name] = self._probed(exercise, probe, tolerance, limit, best.reason != "value")
+                self._known[name] = self._probed(
+                    exercise, probe, tolerance, limit, best.reason != "value"
+                )
             best = replace(best, diagnosis=self._known[name] or best.diagnosis)
         if best.reason == "exception" and best.diagnosis is None:
             best = self._raised_in_called(best, exercise, columns, limit)
         if best.reason in ("value", "nan", "exception"):
             rows = rows_of(exercise, robot, columns, tolerance, refuse, wanted | (constants or {}))
             best = self._settled(best, rows, replies, limit)
-        self._keep(Asked(self._saying_which(best, exercise, robot, columns, tolerance), name, exercise, robot))
+        self._keep(
+            Asked(
+                self._saying_which(best, exercise, robot, columns, tolerance), name, exercise, robot
+            )
+        )
 
     def _saying_which(self, verdict, exercise, robot, columns, tolerance):
         """The verdict with what is wrong in the function that it is consistent with, where that can be told."""
@@ -102,19 +124,25 @@ class Ask(Questions):
             plain = consistent((follow,)).name
             if plain not in texts:
                 continue
-            inner = self.judged(follow.function, robot, columns[: follow.first], tolerance).diagnosis
+            inner = self.judged(
+                follow.function, robot, columns[: follow.first], tolerance
+            ).diagnosis
             if inner is None:
                 continue
             whole = f"{plain}: {inner.name}"
             if verdict.diagnosis and verdict.diagnosis.name == plain:
                 return replace(verdict, diagnosis=replace(verdict.diagnosis, name=whole))
-            return replace(verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks))
+            return replace(
+                verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks)
+            )
         return verdict
 
     def remark(self, text: str) -> None:
         """Adds a remark to what was recorded last."""
         last = self.record.pop() if self.record else Asked(Verdict(1.0))
-        self.record.append(replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text))))
+        self.record.append(
+            replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text)))
+        )
 
     def _probed(self, exercise, columns, tolerance, limit, silent):
         """The diagnosis of other rows, and of other numbers where the file lets them be set.
@@ -125,9 +153,13 @@ class Ask(Questions):
         """
         for robot, constants in (self._with_others(silent), (self._robot, {})):
             kept = with_answers(exercise, robot, columns)
-            replies = self._replies(exercise.name, list(zip(*(c.tolist() for c in kept))), constants, limit)
+            replies = self._replies(
+                exercise.name, list(zip(*(c.tolist() for c in kept))), constants, limit
+            )
             own = self._own(exercise, robot, kept, tolerance, constants)
-            found = judge(exercise, robot, kept, replies, tolerance, own=own, deep=not constants).diagnosis
+            found = judge(
+                exercise, robot, kept, replies, tolerance, own=own, deep=not constants
+            ).diagnosis
             if found is not None:
                 return found
         return None
@@ -139,23 +171,35 @@ class Ask(Questions):
             for name, own in self._constants.items()
             if (own[0][0] == "l" if longer else own[0][0] not in "ld")
         }
-        other = {name: (1.3 + 0.1 * k) * getattr(self._robot, own[0]) for k, (name, own) in enumerate(names.items())}
+        other = {
+            name: (1.3 + 0.1 * k) * getattr(self._robot, own[0])
+            for k, (name, own) in enumerate(names.items())
+        }
         if longer:
             other = {name: 2 * value for name, value in other.items()}
-        return replace(self._robot, **{key: other[name] for name, own in names.items() for key in own}), other
+        return replace(
+            self._robot, **{key: other[name] for name, own in names.items() for key in own}
+        ), other
 
     def _raised_in_called(self, verdict, exercise, columns, limit):
         """The verdict with the name of the function in which it fails, if that is another one of the lab's."""
         for follow in exercise.follows:
-            if follow.function not in self._program.student.names or follow.function not in self._exercises:
+            if (
+                follow.function not in self._program.student.names
+                or follow.function not in self._exercises
+            ):
                 continue
             rows = list(zip(*(np.asarray(c).tolist() for c in columns[: follow.first])))
             lines = {
-                reply.line for reply in self._replies(follow.function, rows, {}, limit) if reply.kind == "exception"
+                reply.line
+                for reply in self._replies(follow.function, rows, {}, limit)
+                if reply.kind == "exception"
             }
             if verdict.line in lines - {None}:
                 hint = f"The error is raised in {follow.function}, which is called here: see to it first."
-                return replace(verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None))
+                return replace(
+                    verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None)
+                )
         return verdict
 
     def call(self, name: str, *row: float, limit: float | None = None) -> object:
@@ -166,15 +210,30 @@ class Ask(Questions):
         if reply.kind == "value" and reply.value is not None:
             return reply.value
         kind = "type" if reply.kind == "value" else reply.kind
-        words = ", ".join(f"{value:.12g}" if isinstance(value, float) else str(value) for value in row)
+        words = ", ".join(
+            f"{value:.12g}" if isinstance(value, float) else str(value) for value in row
+        )
         text = "returned None: is a return missing?" if kind == "type" else reply.words
         verdict = Verdict(
-            0.0, kind, text, 1, 1, f"{name}({words})"[:200], came_text(reply), line=reply.line, source=reply.source
+            0.0,
+            kind,
+            text,
+            1,
+            1,
+            f"{name}({words})"[:200],
+            came_text(reply),
+            line=reply.line,
+            source=reply.source,
         )
         self._keep(Asked(verdict, name))
 
     def verdict(
-        self, share: float, reason: str = "", asked: str = "", came: str = "", off: float | None = None
+        self,
+        share: float,
+        reason: str = "",
+        asked: str = "",
+        came: str = "",
+        off: float | None = None,
     ) -> None:
         """Record the check's own judgement: share of the points in [0, 1] and why it is not 1. Wrong unless it is."""
         __tracebackhide__ = True
@@ -182,15 +241,26 @@ class Ask(Questions):
         if not 0 <= share <= 1:
             raise ValueError(f"a verdict's share must lie in 0..1, not {share!r}")
         off = None if off is None else float(off)
-        self._keep(Asked(Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off)))
+        self._keep(
+            Asked(
+                Verdict(
+                    share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off
+                )
+            )
+        )
 
     def _keep(self, asked):
         __tracebackhide__ = True
         v = asked.verdict
         if v.reason in ("exception", "timeout"):
-            text = "timeout" if v.reason == "timeout" else v.text.removeprefix("raised an exception: ")
+            text = (
+                "timeout" if v.reason == "timeout" else v.text.removeprefix("raised an exception: ")
+            )
             asked = replace(
-                asked, verdict=replace(v, explained=explained(text, v.source, re.findall(r"\w+", self._program.source)))
+                asked,
+                verdict=replace(
+                    v, explained=explained(text, v.source, re.findall(r"\w+", self._program.source))
+                ),
             )
         self.record.append(asked)
         if v.share < 1:

@@ -32,7 +32,9 @@ def joints(pose: Pose) -> Columns:
 
 def joint_motion(rates: Rates) -> Columns:
     """The columns q11, q12, q21, q22, q11D, q12D, q21D, q22D of a batch of Rates."""
-    return *joints(rates.pose), *np.stack([rates.q_dot, rates.q_passive_dot], axis=-1).reshape(-1, 4).T
+    return *joints(rates.pose), *np.stack([rates.q_dot, rates.q_passive_dot], axis=-1).reshape(
+        -1, 4
+    ).T
 
 
 def resting(pose: Pose) -> Columns:

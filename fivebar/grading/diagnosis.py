@@ -51,7 +51,9 @@ class Answers:
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         return difference(a, b, self.exercise.is_angle(), turn)
 
-    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT) -> np.ndarray:
+    def alike(
+        self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT
+    ) -> np.ndarray:
         """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about scale."""
         close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
@@ -66,10 +68,16 @@ class Answers:
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
-        return np.all(fits) and np.any(same) and bool(np.any(fits & ~self.good & ~(nothing & self.none)))
+        return (
+            np.all(fits)
+            and np.any(same)
+            and bool(np.any(fits & ~self.good & ~(nothing & self.none)))
+        )
 
 
-def difference(a: np.ndarray, b: np.ndarray, angles: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+def difference(
+    a: np.ndarray, b: np.ndarray, angles: np.ndarray, turn: float = 2 * np.pi
+) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
         return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
@@ -102,19 +110,29 @@ def _plain(answers, outcome):
     rows = np.all(np.isfinite(outcome), axis=1)
     if not rows.any():
         return False
-    columns = np.column_stack([np.ones(rows.sum()), *(np.asarray(c, float)[rows] for c in answers.columns)])
+    columns = np.column_stack(
+        [np.ones(rows.sum()), *(np.asarray(c, float)[rows] for c in answers.columns)]
+    )
     rest = outcome[rows] - columns @ np.linalg.lstsq(columns, outcome[rows], rcond=None)[0]
-    return np.linalg.matrix_rank(columns) < len(rest) and bool(np.all(np.abs(rest) <= AFFINE * largest(outcome[rows])))
+    return np.linalg.matrix_rank(columns) < len(rest) and bool(
+        np.all(np.abs(rest) <= AFFINE * largest(outcome[rows]))
+    )
 
 
 def diagnose(answers: Answers) -> Misconception | None:
     """The mistake that gives the student's answers, None where none is known that does."""
     exercise = answers.exercise
-    if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit, but what it builds on
+    if not np.any(
+        np.all(np.isfinite(answers.came), axis=1)
+    ):  # nothing a mistake could fit, but what it builds on
         return _of_called(answers)
-    fit = Fit(exercise, answers.robot, answers.columns, answers.came, answers.expected, answers.limits)
+    fit = Fit(
+        exercise, answers.robot, answers.columns, answers.came, answers.expected, answers.limits
+    )
     return (
-        _single(answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)])
+        _single(
+            answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
+        )
         or fit.constant()
         or _of_called(answers)
         or _single(answers, in_degrees(exercise, answers.robot))
@@ -180,7 +198,11 @@ def _of_called(answers):
             if steps is None:
                 continue
             outcome = answers.outcome(_with(exercise, steps))
-            lost = not answers.raised and not np.any(np.isfinite(outcome)) and not np.any(np.isfinite(answers.came))
+            lost = (
+                not answers.raised
+                and not np.any(np.isfinite(outcome))
+                and not np.any(np.isfinite(answers.came))
+            )
             if lost or answers.fits(outcome, answers.alike(outcome)):
                 return consistent(follows)
             for slip in exercise.slips:
@@ -190,7 +212,9 @@ def _of_called(answers):
                 outcome = answers.outcome(_with(exercise, both.steps))
                 if answers.fits(outcome, answers.alike(outcome)):
                     names = " and ".join(follow.function for follow in follows)
-                    return Misconception(f"{slip.name}; and your {names} is wrong, too", slip.hint, None)
+                    return Misconception(
+                        f"{slip.name}; and your {names} is wrong, too", slip.hint, None
+                    )
     return None
 
 
@@ -199,18 +223,27 @@ def _in_parts(answers):
     exercise, starts = answers.exercise, _starts(answers)
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     right = _by_parts(exact | answers.refused[:, None], starts)
-    first, models = {}, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
+    first, models = (
+        {},
+        [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)],
+    )
     for misconception in models:
         outcome = answers.outcome(misconception.model)
-        alike = _by_parts(answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts)
+        alike = _by_parts(
+            answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts
+        )
         taken = ~right & alike
         if np.any(taken) and np.all(right | taken):
-            return replace(misconception, name=f"{misconception.name}{_alone(exercise, starts, taken)}")
+            return replace(
+                misconception, name=f"{misconception.name}{_alone(exercise, starts, taken)}"
+            )
         for part in np.flatnonzero(taken):
             first.setdefault(part, misconception)
     if np.all(right | np.isin(np.arange(len(right)), list(first))) and len(first) > 1:
         named = list({m.name: m for m in first.values()}.values())
-        return Misconception("; and ".join(m.name for m in named), " ".join(m.hint for m in named), None)
+        return Misconception(
+            "; and ".join(m.name for m in named), " ".join(m.hint for m in named), None
+        )
     return None
 
 
@@ -218,7 +251,11 @@ def _alone(exercise, starts, taken):
     """ ", in q21DD alone" where others of the returned names are right."""
     owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
     names = [owners[start] for start in np.asarray(starts)[taken]]
-    return "" if set(names) == set(exercise.returns) else f", in {' and '.join(dict.fromkeys(names))} alone"
+    return (
+        ""
+        if set(names) == set(exercise.returns)
+        else f", in {' and '.join(dict.fromkeys(names))} alone"
+    )
 
 
 def _starts(answers):
@@ -231,7 +268,11 @@ def _starts(answers):
         for name, part in zip(exercise.returns, exercise.parts(answers.expected[~answers.none])):
             shape = exercise.shape(name)
             square = len(shape) == 2 and shape[0] == shape[1]
-            symmetric = square and np.allclose(part, part.swapaxes(1, 2)) and np.any(part * (1 - np.eye(shape[0])))
+            symmetric = (
+                square
+                and np.allclose(part, part.swapaxes(1, 2))
+                and np.any(part * (1 - np.eye(shape[0])))
+            )
             count, size = int(np.prod(shape[:1])), shape[-1] if len(shape) > 1 else 1
             widths += [count * size] if symmetric else [size] * count
     return np.cumsum([0, *widths[:-1]])
@@ -250,9 +291,13 @@ def _pair(answers):
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     wrong = ~_by_parts(exact | answers.refused[:, None], starts)
     promising = [
-        slip for slip in exercise.slips
-        if np.any(wrong & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts))
-    ]  # fmt: skip
+        slip
+        for slip in exercise.slips
+        if np.any(
+            wrong
+            & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts)
+        )
+    ]
     for pair in islice(_pairs(promising, exercise.slips), MOST_PAIRS):
         outcome = answers.outcome(_with(exercise, pair.steps))
         if answers.fits(outcome, answers.alike(outcome)):
@@ -277,9 +322,15 @@ def _in_some_rows(answers):
         for mode in (-1, 1):
             rows = (np.asarray(column) == mode) & ~answers.none
             others = (np.asarray(column) == -mode) & ~answers.none
-            if rows.sum() >= 2 and others.sum() >= 2 and answers.good[rows].all() and not answers.good[others].any():
+            if (
+                rows.sum() >= 2
+                and others.sum() >= 2
+                and answers.good[rows].all()
+                and not answers.good[others].any()
+            ):
                 return Misconception(
                     f"right only for {name.replace('_', ' ')} {mode:+d}",
-                    f"Does {name} take part in all that depends on it, and with its sign?", None,
-                )  # fmt: skip
+                    f"Does {name} take part in all that depends on it, and with its sign?",
+                    None,
+                )
     return None

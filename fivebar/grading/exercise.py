@@ -47,7 +47,9 @@ class Slip:
         """Both slips, None where they are about the same step."""
         if self.steps.keys() & other.steps.keys():
             return None
-        return Slip(f"{self.name}; and {other.name}", f"{self.hint} {other.hint}", self.steps | other.steps)
+        return Slip(
+            f"{self.name}; and {other.name}", f"{self.hint} {other.hint}", self.steps | other.steps
+        )
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,10 @@ class Exercise:
     @cached_property
     def _parts(self):
         name, arguments, returns = _SIGNATURE.fullmatch(self.signature).groups()
-        return name, *(tuple(word.strip() for word in part.split(",") if word.strip()) for part in (arguments, returns))
+        return name, *(
+            tuple(word.strip() for word in part.split(",") if word.strip())
+            for part in (arguments, returns)
+        )
 
     @property
     def name(self) -> str:
@@ -121,7 +126,10 @@ class Exercise:
         answers, n = model(robot, *columns), len(columns[0])
         if len(self.returns) == 1 and not isinstance(answers, tuple):
             answers = (answers,)
-        flat = [np.broadcast_to(a, (n, *self.shape(name))).reshape(n, -1) for name, a in zip(self.returns, answers)]
+        flat = [
+            np.broadcast_to(a, (n, *self.shape(name))).reshape(n, -1)
+            for name, a in zip(self.returns, answers)
+        ]
         return np.concatenate(flat, axis=1).astype(float)
 
     def parts(self, numbers: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -136,4 +144,6 @@ class Exercise:
 
     @cached_property
     def _angle(self):
-        return np.concatenate([np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns])
+        return np.concatenate(
+            [np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns]
+        )

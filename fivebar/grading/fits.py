@@ -15,7 +15,10 @@ FEWEST = 4  # rows: fewer fit anything
 EXACT = 1e-9
 MOST_GRID = 20_000
 MOST_DECIMALS = 8
-NEARLY, SMALL = 1e-4, 0.1  # of each number; of one that is smaller than that part of the largest, of this part
+NEARLY, SMALL = (
+    1e-4,
+    0.1,
+)  # of each number; of one that is smaller than that part of the largest, of this part
 
 
 def _fact(name, hint):
@@ -28,19 +31,40 @@ def number_text(value: float, robot: Robot | None) -> str:
     power = np.log10(abs(value)) if value else 0.0
     if abs(power) > 1.5 and np.isclose(power, round(power), rtol=0, atol=EXACT):
         return text  # a unit: nothing of the robot's
-    plain = {"1/4": 0.25, "1/3": 1 / 3, "1/2": 0.5, "2": 2.0, "3": 3.0, "4": 4.0, "pi/2": np.pi / 2, "pi": np.pi,
-             "pi/180": np.pi / 180, "180/pi": 180 / np.pi, "sqrt 2": 2**0.5}  # fmt: skip
+    plain = {
+        "1/4": 0.25,
+        "1/3": 1 / 3,
+        "1/2": 0.5,
+        "2": 2.0,
+        "3": 3.0,
+        "4": 4.0,
+        "pi/2": np.pi / 2,
+        "pi": np.pi,
+        "pi/180": np.pi / 180,
+        "180/pi": 180 / np.pi,
+        "sqrt 2": 2**0.5,
+    }
     for word, size in plain.items():
         if np.isclose(abs(value), size, rtol=EXACT, atol=0):
-            own = {name for name, number in _numbers(robot) if np.isclose(abs(value), 1 / number, rtol=EXACT, atol=0)}
+            own = {
+                name
+                for name, number in _numbers(robot)
+                if np.isclose(abs(value), 1 / number, rtol=EXACT, atol=0)
+            }
             sign = "-" if value < 0 else ""
             also = f" = {sign}1/{min(own)}" if own else ""
             return f"{sign}{word}{also}" if word == f"{size:g}" else f"{text} = {sign}{word}{also}"
     for (word, size), (times, factor), power in product(
-        _numbers(robot), (("", 1.0), ("2 ", 2.0), ("1/2 ", 0.5), ("4 ", 4.0), ("1/4 ", 0.25)), (1, -1, 2, -2)
+        _numbers(robot),
+        (("", 1.0), ("2 ", 2.0), ("1/2 ", 0.5), ("4 ", 4.0), ("1/4 ", 0.25)),
+        (1, -1, 2, -2),
     ):
         if np.isclose(abs(value), factor * size**power, rtol=EXACT, atol=0):
-            shown = {1: f"{times}{word}", -1: f"{times or '1'}/{word}".replace(" /", "/"), 2: f"{times}{word}^2"}
+            shown = {
+                1: f"{times}{word}",
+                -1: f"{times or '1'}/{word}".replace(" /", "/"),
+                2: f"{times}{word}^2",
+            }
             shown[-2] = f"{times or '1'}/{word}^2".replace(" /", "/")
             return f"{text} = {'-' if value < 0 else ''}{shown[power]}"
     return text
@@ -63,9 +87,13 @@ class Fit:
         self.exercise, self.robot, self.rows = exercise, robot, rows
         self.came, self.right = came[rows], expected[rows]
         self.limits = np.broadcast_to(limits, came.shape)[rows]
-        self.columns = dict(zip(exercise.arguments, (np.asarray(column, float)[rows] for column in columns)))
+        self.columns = dict(
+            zip(exercise.arguments, (np.asarray(column, float)[rows] for column in columns))
+        )
         self.angles = exercise.is_angle()
-        self.names = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
+        self.names = [
+            name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))
+        ]
 
     def off(self, a, b):
         raw = np.abs(a - b)
@@ -74,7 +102,11 @@ class Fit:
     def wrong_names(self) -> list[str]:
         """Returned names of which any number is wrong."""
         bad = np.any(self.off(self.came, self.right) > self.limits, axis=0)
-        return [name for name in self.exercise.returns if any(b for b, own in zip(bad, self.names) if own == name)]
+        return [
+            name
+            for name in self.exercise.returns
+            if any(b for b, own in zip(bad, self.names) if own == name)
+        ]
 
     def facts(self) -> Iterator[Misconception]:
         """What holds in all rows, most telling first."""
@@ -89,7 +121,11 @@ class Fit:
 
     def constant(self) -> Misconception | None:
         """The same answer whatever is asked."""
-        if len(self.came) < FEWEST or not np.ptp(self.came, axis=0).max() == 0 or np.ptp(self.right, axis=0).max() == 0:
+        if (
+            len(self.came) < FEWEST
+            or not np.ptp(self.came, axis=0).max() == 0
+            or np.ptp(self.right, axis=0).max() == 0
+        ):
             return None
         if not self.came.any():
             zeros = "(" + ", ".join("0" for _ in self.exercise.returns) + ")"
@@ -97,7 +133,9 @@ class Fit:
             hint = "Your function gives 0 whatever it gets: is it still to be written?"
             return Misconception(f"always {zeros}: unfinished?", hint, None, idle=True)
         hint = "Which of the arguments does your function use on its way to what it returns?"
-        return Misconception("always the same answer, whatever the arguments", hint, None, idle=True)
+        return Misconception(
+            "always the same answer, whatever the arguments", hint, None, idle=True
+        )
 
     def _rearranged(self):
         """Two numbers exchanged, matrices transposed, signs."""
@@ -107,12 +145,15 @@ class Fit:
             swapped = np.concatenate([self.came[:, half:], self.came[:, :half]], axis=1)
             if self._all(swapped):
                 yield _fact(
-                    f"{returns[0]} and {returns[1]} exchanged", "In which order does the signature ask for the two?"
+                    f"{returns[0]} and {returns[1]} exchanged",
+                    "In which order does the signature ask for the two?",
                 )
         for name, part in self._parts():
             if len(self.exercise.shape(name)) == 2:
                 turned = self.came.copy()
-                turned[:, part] = self.came[:, part].reshape(-1, 2, 2).swapaxes(1, 2).reshape(len(self.came), -1)
+                turned[:, part] = (
+                    self.came[:, part].reshape(-1, 2, 2).swapaxes(1, 2).reshape(len(self.came), -1)
+                )
                 if self._all(turned):
                     yield _fact(f"{name} transposed", f"Which index of {name} counts the rows?")
         wrong = np.any(self.off(self.came, self.right) > self.limits, axis=0)
@@ -122,8 +163,13 @@ class Fit:
                 places = [self._place(name, k) for k in np.flatnonzero(wrong[part])]
                 words += [name] if wrong[part].all() else places
             names = " and ".join(words)
-            yield _fact(f"the sign of {names} is wrong in every row", "Which way does it go for a small step? Try one.")
-        elif len(self.came) >= 2 * FEWEST and np.all(np.abs(np.abs(self.came) - np.abs(self.right)) <= self.limits):
+            yield _fact(
+                f"the sign of {names} is wrong in every row",
+                "Which way does it go for a small step? Try one.",
+            )
+        elif len(self.came) >= 2 * FEWEST and np.all(
+            np.abs(np.abs(self.came) - np.abs(self.right)) <= self.limits
+        ):
             yield _fact(
                 "right but for signs, which differ from row to row",
                 "Where does a sign get lost: abs, a root, a square?",
@@ -135,15 +181,22 @@ class Fit:
         for k in range(MOST_DECIMALS + 1):
             if np.all(self.came[apart > self.limits] == 0):
                 return  # missing, not rounded
-            cut = np.abs(self.came - np.round(self.came, k)) <= 1e-15 * np.maximum(1.0, np.abs(self.came))
+            cut = np.abs(self.came - np.round(self.came, k)) <= 1e-15 * np.maximum(
+                1.0, np.abs(self.came)
+            )
             if np.all((cut & (apart < 10.0**-k)) | (apart <= self.limits)):
                 if k == 0:
-                    yield _fact("whole numbers: the decimals are cut off",
-                                "An array that is made of integers keeps only integers: np.zeros(2) holds floats, "
-                                "np.array([0, 0]) does not.")  # fmt: skip
+                    yield _fact(
+                        "whole numbers: the decimals are cut off",
+                        "An array that is made of integers keeps only integers: np.zeros(2) holds floats, "
+                        "np.array([0, 0]) does not.",
+                    )
                     return
-                yield _fact(f"rounded after {k} decimals", "Who calculates on with it needs all digits: round what "
-                            "you print, not what you return.")  # fmt: skip
+                yield _fact(
+                    f"rounded after {k} decimals",
+                    "Who calculates on with it needs all digits: round what "
+                    "you print, not what you return.",
+                )
                 return
 
     def _stuck(self):
@@ -157,9 +210,15 @@ class Fit:
         texts = [f"{word} is {value:.4g}" for word, value in zip(words, self.came[0, wrong])]
         for name, part in self._parts():
             if len(part) > 1 and wrong[part].all() and np.ptp(self.came[:, part]) == 0:
-                texts = [f"{name} is {self.came[0, part[0]]:.4g}", *(t for t in texts if not t.startswith(f"{name}["))]
+                texts = [
+                    f"{name} is {self.came[0, part[0]]:.4g}",
+                    *(t for t in texts if not t.startswith(f"{name}[")),
+                ]
         values = "; ".join(texts)
-        yield _fact(f"{values} in every row: all else is right", "It changes with the pose: on what does it depend?")
+        yield _fact(
+            f"{values} in every row: all else is right",
+            "It changes with the pose: on what does it depend?",
+        )
 
     def _place(self, name, k):
         """ "M[0][1]" of the k-th of a returned name's numbers."""
@@ -211,7 +270,9 @@ class Fit:
         if (
             not factor
             or abs(factor - 1) < NEARLY
-            or not np.all(np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part])
+            or not np.all(
+                np.abs(came - factor * right) <= np.maximum(1.0, abs(factor)) * self.limits[:, part]
+            )
         ):
             return None
         return number_text(float(factor), self.robot)
@@ -222,7 +283,9 @@ class Fit:
             return None
         apart, limit = (self.came - self.right)[:, part[0]], self.limits[:, part[0]]
         angle = self.angles[part[0]]
-        candidates = [("", np.ones(len(apart)))] + [(name, c) for name, c in self.columns.items() if np.ptp(c) > 0]
+        candidates = [("", np.ones(len(apart)))] + [
+            (name, c) for name, c in self.columns.items() if np.ptp(c) > 0
+        ]
         for name, column in candidates:
             if angle:
                 if name:
@@ -249,6 +312,8 @@ class Fit:
             if apart > 1.5 / n:
                 return
             if np.all(np.abs(self.came * n - np.round(self.came * n)) < 1e-9 * n):
-                yield _fact(f"a grid's value, a multiple of 1/{n}, not refined",
-                            "You have found between which two samples it lies. How do you come closer?")  # fmt: skip
+                yield _fact(
+                    f"a grid's value, a multiple of 1/{n}, not refined",
+                    "You have found between which two samples it lies. How do you come closer?",
+                )
                 return

@@ -20,9 +20,22 @@ from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import LIMIT
 
-MOST_ASKED, MOST_KEPT, ASKED = 30_000, 2_000, 16  # rows of right functions in a check; kept; asked of the student's own
+MOST_ASKED, MOST_KEPT, ASKED = (
+    30_000,
+    2_000,
+    16,
+)  # rows of right functions in a check; kept; asked of the student's own
 PATIENCE = 5  # a call that waits for right answers may take so many times as long
-NEVER = ("missing", "import", "timeout", "memory", "killed", "flood", "exit", "garbled")  # no stand-in helps these
+NEVER = (
+    "missing",
+    "import",
+    "timeout",
+    "memory",
+    "killed",
+    "flood",
+    "exit",
+    "garbled",
+)  # no stand-in helps these
 
 
 @dataclass
@@ -41,7 +54,9 @@ class Helped:
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
 
-    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
+    def ask(
+        self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
+    ) -> list[Reply]:
         known = parameters(self.robot)
         robot = replace(self.robot, **{k: v for k, v in (constants or {}).items() if k in known})
         given = {name: self._right(name, robot) for name in self.exercises}
@@ -64,16 +79,24 @@ class Helped:
 
 def _answer(exercise, robot, row):
     """The right answer to one row as lists, None where there is none."""
-    plain = len(row) == len(exercise.arguments) and all(type(v) in (int, float) and abs(v) < 1e6 for v in row)
+    plain = len(row) == len(exercise.arguments) and all(
+        type(v) in (int, float) and abs(v) < 1e6 for v in row
+    )
     if not plain:
         return None
-    columns = [np.array([int(v) if name in MODES else v]) for name, v in zip(exercise.arguments, row)]
+    columns = [
+        np.array([int(v) if name in MODES else v]) for name, v in zip(exercise.arguments, row)
+    ]
     try:
         with np.errstate(all="ignore"):
             numbers = exercise.outcome(exercise.answer, robot, columns)
     except (ArithmeticError, ValueError, LookupError, TypeError):
         return None
-    return [part[0].tolist() for part in exercise.parts(numbers)] if np.isfinite(numbers).all() else None
+    return (
+        [part[0].tolist() for part in exercise.parts(numbers)]
+        if np.isfinite(numbers).all()
+        else None
+    )
 
 
 @contextmanager
@@ -94,8 +117,11 @@ def may_call(source: str, function: str, names: Container[str]) -> set[str]:
         return set(names)
     defined = {}
     for node in tree.body:
-        for name in (node.name,) if hasattr(node, "name") else [t.id for t in getattr(node, "targets", ())
-                                                                if isinstance(t, ast.Name)]:  # fmt: skip
+        for name in (
+            (node.name,)
+            if hasattr(node, "name")
+            else [t.id for t in getattr(node, "targets", ()) if isinstance(t, ast.Name)]
+        ):
             defined.setdefault(name, []).append(node)
     if function not in defined:
         return set(names)
@@ -103,14 +129,21 @@ def may_call(source: str, function: str, names: Container[str]) -> set[str]:
     while waiting:
         if (name := waiting.pop()) not in seen:
             seen.add(name)
-            waiting += [n.id for node in defined.get(name, ()) for n in ast.walk(node) if isinstance(n, ast.Name)]
+            waiting += [
+                n.id
+                for node in defined.get(name, ())
+                for n in ast.walk(node)
+                if isinstance(n, ast.Name)
+            ]
     return seen & set(names) - {function}
 
 
 def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
     """The functions of the lab that those which were asked may call, and whose mistakes they need not pay for."""
     uses = lab.uses()
-    return set().union(*(may_call(source, name, uses[name]) for name in asked & uses.keys())) - asked
+    return (
+        set().union(*(may_call(source, name, uses[name]) for name in asked & uses.keys())) - asked
+    )
 
 
 def modelled(verdict: Verdict) -> bool:
@@ -125,8 +158,15 @@ def modelled(verdict: Verdict) -> bool:
 
 def remark(wrong: dict[str, str]) -> str:
     """What is said of who gets points in spite of these functions of his own."""
-    names, known = " and ".join(wrong), {name: mistake for name, mistake in wrong.items() if mistake}
-    told = "; ".join(known.values() if len(wrong) == 1 else (f"{name}: {mistake}" for name, mistake in known.items()))
+    names, known = (
+        " and ".join(wrong),
+        {name: mistake for name, mistake in wrong.items() if mistake},
+    )
+    told = "; ".join(
+        known.values()
+        if len(wrong) == 1
+        else (f"{name}: {mistake}" for name, mistake in known.items())
+    )
     are = "are" if len(wrong) > 1 else "is"
     return f"judged with the right {names} in place of your own, which {are} wrong{told and f' ({told})'}"
 

@@ -28,8 +28,18 @@ from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
-    *("-c", os.devnull, "--noconftest", "--import-mode=importlib", "--assert=plain", "--capture=sys"),
-    *(f"-pno:{name}" for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")),
+    *(
+        "-c",
+        os.devnull,
+        "--noconftest",
+        "--import-mode=importlib",
+        "--assert=plain",
+        "--capture=sys",
+    ),
+    *(
+        f"-pno:{name}"
+        for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")
+    ),
 )
 OTHER_ROBOT = "The constants of your file are another robot's"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
@@ -38,7 +48,10 @@ _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> Checks:
     """The lab's checks on a Program; `found` has a Check per test. watched: by somebody, who is shown a bar."""
     checks = Checks(program, seed)
-    with _alone(lab), progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar:
+    with (
+        _alone(lab),
+        progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar,
+    ):
         arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
         code = pytest.main(list(map(str, arguments)), plugins=[checks])
     if checks.interrupted:
@@ -69,22 +82,34 @@ def _alone(lab):
 
 
 def _forget(lab):
-    for name in [n for n, m in sys.modules.items() if getattr(m, "__file__", None) == str(lab.tests)]:
+    for name in [
+        n for n, m in sys.modules.items() if getattr(m, "__file__", None) == str(lab.tests)
+    ]:
         del sys.modules[name]
 
 
 def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> ShownReport:
     """Report on one file; home: the inputs are public and the report says that others exist; watched: `run_checks`."""
-    before, digest = time.perf_counter(), job_hash(job)  # a file replaced from now on is graded again
+    before, digest = (
+        time.perf_counter(),
+        job_hash(job),
+    )  # a file replaced from now on is graded again
     program = job.open()
     try:
         checks = run_checks(lab, program, job.seed, watched)
     finally:
         program.student.close()
     return _report(
-        lab, checks, before, home, submission=job.name, student=job.student, isolate=job.isolate,
-        submission_hash=digest, hints_from=job.hints_from,
-    )  # fmt: skip
+        lab,
+        checks,
+        before,
+        home,
+        submission=job.name,
+        student=job.student,
+        isolate=job.isolate,
+        submission_hash=digest,
+        hints_from=job.hints_from,
+    )
 
 
 def check(
@@ -102,7 +127,9 @@ def check(
     """
     lab = find_lab(lab, labs)
     if (submission is None) == (not functions):
-        raise TypeError('check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)')
+        raise TypeError(
+            'check a file, check("lab1", "my.py"), or functions, check("lab1", dgm=dgm)'
+        )
     if submission is not None:
         return grade(lab, Job(Path(submission), seed=seed), home=True, watched=True)
     before = time.perf_counter()
@@ -119,16 +146,25 @@ def _report(lab, checks, before, home, **rest):
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
         trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
     return ShownReport(
-        lab.name, checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
-        seed=checks.seed, robot=(program.robot or robot).parameters, lab_hash=lab.hash(), trouble=trouble or "",
+        lab.name,
+        checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
+        seed=checks.seed,
+        robot=(program.robot or robot).parameters,
+        lab_hash=lab.hash(),
+        trouble=trouble or "",
         notes=(
-            *filter(None, [program.remark]), *_twice(lab, program), *_about_robot(lab, robot, checks),
+            *filter(None, [program.remark]),
+            *_twice(lab, program),
+            *_about_robot(lab, robot, checks),
             *_old_numpy(program),
         ),
-        faults=tuple(checks.trouble), output=student.output,
-        seconds=round(time.perf_counter() - before, 3), home=home,
-        warnings=tuple(student.notes), **rest,
-    )  # fmt: skip
+        faults=tuple(checks.trouble),
+        output=student.output,
+        seconds=round(time.perf_counter() - before, 3),
+        home=home,
+        warnings=tuple(student.notes),
+        **rest,
+    )
 
 
 def _twice(lab, program):
@@ -162,7 +198,9 @@ def _notes(lab, robot, program):
     if lab.constants():
         return program.robot_of_file(lab)[1]
     numbers, constants = parameters(robot).items(), program.student.constants
-    other = [f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v]
+    other = [
+        f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v
+    ]
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
     own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
@@ -189,7 +227,9 @@ def job_hash(job: Job) -> str:
     if not own or not (job.member or job.siblings):
         return own
     beside = [(file.member, file_hash(file.path)) for file in job.siblings]
-    return hashlib.sha256(repr((own, job.member, beside)).encode("utf-8", "surrogatepass")).hexdigest()
+    return hashlib.sha256(
+        repr((own, job.member, beside)).encode("utf-8", "surrogatepass")
+    ).hexdigest()
 
 
 def file_hash(path: str | Path) -> str:

@@ -19,9 +19,19 @@ FEWEST, RELATED = 8, 0.7  # rows that tell; correlation
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a refusal.
 BROKEN = (
-    "NotImplementedError", "NameError", "UnboundLocalError", "TypeError", "AttributeError", "ImportError",
-    "ModuleNotFoundError", "SyntaxError", "IndexError", "KeyError", "RecursionError", "MemoryError",
-)  # fmt: skip
+    "NotImplementedError",
+    "NameError",
+    "UnboundLocalError",
+    "TypeError",
+    "AttributeError",
+    "ImportError",
+    "ModuleNotFoundError",
+    "SyntaxError",
+    "IndexError",
+    "KeyError",
+    "RecursionError",
+    "MemoryError",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +97,10 @@ def judge(
     errors = difference(came, expected, angles)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
-            reasons[i], texts[i] = "accepted", "gave an answer where none exists: raise an error, or return nan or None"
+            reasons[i], texts[i] = (
+                "accepted",
+                "gave an answer where none exists: raise an error, or return nan or None",
+            )
         elif np.any(off := ~(errors[i] <= np.broadcast_to(limits, errors.shape)[i])):
             reasons[i], texts[i] = "value", f"wrong value{_where(exercise, off)}"
     refused = np.array([reason == "refused" for reason in reasons])
@@ -126,11 +139,22 @@ def judge(
     with np.errstate(all="ignore"):
         diagnosis = diagnose(answers)
     return Verdict(
-        share, reasons[first], text, int(n - good.sum()), n, call_text(exercise, columns, first),
-        came_text(reply), _off(errors[first]), diagnosis, reply.line, reply.source, remarks,
-        _sample(exercise, columns, first, expected[first], came[first]), beside,
+        share,
+        reasons[first],
+        text,
+        int(n - good.sum()),
+        n,
+        call_text(exercise, columns, first),
+        came_text(reply),
+        _off(errors[first]),
+        diagnosis,
+        reply.line,
+        reply.source,
+        remarks,
+        _sample(exercise, columns, first, expected[first], came[first]),
+        beside,
         related=goes,
-    )  # fmt: skip
+    )
 
 
 def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
@@ -160,7 +184,9 @@ def answered(
         return None, False
     with np.errstate(all="ignore"):
         expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = np.asarray(tolerance)[..., None] * np.where(exercise.is_angle(), 1.0, largest(expected))
+    limits = np.asarray(tolerance)[..., None] * np.where(
+        exercise.is_angle(), 1.0, largest(expected)
+    )
     same = difference(came, expected, exercise.is_angle()) <= limits
     return came, bool(np.all(same | np.isnan(expected) & np.isnan(came)))
 
@@ -202,7 +228,10 @@ def _outcomes(exercise, replies, refuse):
                 came[i], notes = read(exercise, reply.value)
                 remarks += [note for note in notes if note not in remarks]
                 if not np.all(np.isfinite(came[i])):
-                    reason, text = "nan", "returned nan" if np.any(np.isnan(came[i])) else "returned infinity"
+                    reason, text = (
+                        "nan",
+                        "returned nan" if np.any(np.isnan(came[i])) else "returned infinity",
+                    )
             except Unfit as unfit:
                 reason, text = unfit.reason, str(unfit)
                 if reply.value is None and np.any(refuse):
@@ -226,14 +255,18 @@ def _first_wrong(good, reasons, refuse):
 
 def _where(exercise, off):
     """ " of q12" where only some of the returned names are wrong; off: which of the numbers, (numbers,)."""
-    owners = np.concatenate([np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns])
+    owners = np.concatenate(
+        [np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns]
+    )
     wrong = [name for name in exercise.returns if np.any(off[owners == name])]
     return "" if len(wrong) == len(exercise.returns) else f" of {', '.join(wrong)}"
 
 
 def call_text(exercise: Exercise, columns: Columns, row: int) -> str:
     """The call of one row as the student would write it."""
-    words = ", ".join(f"{name}={column[row]:.12g}" for name, column in zip(exercise.arguments, columns))
+    words = ", ".join(
+        f"{name}={column[row]:.12g}" for name, column in zip(exercise.arguments, columns)
+    )
     return f"{exercise.name}({words})"
 
 
@@ -243,13 +276,17 @@ def came_text(reply: Reply) -> str:
         return f"{reply.text or KINDS[reply.kind]}"[:200]
     value = reply.value
     if isinstance(value, np.ndarray):
-        return np.array2string(value, precision=9, separator=", ", threshold=12).replace("\n", " ")[:200]
+        return np.array2string(value, precision=9, separator=", ", threshold=12).replace("\n", " ")[
+            :200
+        ]
     if isinstance(value, float):
         return f"{value:.9g}"
     if isinstance(value, dict) and value.get("~") == "other":
         return f"<{value.get('type', 'object')}>"
     if isinstance(value, list):
-        return ("(" + ", ".join(came_text(type(reply)("value", part)) for part in value[:12]) + ")")[:200]
+        return (
+            "(" + ", ".join(came_text(type(reply)("value", part)) for part in value[:12]) + ")"
+        )[:200]
     return repr(value)[:200]
 
 

@@ -24,5 +24,7 @@ def robot_of_file(
         if abs(value / right - 1) <= ALLOWED:
             given |= dict.fromkeys(own, value)
         else:
-            notes.append(f"Your file has {name} = {value:g}, the lab's robot {right:g}: graded for that.")
+            notes.append(
+                f"Your file has {name} = {value:g}, the lab's robot {right:g}: graded for that."
+            )
     return replace(standard, **given), tuple(notes)

@@ -72,7 +72,9 @@ class Lab:
         stamp = path.stat().st_mtime_ns
         if _LOADED.get(path, (None,))[0] != stamp:
             content = {"__name__": f"exercises of {self.name}", "__file__": str(path)}
-            exec(compile(path.read_bytes(), path, "exec"), content)  # leaves no bytecode file beside it
+            exec(
+                compile(path.read_bytes(), path, "exec"), content
+            )  # leaves no bytecode file beside it
             _LOADED[path] = stamp, content
         return _LOADED[path][1]
 
@@ -93,8 +95,13 @@ def known_labs(folder: str | Path | None = None) -> list[Lab]:
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
     place = SHIPPED if folder is None else Path(folder)
-    found = sorted(path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py")))
-    return [Lab(path.resolve()) for path in sorted(found, key=lambda path: not path.name.startswith("lab"))]
+    found = sorted(
+        path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))
+    )
+    return [
+        Lab(path.resolve())
+        for path in sorted(found, key=lambda path: not path.name.startswith("lab"))
+    ]
 
 
 def find_lab(name: str, folder: str | Path | None = None) -> Lab:

@@ -37,7 +37,11 @@ def one_place(program: Program, asked: Rows, others: set[str]) -> Misconception 
         calls = [(k, *row) for k, row in zip(numbers, zip(*(c.tolist() for c in columns)))]
         found = student.ask("changed__", calls, asked.constants or None)
         limits = np.tile(asked.tolerance[rows], len(ks))
-        return rows_right(asked.exercise, asked.robot, columns, found, limits).reshape(len(ks), -1).all(axis=1)
+        return (
+            rows_right(asked.exercise, asked.robot, columns, found, limits)
+            .reshape(len(ks), -1)
+            .all(axis=1)
+        )
 
     change = repaired(program.source, name, program.again, right, others - {name})
     if change is None:

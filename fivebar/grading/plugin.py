@@ -33,8 +33,12 @@ _ASK = pytest.StashKey()
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("fivebar", "checks of a student's program")
     group.addoption("--submission", metavar="FILE", help="the student's .py file or notebook")
-    group.addoption("--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)")
-    group.addoption("--isolate", choices=("process", "bwrap"), default="process", help="(default: %(default)s)")
+    group.addoption(
+        "--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)"
+    )
+    group.addoption(
+        "--isolate", choices=("process", "bwrap"), default="process", help="(default: %(default)s)"
+    )
     group.addoption("--time-limit", type=float, metavar="S", help="for what one check asks")
     group.addoption("--student", default="", metavar="ID", help="whose robot, with --secret-file")
     group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
@@ -72,13 +76,18 @@ class Checks:
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
         self.bar = None  # of who watches
-        self._hopeless, self._known = {}, ({}, {})  # of all checks; the latter: repairs and diagnoses by function
+        self._hopeless, self._known = (
+            {},
+            ({}, {}),
+        )  # of all checks; the latter: repairs and diagnoses by function
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        if self.program is None and any("ask" in getattr(item, "fixturenames", ()) for item in items):
+        if self.program is None and any(
+            "ask" in getattr(item, "fixturenames", ()) for item in items
+        ):
             raise pytest.UsageError("which file is to be checked? Give --submission FILE")
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
@@ -113,15 +122,24 @@ class Checks:
         hopeless = before.reason in NEVER or "RecursionError" in before.text
         names = set() if hopeless else may_help(self.program.source, lab, first.asked)
         judged = {name: [c.share == 1 for c in self.found if c.function == name] for name in names}
-        if all(shares and all(shares) for shares in judged.values()):  # nothing to be called, or only right functions
+        if all(
+            shares and all(shares) for shares in judged.values()
+        ):  # nothing to be called, or only right functions
             raise error
         with helped(
-            self.program, {name: lab.exercises()[name] for name in names}, self.program.robot_in(lab)
+            self.program,
+            {name: lab.exercises()[name] for name in names},
+            self.program.robot_in(lab),
         ) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
             given = {"ask": ask, "draw": self._drawn("", item)}
             try:
-                item.obj(**{name: given.get(name, item.funcargs[name]) for name in signature(item.obj).parameters})
+                item.obj(
+                    **{
+                        name: given.get(name, item.funcargs[name])
+                        for name in signature(item.obj).parameters
+                    }
+                )
                 after, left = 1.0, None
             except AssertionError as second:
                 after, left = second.verdict.share if isinstance(second, Wrong) else 0.0, second
@@ -159,7 +177,9 @@ class Checks:
         marker = item.get_closest_marker("points")
         title = (item.obj.__doc__ or item.name).strip().splitlines()[0]
         ask = item.stash.get(_ASK, None)
-        check = checked(item.name, title, marker.args[0] if marker else 1, ask.record if ask else [], error)
+        check = checked(
+            item.name, title, marker.args[0] if marker else 1, ask.record if ask else [], error
+        )
         if self.found and self.found[-1].name == check.name:
             self.found.pop()  # its teardown failed too
         self.found.append(check)
@@ -174,8 +194,12 @@ class Checks:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if self.found:
-            points, most = (sum(getattr(c, name) for c in self.found) for name in ("points", "max_points"))
+            points, most = (
+                sum(getattr(c, name) for c in self.found) for name in ("points", "max_points")
+            )
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo) -> None:
-        self.interrupted |= excinfo.type is KeyboardInterrupt  # a lab that cannot be read ends with a subclass
+        self.interrupted |= (
+            excinfo.type is KeyboardInterrupt
+        )  # a lab that cannot be read ends with a subclass

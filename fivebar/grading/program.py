@@ -25,7 +25,9 @@ class NoProgram:
     def __init__(self, text: str):
         self.trouble = Reply("import", text=text)
 
-    def ask(self, function: str, rows: list, constants: dict | None = None, limit: float | None = None) -> list[Reply]:
+    def ask(
+        self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
+    ) -> list[Reply]:
         return [self.trouble] * len(rows)
 
     def close(self) -> None:
@@ -99,7 +101,11 @@ class Job:
         student = Student(submission, isolate=self.isolate, modules=modules, **limits)
 
         def again(source):
-            return Student(replace(submission, source=source), isolate=self.isolate, total=8.0, modules=modules)
+            return Student(
+                replace(submission, source=source), isolate=self.isolate, total=8.0, modules=modules
+            )
 
         source = submission.source
-        return Program(student, self.robot, submission.where, submission.remark, source=source, again=again)
+        return Program(
+            student, self.robot, submission.where, submission.remark, source=source, again=again
+        )

@@ -17,8 +17,16 @@ from .second_look import CHANGES, changing, typed, with_other_masses
 from .variants import parameters
 from .worker.replies import Reply
 
-CLOSE = 1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
-LOST = ("timeout", "memory", "killed", "flood", "exit")  # kinds that cost a worker: not risked again for nothing
+CLOSE = (
+    1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
+)
+LOST = (
+    "timeout",
+    "memory",
+    "killed",
+    "flood",
+    "exit",
+)  # kinds that cost a worker: not risked again for nothing
 
 
 class Questions:
@@ -34,7 +42,11 @@ class Questions:
     ):
         self._program, self._hopeless, self._order = program, hopeless, order
         self._repairs, self._known = ({}, {}) if known is None else known
-        self._exercises, self._robot, self._standard = lab.exercises(), program.robot_in(lab), lab.robot()
+        self._exercises, self._robot, self._standard = (
+            lab.exercises(),
+            program.robot_in(lab),
+            lab.robot(),
+        )
         self._constants = lab.constants()
         self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
 
@@ -43,7 +55,9 @@ class Questions:
             return [self._hopeless[name]] * len(rows)
         # In an order that no program can count on; a row keeps its place in the verdict.
         order = self._order.permutation(len(rows)).tolist()
-        came = self._program.student.ask(name, [rows[i] for i in order], constants=constants or None, limit=limit)
+        came = self._program.student.ask(
+            name, [rows[i] for i in order], constants=constants or None, limit=limit
+        )
         replies = [reply for _, reply in sorted(zip(order, came), key=lambda pair: pair[0])]
         kinds = {reply.kind for reply in replies}
         if len(kinds) == 1 and kinds <= set(LOST):
@@ -58,7 +72,9 @@ class Questions:
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
         replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
         verdict = judge(exercise, robot, rows, replies, tolerance, deep=name not in self._repairs)
-        return self._settled(verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None)
+        return self._settled(
+            verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
+        )
 
     def _settled(self, verdict, rows, replies, limit):
         """The verdict with a diagnosis that other masses do not refute, or with what a second look tells."""
@@ -75,9 +91,13 @@ class Questions:
         if not own and set(parameters(rows.robot)) == set(parameters(self._robot)):
             found = typed(exercise, rows.robot, self._robot, known, came, rows.tolerance[asked])
         if found is None and any(reply.kind == "value" for reply in came):
-            again = self._replies(exercise.name, list(zip(*(c.tolist() for c in known))), rows.constants, limit)
+            again = self._replies(
+                exercise.name, list(zip(*(c.tolist() for c in known))), rows.constants, limit
+            )
             found = CHANGES if changing(came, again) else None
-        if found or "RecursionError" in verdict.text:  # of which each change would cost as much again
+        if (
+            found or "RecursionError" in verdict.text
+        ):  # of which each change would cost as much again
             return replace(verdict, diagnosis=found)
         return self._with_a_slip(verdict, rows)
 
@@ -85,19 +105,33 @@ class Questions:
         """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are the same."""
         exercise, other = rows.exercise, with_other_masses(rows.robot)
         columns, wanted = rows.columns, self._set_for(other)
-        outcomes = [exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)]
+        outcomes = [
+            exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
+        ]
         if np.array_equal(*outcomes, equal_nan=True):
             return None
-        replies = self._replies(exercise.name, list(zip(*(np.asarray(c).tolist() for c in columns))), wanted, limit)
+        replies = self._replies(
+            exercise.name, list(zip(*(np.asarray(c).tolist() for c in columns))), wanted, limit
+        )
         own = self._own(exercise, other, columns, rows.tolerance)
-        return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False).diagnosis
+        return judge(
+            exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False
+        ).diagnosis
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Those of these functions that answer the rows wrongly, each with its mistake; none where one is no model."""
-        found = {name: self.judged(name, robot, some(asked), CLOSE) for name, (robot, asked) in rows.items() if asked}
+        found = {
+            name: self.judged(name, robot, some(asked), CLOSE)
+            for name, (robot, asked) in rows.items()
+            if asked
+        }
         wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
         kept = all(map(modelled, wrong.values()))
-        return {name: v.diagnosis.name if v.diagnosis else "" for name, v in wrong.items()} if kept else {}
+        return (
+            {name: v.diagnosis.name if v.diagnosis else "" for name, v in wrong.items()}
+            if kept
+            else {}
+        )
 
     def _with_a_slip(self, verdict, rows):
         """The verdict with the only place whose change makes all these answers right."""
@@ -119,7 +153,9 @@ class Questions:
                 return None
             rows = columns[: follow.first]
             set_ = self._set_for(robot) if constants is None else constants
-            replies = self._replies(follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None)
+            replies = self._replies(
+                follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None
+            )
             numbers, right = answered(called, robot, rows, replies, tolerance)
             known[follow] = None if right or numbers is None else called.parts(numbers)
             return known[follow]
@@ -129,7 +165,11 @@ class Questions:
     def _set_for(self, robot):
         """The constants to be set for a robot that is not the student's own."""
         known = self._program.student.constants
-        return {} if robot is self._robot else {k: v for k, v in parameters(robot).items() if k in known}
+        return (
+            {}
+            if robot is self._robot
+            else {k: v for k, v in parameters(robot).items() if k in known}
+        )
 
 
 def rows_of(exercise, robot, columns, tolerance, refuse, constants):

@@ -11,9 +11,13 @@ from dataclasses import dataclass
 MOST_CHANGES, MOST_SURE = 1_500, 12  # tried for one function; of those right once, asked all
 MISSING = ("a missing sign", "a missing square", "a missing factor", "a missing transpose")
 _OPERATORS = {
-    ast.Add: (ast.Sub,), ast.Sub: (ast.Add,), ast.Mult: (ast.Div, ast.Pow, ast.MatMult, ast.Add), ast.Div: (ast.Mult,),
-    ast.Pow: (ast.Mult,), ast.MatMult: (ast.Mult,),
-}  # fmt: skip
+    ast.Add: (ast.Sub,),
+    ast.Sub: (ast.Add,),
+    ast.Mult: (ast.Div, ast.Pow, ast.MatMult, ast.Add),
+    ast.Div: (ast.Mult,),
+    ast.Pow: (ast.Mult,),
+    ast.MatMult: (ast.Mult,),
+}
 _PAIRS = {"sin": "cos", "cos": "sin", "u": "v", "v": "u", "atan": "atan2", "arctan": "arctan2"}
 _NUMBERS = {0: (1,), 1: (0, 2, 0.5), 2: (1, 4), 0.5: (1, 0.25), 0.25: (0.5,), 4: (2,), 3: (2,)}
 
@@ -49,7 +53,9 @@ def changes(source: str, function: str, others: Container[str] = ()) -> Iterator
 
 def _changed(definition, text):
     """Each change as text: only the changed expression is written anew."""
-    names = {n.id for n in ast.walk(definition) if isinstance(n, ast.Name)} | {a.arg for a in definition.args.args}
+    names = {n.id for n in ast.walk(definition) if isinstance(n, ast.Name)} | {
+        a.arg for a in definition.args.args
+    }
     starts = [0]
     for line in text.split("\n"):
         starts.append(starts[-1] + len(line.encode()) + 1)
@@ -64,12 +70,18 @@ def _changed(definition, text):
             end = starts[node.end_lineno - first] + node.end_col_offset
             changed = data[:begin] + f"({ast.unparse(new)})".encode() + data[end:]
             old = data[begin:end].decode()
-            yield Change(node.lineno, what, " ".join(old.split()), definition.name, changed.decode())
+            yield Change(
+                node.lineno, what, " ".join(old.split()), definition.name, changed.decode()
+            )
 
 
 def _guards(definition):
     """What stands in the condition of an if that only refuses: any change that lets rows pass would seem right."""
-    tests = [n.test for n in ast.walk(definition) if isinstance(n, ast.If) and isinstance(n.body[0], ast.Raise)]
+    tests = [
+        n.test
+        for n in ast.walk(definition)
+        if isinstance(n, ast.If) and isinstance(n.body[0], ast.Raise)
+    ]
     return {node for test in tests for node in ast.walk(test)}
 
 
@@ -102,7 +114,11 @@ def _of(node: ast.AST, names: set[str]) -> Iterator[tuple[str, Callable]]:
             yield "a number", lambda n, other=other: setattr(n, "value", other)
     if isinstance(node, ast.Call) and len(node.args) == 2 and not node.keywords:
         yield "the order of two arguments", lambda n: n.args.reverse()
-    if isinstance(node, ast.Call) and len(node.args) == 1 and ast.unparse(node.func).endswith("inv"):
+    if (
+        isinstance(node, ast.Call)
+        and len(node.args) == 1
+        and ast.unparse(node.func).endswith("inv")
+    ):
         yield "an inverse", lambda n: _become(n, n.args[0])
     if isinstance(node, ast.expr) and isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
         if isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute):
@@ -121,8 +137,14 @@ def _forgotten(names):
     yield "a missing transpose", wrapped(lambda e: ast.Attribute(e, "T", ast.Load()))
     for name in ("l", "mR", "mp", "m"):
         if name in names or name == "l":
-            yield "a missing factor", wrapped(lambda e, name=name: ast.BinOp(e, ast.Mult(), ast.Name(name, ast.Load())))
-            yield "a missing factor", wrapped(lambda e, name=name: ast.BinOp(e, ast.Div(), ast.Name(name, ast.Load())))
+            yield (
+                "a missing factor",
+                wrapped(lambda e, name=name: ast.BinOp(e, ast.Mult(), ast.Name(name, ast.Load()))),
+            )
+            yield (
+                "a missing factor",
+                wrapped(lambda e, name=name: ast.BinOp(e, ast.Div(), ast.Name(name, ast.Load()))),
+            )
 
 
 def _moved(node):
@@ -137,8 +159,16 @@ def _siblings(name, names):
     bare = re.sub(r"\d|D", "", name)
     alike = {other for other in names if other != name and re.sub(r"\d|D", "", other) == bare}
     pair = {_PAIRS[name]} if name in _PAIRS else set()
-    legs = {other for other in names if {other[:1], name[:1]} <= {"u", "v"} and other[1:] == name[1:] and other != name}
-    axes = {other for other in names if {other[:1], name[:1]} <= {"x", "y"} and other[1:] == name[1:] and other != name}
+    legs = {
+        other
+        for other in names
+        if {other[:1], name[:1]} <= {"u", "v"} and other[1:] == name[1:] and other != name
+    }
+    axes = {
+        other
+        for other in names
+        if {other[:1], name[:1]} <= {"x", "y"} and other[1:] == name[1:] and other != name
+    }
     return alike | pair | legs | axes
 
 

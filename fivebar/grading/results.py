@@ -45,29 +45,56 @@ class Check:
     figure: str = field(default="", repr=False)  # SVG, for pages only
 
 
-def checked(name: str, title: str, points: float, record: list[Asked], error: BaseException | None) -> Check:
+def checked(
+    name: str, title: str, points: float, record: list[Asked], error: BaseException | None
+) -> Check:
     """The Check of a test that ended with `error` (None: passed) after the `record` of what it asked."""
     if error is not None and not isinstance(error, AssertionError):
-        text = f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        text = (
+            f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        )
         return Check(name, title, points, 0.0, 0.0, "broken", reason="broken", text=text)
     remarks = tuple(dict.fromkeys(remark for asked in record for remark in asked.verdict.remarks))
     functions = [asked.function for asked in record if asked.function]
     function = functions[-1] if functions else ""
     if error is None:
         beside = record[-1].verdict.beside if record else ""
-        return Check(name, title, points, points, 1.0, "right", function, remarks=remarks, beside=beside)
+        return Check(
+            name, title, points, points, 1.0, "right", function, remarks=remarks, beside=beside
+        )
     if not isinstance(error, Wrong):  # a plain assert in the check
         text = " ".join(str(error).split())[:300] or "the check's assertion does not hold"
-        return Check(name, title, points, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks)
+        return Check(
+            name, title, points, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks
+        )
     v, asked = error.verdict, record[-1]
     earned = min(round(points * v.share, 2), points)
     named = (v.diagnosis.name, v.diagnosis.hint) if v.diagnosis else ("", "")
     figure = pose_figure(asked.robot, asked.exercise, v.sample) if v.sample else ""
     return Check(
-        name, title, points, earned, v.share, "partly" if v.share > 0 else "wrong", function, v.reason, v.text, v.wrong,
-        v.rows, v.asked, v.came, v.off, *named, v.line, v.source, f"line {v.line}" if v.line else "", remarks, v.beside,
-        v.explained, figure,
-    )  # fmt: skip
+        name,
+        title,
+        points,
+        earned,
+        v.share,
+        "partly" if v.share > 0 else "wrong",
+        function,
+        v.reason,
+        v.text,
+        v.wrong,
+        v.rows,
+        v.asked,
+        v.came,
+        v.off,
+        *named,
+        v.line,
+        v.source,
+        f"line {v.line}" if v.line else "",
+        remarks,
+        v.beside,
+        v.explained,
+        figure,
+    )
 
 
 @dataclass(frozen=True)
@@ -114,7 +141,9 @@ class Report:
 
     def as_json(self) -> dict:
         """Plain data; without the figures, which show right answers."""
-        data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(self)
+        data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(
+            self
+        )
         del data["warnings"]
         for check in data["checks"]:
             del check["figure"]
@@ -126,9 +155,15 @@ class Report:
         if data["schema"] != SCHEMA:
             raise ValueError(f"a result of schema {data['schema']}, not {SCHEMA}")
         names = {f.name for f in fields(cls)}
-        checks = tuple(Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"])
+        checks = tuple(
+            Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"]
+        )
         lists = {name: tuple(data[name]) for name in ("notes", "faults")}
-        return cls(**{name: value for name, value in data.items() if name in names} | lists | {"checks": checks})
+        return cls(
+            **{name: value for name, value in data.items() if name in names}
+            | lists
+            | {"checks": checks}
+        )
 
 
 def withheld(report: Report) -> Report:
@@ -136,7 +171,15 @@ def withheld(report: Report) -> Report:
     if not report.hints_from:
         return report
     bare = tuple(
-        Check(c.name, c.title, c.max_points, c.points, c.share, c.outcome, reason="withheld" if c.share < 1 else "")
+        Check(
+            c.name,
+            c.title,
+            c.max_points,
+            c.points,
+            c.share,
+            c.outcome,
+            reason="withheld" if c.share < 1 else "",
+        )
         for c in report.checks
     )
     note = f"Explanations are given from {report.hints_from} on."

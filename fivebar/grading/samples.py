@@ -9,7 +9,9 @@ from ..models.kinematics import ikm, ikm2
 from ..models.robots import Biglide, FiveBar, Robot
 from .columns import Columns, joint_motion
 
-HEIGHT = 0.5  # of a biglide's end-effector over the feet's zero, at most, m: its guides have no ends
+HEIGHT = (
+    0.5  # of a biglide's end-effector over the feet's zero, at most, m: its guides have no ends
+)
 TRIED = 200  # poses for each one that is kept beside Type 1
 
 
@@ -27,7 +29,9 @@ def unequal_biglide(draw: np.random.Generator) -> Biglide:
     """
     bars = draw.permutation([0.26, 0.32]) + draw.uniform(-0.015, 0.015, 2)
     masses = draw.permutation([0.7, 1.3]) + draw.uniform(-0.2, 0.2, 2)
-    return Biglide(*np.round([*bars, draw.uniform(0.14, 0.22)], 4), *np.round([*masses, draw.uniform(2, 4)], 3))
+    return Biglide(
+        *np.round([*bars, draw.uniform(0.14, 0.22)], 4), *np.round([*masses, draw.uniform(2, 4)], 3)
+    )
 
 
 def poses(
@@ -45,7 +49,11 @@ def poses(
     low, high = _ends(robot)
     for count in (25 * n, 400 * n):  # the second draw is seldom needed, and dear
         xi = draw.uniform(low, high, (count, 2))
-        modes = draw.choice([-1, 1], (count, 2)) if working is None else np.broadcast_to(working, xi.shape)
+        modes = (
+            draw.choice([-1, 1], (count, 2))
+            if working is None
+            else np.broadcast_to(working, xi.shape)
+        )
         pose = igm(robot, xi, modes, unreachable="nan")
         good = np.min(np.abs([*pose.sines, pose.det_A]), axis=0) > margin
         if assembly is not None:
@@ -61,10 +69,15 @@ def _ends(robot):
     if robot.turns:
         reach = max(drive.length + bar for drive, bar in legs) + robot.d / 2
         return -reach, reach
-    return (max(drive.x - bar for drive, bar in legs), -HEIGHT), (min(drive.x + bar for drive, bar in legs), HEIGHT)
+    return (max(drive.x - bar for drive, bar in legs), -HEIGHT), (
+        min(drive.x + bar for drive, bar in legs),
+        HEIGHT,
+    )
 
 
-def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int, margin: float = 0.2) -> Pose:
+def beside_type_1(
+    robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int, margin: float = 0.2
+) -> Pose:
     """Poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of its passive angle.
 
     The signs of the sines are free.
@@ -86,12 +99,18 @@ def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, le
     return _take(robot, xi, modes, np.concatenate(first), n)
 
 
-def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray, margin: float = 0.2) -> Pose:
+def beside_type_2(
+    robot: Robot, draw: np.random.Generator, sines: np.ndarray, margin: float = 0.2
+) -> Pose:
     """Poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses on both sides."""
     n = len(sines)
     ends = []
     # A biglide whose feet are both above or both below its end-effector has no Type 2.
-    modes = draw.choice([-1, 1], (16, 1, 2)) if robot.turns else draw.choice([(1, -1), (-1, 1)], (16, 1))
+    modes = (
+        draw.choice([-1, 1], (16, 1, 2))
+        if robot.turns
+        else draw.choice([(1, -1), (-1, 1)], (16, 1))
+    )
     for sign in (-1, 1):
         parts = [poses(robot, draw, 2 * n, assembly=-sign, working=mode[0]).xi for mode in modes]
         ends.append(np.array(parts))
@@ -109,7 +128,11 @@ def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray, ma
     rows = np.argmax(good, axis=0)
     if not good[rows, np.arange(n)].all():
         raise ValueError(f"{robot} hardly has poses beside Type 2")
-    return igm(robot, above.reshape(-1, n, 2)[rows, np.arange(n)], modes.reshape(-1, n, 2)[rows, np.arange(n)])
+    return igm(
+        robot,
+        above.reshape(-1, n, 2)[rows, np.arange(n)],
+        modes.reshape(-1, n, 2)[rows, np.arange(n)],
+    )
 
 
 def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns:
@@ -117,7 +140,9 @@ def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns
     return joint_motion(ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2))))
 
 
-def accelerated(pose: Pose, draw: np.random.Generator, speed: float = 0.3, most: float = 2.0) -> Columns:
+def accelerated(
+    pose: Pose, draw: np.random.Generator, speed: float = 0.3, most: float = 2.0
+) -> Columns:
     """The columns that dkm2_passive asks for, the end-effector's acceleration at most `most` along x and y, m/s^2."""
     rates = ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2)))
     acc = ikm2(rates, draw.uniform(-most, most, (len(pose.q), 2)))
@@ -148,7 +173,11 @@ def straight_paths(
             p, serial = pose.det_A, np.min(np.abs(pose.sines), axis=(0, 1))
             with np.errstate(invalid="ignore"):
                 clear = (serial > margin) & (np.sum(p[1:] * p[:-1] < 0, axis=0) == crossings)
-                clear &= (p * np.sign(p[0])).min(axis=0) < -0.1 if crossings else np.abs(p).min(axis=0) > 0.1
+                clear &= (
+                    (p * np.sign(p[0])).min(axis=0) < -0.1
+                    if crossings
+                    else np.abs(p).min(axis=0) > 0.1
+                )
             rows = np.flatnonzero(clear & (np.hypot(*(b - a).T) < longest))[:lacking]
             found.append((*a[rows].T, *b[rows].T, *np.tile(mode, (len(rows), 1)).T))
             lacking -= len(rows)

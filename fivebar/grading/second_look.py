@@ -31,7 +31,12 @@ def changing(first: list[Reply], again: list[Reply]) -> bool:
 
 
 def typed(
-    exercise: Exercise, robot: Robot, own: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
+    exercise: Exercise,
+    robot: Robot,
+    own: Robot,
+    columns: Columns,
+    replies: list[Reply],
+    tolerance: np.ndarray,
 ) -> Misconception | None:
     """Who has typed numbers of his own robot where the names stand that a check sets to another one's.
 
@@ -56,7 +61,9 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
     right = exercise.outcome(exercise.answer, robot, columns)
     for name, value in parameters(robot).items():
         if value != mine[name]:
-            changed = exercise.outcome(exercise.answer, replace(robot, **{name: mine[name]}), columns)
+            changed = exercise.outcome(
+                exercise.answer, replace(robot, **{name: mine[name]}), columns
+            )
             if not np.array_equal(changed, right, equal_nan=True):
                 names.append(name)
     for count in range(1, len(names) + 1):
@@ -66,4 +73,6 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
 def with_other_masses(robot: Robot) -> Robot:
     """The robot with its masses and inertias changed, each by another factor."""
     masses = [name for name in parameters(robot) if name[0] not in "ld"]
-    return replace(robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)})
+    return replace(
+        robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)}
+    )

@@ -19,8 +19,21 @@ from .misconceptions.common import Kind
 from .misconceptions.stepwise import stepwise
 from .samples import poses
 
-TEN = ("dgm", "igm", "dgm_passive", "dkm", "ikm", "dkm_passive", "dkm2", "ikm2", "dkm2_passive", "dynamic_model")
-TOLERANCE = 1e-6  # of the largest right answer: what l = 0.2828427 in place of 0.2 sqrt(2) costs is right
+TEN = (
+    "dgm",
+    "igm",
+    "dgm_passive",
+    "dkm",
+    "ikm",
+    "dkm_passive",
+    "dkm2",
+    "ikm2",
+    "dkm2_passive",
+    "dynamic_model",
+)
+TOLERANCE = (
+    1e-6  # of the largest right answer: what l = 0.2828427 in place of 0.2 sqrt(2) costs is right
+)
 THRESHOLD = 1e-3  # below it the lab's own tests print OK
 SAMPLES, EVERY, PERIOD = 50, 10, 0.01  # of the oscillation, each so many steps of so many s
 
@@ -62,7 +75,14 @@ def oscillation(robot: Robot) -> Accelerations:
         return now.copy()
 
     start = dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
-    run = simulate(robot, square, duration=SAMPLES * EVERY * PERIOD, start=start, control_period=PERIOD, step=PERIOD)
+    run = simulate(
+        robot,
+        square,
+        duration=SAMPLES * EVERY * PERIOD,
+        start=start,
+        control_period=PERIOD,
+        step=PERIOD,
+    )
     rows = slice(EVERY // 2, None, EVERY)
     rates = dkm(dgm(robot, run.q[rows]), run.q_dot[rows])
     # q'' of M q'' + c = tau is not asked for here: any acceleration of this size tells as much.
@@ -74,7 +94,9 @@ def evaluated(acc: Accelerations, name: str) -> Callable:
     if name != "dynamic_model":
         return lambda numbers: numbers
     q_ddot = acc.q_ddot
-    return lambda numbers: np.einsum("nij,nj->ni", numbers[:, :4].reshape(-1, 2, 2), q_ddot) + numbers[:, 4:]
+    return lambda numbers: (
+        np.einsum("nij,nj->ni", numbers[:, :4].reshape(-1, 2, 2), q_ddot) + numbers[:, 4:]
+    )
 
 
 def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> Columns:
@@ -93,7 +115,9 @@ def A_and_B(robot: Robot, *q: np.ndarray) -> Columns:
     return at.A, at.B
 
 
-COMPUTE_A_B = Exercise("compute_A_B(q11, q12, q21, q22) -> A, B", A_and_B, shapes={"A": (2, 2), "B": (2, 2)})
+COMPUTE_A_B = Exercise(
+    "compute_A_B(q11, q12, q21, q22) -> A, B", A_and_B, shapes={"A": (2, 2), "B": (2, 2)}
+)
 
 
 def exercises(kind: Kind, *labs: dict[str, Exercise]) -> list[Exercise]:

@@ -27,7 +27,8 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         given = {key: part for key, part in value["pairs"] if isinstance(key, str)}
         if set(given) != set(names) or len(value["pairs"]) != len(names):
             raise Unfit(
-                "shape", f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are asked"
+                "shape",
+                f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are asked",
             )
         remarks.append("came as a dict")
         value = [given[name] for name in names] if len(names) > 1 else given[names[0]]
@@ -42,10 +43,17 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         if len(parts) != len(names):
             raise Unfit("shape", f"returned {len(parts)} values where {_listed(names)} are asked")
     else:
-        raise Unfit("shape", f"returned {_kind(value).replace('a ', 'one ', 1)} where {_listed(names)} are asked")
+        raise Unfit(
+            "shape",
+            f"returned {_kind(value).replace('a ', 'one ', 1)} where {_listed(names)} are asked",
+        )
     if isinstance(value, np.ndarray) and len(names) > 1:
-        remarks.append(f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}")
-    numbers = [_numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)]
+        remarks.append(
+            f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}"
+        )
+    numbers = [
+        _numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)
+    ]
     return np.concatenate(numbers), remarks
 
 
@@ -55,9 +63,17 @@ def _numbers(name, part, shape, remarks):
         kept = tuple(n for n in array.shape if n != 1)
         if kept != tuple(n for n in shape if n != 1):
             if kept == tuple(n for n in reversed(shape) if n != 1):
-                raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?")
-            product = "" if shape or len(kept) != 1 else ": does a * stand where the matrix product @ is meant?"
-            raise Unfit("shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}")
+                raise Unfit(
+                    "shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?"
+                )
+            product = (
+                ""
+                if shape or len(kept) != 1
+                else ": does a * stand where the matrix product @ is meant?"
+            )
+            raise Unfit(
+                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}"
+            )
         remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
     return array.ravel()
 
@@ -92,5 +108,9 @@ def _listed(names):
 
 def _kind(value):
     if isinstance(value, dict):
-        return "a dict" if value["~"] == "dict" else f"an object of type {value.get('type', 'unknown')}"
+        return (
+            "a dict"
+            if value["~"] == "dict"
+            else f"an object of type {value.get('type', 'unknown')}"
+        )
     return "None" if value is None else "a string" if isinstance(value, str) else "a number"

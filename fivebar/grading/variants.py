@@ -59,9 +59,13 @@ def biglide_of(secret: bytes, student: str) -> Biglide:
 def with_constants(source: str, robot: Robot) -> str:
     """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
     for name, value in parameters(robot).items():
-        source, found = re.subn(rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1)
+        source, found = re.subn(
+            rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1
+        )
         if not found and name in lengths(robot):
-            raise UsageError(f"the lab's student.py has no line `{name} = ...` to put a student's own robot in")
+            raise UsageError(
+                f"the lab's student.py has no line `{name} = ...` to put a student's own robot in"
+            )
     return source
 
 
@@ -85,6 +89,9 @@ def lengths(robot: Robot) -> dict[str, float]:
 def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     """The standard robot with those of its numbers that are among the constants, or as it is where that is no robot."""
     try:
-        return replace(standard, **{name: constants[name] for name in parameters(standard) if name in constants})
+        return replace(
+            standard,
+            **{name: constants[name] for name in parameters(standard) if name in constants},
+        )
     except (ValueError, OverflowError):
         return standard

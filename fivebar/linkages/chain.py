@@ -127,7 +127,11 @@ class Reach:
 
     @cached_property
     def a(self) -> tuple:
-        (x, y), turn, inward = self._arm, self.heading.acceleration, self.heading.rate * self.heading.rate
+        (x, y), turn, inward = (
+            self._arm,
+            self.heading.acceleration,
+            self.heading.rate * self.heading.rate,
+        )
         return self.origin.a[0] - turn * y - inward * x, self.origin.a[1] + turn * x - inward * y
 
 
@@ -166,7 +170,9 @@ class Closure:
 
     @cached_property
     def v(self) -> tuple:
-        along = (dot(u, pivot.v) for u, pivot in zip((self.dyad.first, self.dyad.second), self.pivots))
+        along = (
+            dot(u, pivot.v) for u, pivot in zip((self.dyad.first, self.dyad.second), self.pivots)
+        )
         return self._solve(*along)
 
     @cached_property
@@ -215,7 +221,10 @@ class Slot:
     def slide(self) -> Number:
         x, y = self._span
         square = x * x + y * y
-        return sqrt_or_nan(square - self.offset * self.offset, -8 * EPS * self.offset * self.offset) * self.branch
+        return (
+            sqrt_or_nan(square - self.offset * self.offset, -8 * EPS * self.offset * self.offset)
+            * self.branch
+        )
 
     @cached_property
     def u(self) -> tuple:
@@ -226,7 +235,12 @@ class Slot:
     @cached_property
     def _inverse(self):
         inverse = 1 / sqrt(self.slide * self.slide + self.offset * self.offset)
-        return inverse_sine(self.slide * inverse, "the guide is perpendicular to the line of its pivots") * inverse
+        return (
+            inverse_sine(
+                self.slide * inverse, "the guide is perpendicular to the line of its pivots"
+            )
+            * inverse
+        )
 
     @cached_property
     def rate(self) -> Number:
@@ -239,7 +253,9 @@ class Slot:
     @cached_property
     def acceleration(self) -> Number:
         across = cross(self.u, minus(self.pin.a, self.pivot.a))
-        return (across - 2.0 * self.slide_rate * self.rate + self.offset * self.rate * self.rate) * self._inverse
+        return (
+            across - 2.0 * self.slide_rate * self.rate + self.offset * self.rate * self.rate
+        ) * self._inverse
 
     @cached_property
     def slide_acceleration(self) -> Number:
@@ -269,14 +285,18 @@ class Along:
         return dot(self.direction, self.point.a)
 
 
-def meet(first: Point, second: Point, r1: float, r2: float, branch: Number, name: str) -> tuple[Closure, Bar, Bar]:
+def meet(
+    first: Point, second: Point, r1: float, r2: float, branch: Number, name: str
+) -> tuple[Closure, Bar, Bar]:
     """(joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first -> second."""
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
     joint = Closure((first, second), dyad, (1 / r1, 1 / r2), name)
     return joint, Bar(first, joint, r1, dyad.first), Bar(second, joint, r2, dyad.second)
 
 
-def slide(first: Point, origin: tuple, guide: tuple, r1: float, branch: Number, name: str) -> tuple[Closure, Bar]:
+def slide(
+    first: Point, origin: tuple, guide: tuple, r1: float, branch: Number, name: str
+) -> tuple[Closure, Bar]:
     """(slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of `first` along the guide."""
     dyad = RRP(minus(origin, first.p), r1, guide, branch)
     joint = Closure((first, Fixed(origin)), dyad, (1 / r1, 0), name)
@@ -301,5 +321,7 @@ def inverse_sine(sine: Number, name: str) -> Number:
         count, index = first_index(singular)
         where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
         value = float(np.asarray(sine)[index])
-        raise SingularityError(f"no velocity{where}: {name} (sine {value:.3g})", value, index or None)
+        raise SingularityError(
+            f"no velocity{where}: {name} (sine {value:.3g})", value, index or None
+        )
     return 1.0 / sine

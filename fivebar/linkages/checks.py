@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from .motion import Linkage
 
 
-def check_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[int, int] | np.ndarray:
+def check_branch(
+    linkage: Linkage, branch: int | ArrayLike | None
+) -> int | tuple[int, int] | np.ndarray:
     """The branch, or the usual one for None; refused where it is not +1 or -1, or not a pair where it must be."""
     if branch is None:
         return linkage.usual_branch
@@ -24,7 +26,9 @@ def check_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tupl
         try:
             first, second = branch
         except (TypeError, ValueError):
-            raise ValueError(f"the branch of this linkage must be a pair of +1 or -1, not {branch!r}") from None
+            raise ValueError(
+                f"the branch of this linkage must be a pair of +1 or -1, not {branch!r}"
+            ) from None
         return modes(2)((first, second), "branch")
     branch = check_modes(branch, "branch")
     return int(branch) if branch.ndim == 0 else branch
@@ -70,7 +74,9 @@ def pair(owner: object, *names: str) -> None:
             first, second = finite_numbers(value, name).tolist()
         except (TypeError, ValueError):
             raise ValueError(f"{name} must be finite, two numbers, not {shown(value)}") from None
-        object.__setattr__(owner, name, tuple(number(each, name, -LONGEST, LONGEST) for each in (first, second)))
+        object.__setattr__(
+            owner, name, tuple(number(each, name, -LONGEST, LONGEST) for each in (first, second))
+        )
 
 
 def loads(value: object, name: str) -> dict | None:
@@ -96,6 +102,8 @@ def bodies(owner: object, kind: type, *names: str) -> None:
 
 def linkage(value: object, name: str) -> Linkage:
     """Rule: a linkage; TypeError for anything else."""
-    if isinstance(value, type) or not all(hasattr(type(value), own) for own in ("title", "usual_branch", "start")):
+    if isinstance(value, type) or not all(
+        hasattr(type(value), own) for own in ("title", "usual_branch", "start")
+    ):
         raise TypeError(f"{name} must be a linkage, as FourBar or SliderCrank, not {shown(value)}")
     return value

@@ -22,7 +22,9 @@ class Curve:
 
 
 @takes(four_bar=instance(FourBar), label=text, samples=whole(3, 10**6))
-def coupler_curves(four_bar: FourBar, label: str = "coupler curve", samples: int = 1440) -> tuple[Curve, ...]:
+def coupler_curves(
+    four_bar: FourBar, label: str = "coupler curve", samples: int = 1440
+) -> tuple[Curve, ...]:
     """Every closed curve that the coupler point M can trace: a tuple of Curve.
 
     A crank that turns gives one for each branch; a crank that rocks goes back on the other branch.
@@ -49,7 +51,10 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     at l12 from the left elbow. Equal distal bars fold to a point: circles of self-motion.
     """
     curves, base = [], (-robot.d / 2, 0.0)
-    for label, reach in (("Type 2, stretched", robot.l12 + robot.l22), ("Type 2, folded", robot.l12 - robot.l22)):
+    for label, reach in (
+        ("Type 2, stretched", robot.l12 + robot.l22),
+        ("Type 2, folded", robot.l12 - robot.l22),
+    ):
         sides = robot.d, robot.l11, abs(reach), robot.l21
         if robot.d == 0:
             raise ValueError("type_2_curves: with d = 0 the ground of the four-bar has no length")
@@ -73,4 +78,7 @@ def _self_motion(robot, samples):
     turn = np.linspace(0, 2 * np.pi, samples + 1)
     circle = robot.l12 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     heights = (np.sqrt(square), -np.sqrt(square)) if square > 0 else (0.0,) * (square == 0)
-    return [Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, height)) for height in heights]
+    return [
+        Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, height))
+        for height in heights
+    ]

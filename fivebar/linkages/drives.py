@@ -34,13 +34,21 @@ class Law(NamedTuple):
 
 
 def law(
-    linkage: Linkage, drive: str, speed: float, turns: float, samples: int, branch: int | tuple[int, int],
-    start: float | None, between: tuple[float, float] | None,
-) -> Law:  # fmt: skip
+    linkage: Linkage,
+    drive: str,
+    speed: float,
+    turns: float,
+    samples: int,
+    branch: int | tuple[int, int],
+    start: float | None,
+    between: tuple[float, float] | None,
+) -> Law:
     """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with angle and time."""
     allowed = crank_range(linkage, branch)
     if not allowed.intervals:
-        raise UnreachableError(f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan)
+        raise UnreachableError(
+            f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan
+        )
     t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
     if drive == "swing":
         return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
@@ -83,7 +91,9 @@ def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
 
     The one given is that of the start. Where it stayed, rates would jump: a parallelogram would cross its bars.
     """
-    flips = sum(np.floor((q - flat) / TURN) - np.floor((q[0] - flat) / TURN) for flat in linkage.flats)
+    flips = sum(
+        np.floor((q - flat) / TURN) - np.floor((q[0] - flat) / TURN) for flat in linkage.flats
+    )
     return np.where(flips % 2, -branch, branch).astype(int)
 
 
@@ -101,7 +111,9 @@ def _inside(allowed, start, between, flats):
     first, last = max(first, low + margin), min(last, high - margin)
     middle = (first + last) / 2
     if not between and any(abs(math.remainder(flat - middle, TURN)) < 1e-6 for flat in flats):
-        last -= MARGIN / 4 * (last - first)  # the usual samples then miss the flat pose, which has no rates
+        last -= (
+            MARGIN / 4 * (last - first)
+        )  # the usual samples then miss the flat pose, which has no rates
     return first, last
 
 
@@ -109,14 +121,22 @@ def _swing(t, speed, low, high):
     """To and fro once a turn's time, harmonically, from `low`."""
     middle, half, phase = (low + high) / 2, (high - low) / 2, abs(speed) * t
     return Law(
-        t, middle - half * np.cos(phase), abs(speed) * half * np.sin(phase), speed * speed * half * np.cos(phase)
+        t,
+        middle - half * np.cos(phase),
+        abs(speed) * half * np.sin(phase),
+        speed * speed * half * np.cos(phase),
     )
 
 
 def two_motors(
-    linkage: FiveBarLinkage, drive: str, speed: ArrayLike, turns: float, samples: int, branch: int,
+    linkage: FiveBarLinkage,
+    drive: str,
+    speed: ArrayLike,
+    turns: float,
+    samples: int,
+    branch: int,
     start: ArrayLike | None,
-) -> Law:  # fmt: skip
+) -> Law:
     """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
 
     "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
@@ -129,13 +149,18 @@ def two_motors(
 
     speed = np.broadcast_to(np.asarray(speed, dtype=float), 2)
     fastest = np.abs(speed).max()
-    start = np.array([linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float)
+    start = np.array(
+        [linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float
+    )
     t = np.linspace(0.0, turns * TURN / fastest, round(turns * (samples - 1)) + 1)
     if drive == "swing":
         phase, amplitude = np.outer(t, [fastest, fastest]) + (0.0, math.pi / 2), AMPLITUDE
         while amplitude > AMPLITUDE / 16 and not closes(start + amplitude * np.sin(phase)).all():
             amplitude /= 2
-        parts = [f(phase) * amplitude * fastest**k for k, f in enumerate((np.sin, np.cos, lambda x: -np.sin(x)))]
+        parts = [
+            f(phase) * amplitude * fastest**k
+            for k, f in enumerate((np.sin, np.cos, lambda x: -np.sin(x)))
+        ]
         return Law(t, start + parts[0], *parts[1:])
 
     open_at = np.flatnonzero(~closes(start + np.outer(t, speed)))
@@ -143,7 +168,8 @@ def two_motors(
     if len(open_at):
         if open_at[0] == 0:
             raise UnreachableError(
-                f"unreachable: with the motors at {np.degrees(start)} deg the bars cannot meet", math.nan
+                f"unreachable: with the motors at {np.degrees(start)} deg the bars cannot meet",
+                math.nan,
             )
         low, high = t[open_at[0] - 1], t[open_at[0]]
         for _ in range(60):
@@ -152,7 +178,9 @@ def two_motors(
         where = ", ".join(f"{angle:.6f}" for angle in np.degrees(start + low * speed))
         lock = tuple((start + low * speed).tolist()), float(low)
         if drive == "turn":
-            raise UnreachableError(f"unreachable: the motors lock at {where} deg after {low:.9g} s", math.nan)
+            raise UnreachableError(
+                f"unreachable: the motors lock at {where} deg after {low:.9g} s", math.nan
+            )
         t = np.linspace(0.0, low, len(t))[:-1]
     q_dot = np.broadcast_to(speed, (len(t), 2))
     return Law(t, start + np.outer(t, speed), q_dot, np.zeros((len(t), 2)), lock)

@@ -34,7 +34,9 @@ def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray,
 
 
 @takes(motion=instance(Motion), load=loads, gravity=two_numbers)
-def driving_torque(motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+def driving_torque(
+    motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
     """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq. 38).
 
     load: {point: (Fx, Fy)} in N, numbers or arrays of the batch's shape; gravity: (gx, gy) m/s^2.
@@ -44,7 +46,9 @@ def driving_torque(motion: Motion, load: dict | None = None, gravity: tuple[floa
     for part, own in motion.stretches():
         if part is None:
             return own._full(_torque(own, load, gravity))
-        share = {point: [stretch(f, motion._shape, part) for f in force] for point, force in load.items()}
+        share = {
+            point: [stretch(f, motion._shape, part) for f in force] for point, force in load.items()
+        }
         torques.append(own._full(_torque(own, share, gravity)))
     return np.concatenate(torques).reshape(motion._shape)
 
@@ -55,7 +59,9 @@ def _torque(motion, load, gravity):
     if any(gravity):
         for link in motion.chain.links.values():
             if link.body.mass:
-                torque = torque - dot((link.body.mass * gravity[0], link.body.mass * gravity[1]), link.centre.v)
+                torque = torque - dot(
+                    (link.body.mass * gravity[0], link.body.mass * gravity[1]), link.centre.v
+                )
     for point, force in load.items():
         torque = torque - dot(force, motion._point(point).v)
     return torque

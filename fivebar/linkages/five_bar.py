@@ -28,7 +28,11 @@ if TYPE_CHECKING:
 
 # Links 1 to 4 are the bars l11, l12, l22, l21, as headed from the bases outwards: 3 and 4 against the way around.
 FORWARD = {1: 1, 2: 1, 3: -1, 4: -1}
-TURNS = {2: 1, 3: 1, 4: -1}  # heading of link k = heading of link k - 1 + this times the angle of joint k
+TURNS = {
+    2: 1,
+    3: 1,
+    4: -1,
+}  # heading of link k = heading of link k - 1 + this times the angle of joint k
 
 
 @dataclass(frozen=True)
@@ -65,12 +69,16 @@ class FiveBarLinkage:
 
     def start(self, q: ArrayLike, q_dot: ArrayLike, q_ddot: ArrayLike, branch: int) -> Motion:
         given = [_pair(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
-        if not any(is_symbolic(x) for pair in given for x in pair) and any(np.ndim(x) for pair in given for x in pair):
+        if not any(is_symbolic(x) for pair in given for x in pair) and any(
+            np.ndim(x) for pair in given for x in pair
+        ):
             flat = np.broadcast_arrays(*(x for pair in given for x in pair))
             given = [(flat[k], flat[k + 1]) for k in (0, 2, 4)]
         q, q_dot, q_ddot = given
         drives = {k: (q[i], q_dot[i], q_ddot[i]) for i, k in enumerate(self.motors)}
-        return Motion(self, q, q_dot, q_ddot, branch, lambda: self._chain(drives, branch), (1.0, 0.0))
+        return Motion(
+            self, q, q_dot, q_ddot, branch, lambda: self._chain(drives, branch), (1.0, 0.0)
+        )
 
     def _chain(self, drives, branch):
         half, points, headings = self.robot.d / 2, {}, {}
@@ -79,28 +87,40 @@ class FiveBarLinkage:
         while left in drives:  # the body of the ground, from its left end outwards ...
             turn = drives[left] if left == 1 else _times(TURNS[left], drives[left])
             headings[left] = Turned(headings.get(left - 1, Still()), *turn)
-            points[left + 1] = Reach(points[left], headings[left], FORWARD[left] * self.lengths[left])
+            points[left + 1] = Reach(
+                points[left], headings[left], FORWARD[left] * self.lengths[left]
+            )
             left += 1
         while right in drives:  # ... and from its right end
             turn = drives[right] if right == 5 else _times(-TURNS[right], drives[right])
             headings[right - 1] = Turned(headings.get(right, Still()), *turn)
-            points[right - 1] = Reach(points[right], headings[right - 1], -FORWARD[right - 1] * self.lengths[right - 1])
+            points[right - 1] = Reach(
+                points[right], headings[right - 1], -FORWARD[right - 1] * self.lengths[right - 1]
+            )
             right -= 1
         middle = next(k for k in range(left + 1, right) if k not in drives)
         bodies = [self._body(drives, left, middle, 1), self._body(drives, right, middle, -1)]
         shapes = [body[-1][2] for body in bodies]
         ends = points[left], points[right]
-        dyad = StretchingRRR(minus(ends[1].p, ends[0].p), *(sqrt(dot(w.p, w.p)) for w in shapes), branch)
-        points[middle] = StretchingClosure(ends, dyad, shapes, "the bodies on the middle joint are in line")
+        dyad = StretchingRRR(
+            minus(ends[1].p, ends[0].p), *(sqrt(dot(w.p, w.p)) for w in shapes), branch
+        )
+        points[middle] = StretchingClosure(
+            ends, dyad, shapes, "the bodies on the middle joint are in line"
+        )
         for body, unit, end in zip(bodies, (dyad.first, dyad.second), ends):
             frame = Carried(end, points[middle], unit, body[-1][2])
             for link, heading, _, joint, reach in body:
                 headings[link] = Turned(frame, *heading) if heading else frame
                 if joint != middle:
-                    points[joint] = Reach(points[joint - (1 if end is ends[0] else -1)], headings[link], reach)
+                    points[joint] = Reach(
+                        points[joint - (1 if end is ends[0] else -1)], headings[link], reach
+                    )
         names = {k: f"joint {k}" for k in range(1, 6)}
         starts = {1: 1, 2: 2, 3: 4, 4: 5}
-        links = {f"link {k}": Link(points[starts[k]], headings[k], self.lengths[k]) for k in range(1, 5)}
+        links = {
+            f"link {k}": Link(points[starts[k]], headings[k], self.lengths[k]) for k in range(1, 5)
+        }
         bars = tuple((names[a], names[b]) for a, b in ((1, 2), (2, 3), (5, 4), (4, 3)))
         points = {names[k]: points[k] for k in range(1, 6)}
         actuated = tuple(names[k] for k in self.motors)
@@ -128,11 +148,19 @@ class FiveBarLinkage:
     @cached_property
     def home(self) -> dict[int, float]:
         """All five joint angles, rad, in a pose of assembly mode -1 far from where the passive joints are in line."""
-        q = np.stack(np.meshgrid(*[np.radians(np.arange(-180, 180, 15.0))] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+        q = np.stack(
+            np.meshgrid(*[np.radians(np.arange(-180, 180, 15.0))] * 2, indexing="ij"), axis=-1
+        ).reshape(-1, 2)
         pose = dgm(self.robot, q, unreachable="nan")
         best = dgm(self.robot, q[np.nanargmax(np.abs(self._flatness(pose)))])
         (q11, q21), (q12, q22) = best.q.tolist(), best.q_passive.tolist()
-        return {1: q11, 2: q12, 3: math.remainder(q21 + q22 - q11 - q12, 2 * math.pi), 4: q22, 5: q21}
+        return {
+            1: q11,
+            2: q12,
+            3: math.remainder(q21 + q22 - q11 - q12, 2 * math.pi),
+            4: q22,
+            5: q21,
+        }
 
     @cached_property
     def usual_branch(self) -> int:
@@ -143,8 +171,14 @@ class FiveBarLinkage:
     def _flatness(self, pose):
         """Signed area of the passive joints' triangle over the sum of its squared sides: > 0 on branch +1."""
         half = self.robot.d / 2
-        left, right = (pose.elbows[..., k, :] + 0 * pose.xi for k in (0, 1))  # nan where the end-effector is
-        joints = dict(enumerate(((-half, 0.0) + 0 * left, left, pose.xi, right, (half, 0.0) + 0 * left), start=1))
+        left, right = (
+            pose.elbows[..., k, :] + 0 * pose.xi for k in (0, 1)
+        )  # nan where the end-effector is
+        joints = dict(
+            enumerate(
+                ((-half, 0.0) + 0 * left, left, pose.xi, right, (half, 0.0) + 0 * left), start=1
+            )
+        )
         a, b, c = (joints[k] for k in self.passive)
         first, across = np.moveaxis(b - a, -1, 0), np.moveaxis(c - a, -1, 0)
         return cross(across, first) / ((b - a) ** 2 + (c - a) ** 2 + (c - b) ** 2).sum(axis=-1)
@@ -179,7 +213,9 @@ class StretchingClosure(Closure):
         along = []
         for u, pivot, w, r in self._bars:
             relative = minus(self.v, pivot.v)
-            along.append(dot(u, pivot.a) + (dot(w.v, w.v) + dot(w.p, w.a) - dot(relative, relative)) / r)
+            along.append(
+                dot(u, pivot.a) + (dot(w.v, w.v) + dot(w.p, w.a) - dot(relative, relative)) / r
+            )
         return self._solve(*along)
 
     @property

@@ -57,7 +57,12 @@ class FourBar:
     def chain(self, q: Number, branch: Number) -> Chain:
         a, heading = Fixed(self.base), Turned(Still(), q)
         b = Reach(a, heading, self.crank)
-        d = Fixed((self.base[0] + self.ground * math.cos(self.tilt), self.base[1] + self.ground * math.sin(self.tilt)))
+        d = Fixed(
+            (
+                self.base[0] + self.ground * math.cos(self.tilt),
+                self.base[1] + self.ground * math.sin(self.tilt),
+            )
+        )
         c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
         m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
         links = {
@@ -105,7 +110,12 @@ class FourBar:
             return "non-Grashof triple-rocker"
         if self.grashof == 0:
             return "change point"
-        names = ("double-crank (drag link)", "crank-rocker", "Grashof double-rocker", "rocker-crank")
+        names = (
+            "double-crank (drag link)",
+            "crank-rocker",
+            "Grashof double-rocker",
+            "rocker-crank",
+        )
         return names[self.sides.index(min(self.sides))]
 
     @property
@@ -121,10 +131,16 @@ class FourBar:
     def _revolves(self, name):
         """Whether a link closes both stretched from the ground and folded on it (the coupler: beside it)."""
         index = SIDES.index(name)
-        own, others = self.sides[index], [s for k, s in enumerate(self.sides) if k not in (0, index)]
+        own, others = (
+            self.sides[index],
+            [s for k, s in enumerate(self.sides) if k not in (0, index)],
+        )
         tolerance = 8 * EPS * sum(self.sides)
         stretched, folded = self.ground + own, abs(self.ground - own)
-        return stretched <= sum(others) + tolerance and folded >= abs(others[0] - others[1]) - tolerance
+        return (
+            stretched <= sum(others) + tolerance
+            and folded >= abs(others[0] - others[1]) - tolerance
+        )
 
     def inversion(self, fixed: str) -> FourBar:
         """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the next one is driven."""
@@ -157,7 +173,9 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
         at = branch * math.acos(cosine)
         x, y = reach * math.cos(at) - g, reach * math.sin(at)
         crank = at if sign > 0 else at + math.pi
-        found.append(DeadCentre(kind, *(_wrap(angle + four_bar.tilt) for angle in (crank, math.atan2(y, x)))))
+        found.append(
+            DeadCentre(kind, *(_wrap(angle + four_bar.tilt) for angle in (crank, math.atan2(y, x))))
+        )
     return tuple(found)
 
 
@@ -178,7 +196,11 @@ def transmission_range(four_bar: FourBar) -> tuple[float, float]:
     low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)
     # tan of the half angle, from the triangle B C D: exact at 0 and pi.
     return tuple(
-        2 * math.atan2(math.sqrt(max((s - b + c) * (s + b - c), 0.0)), math.sqrt(max((b + c - s) * (b + c + s), 0.0)))
+        2
+        * math.atan2(
+            math.sqrt(max((s - b + c) * (s + b - c), 0.0)),
+            math.sqrt(max((b + c - s) * (b + c + s), 0.0)),
+        )
         for s in (low, high)
     )
 

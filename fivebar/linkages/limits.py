@@ -53,7 +53,10 @@ class CrankRange:
     def __str__(self) -> str:
         if self.full:
             return "through a full turn"
-        parts = (f"from {math.degrees(low):.9g} to {math.degrees(high):.9g} deg" for low, high in self.intervals)
+        parts = (
+            f"from {math.degrees(low):.9g} to {math.degrees(high):.9g} deg"
+            for low, high in self.intervals
+        )
         return " and ".join(parts)
 
 
@@ -78,7 +81,9 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
             kept[-1] = (kept[-1][0], piece[1])
         elif good:
             kept.append(piece)
-    if len(kept) > 1 and kept[-1][1] == kept[0][0] + TURN:  # the piece over +-pi goes on in the first one
+    if (
+        len(kept) > 1 and kept[-1][1] == kept[0][0] + TURN
+    ):  # the piece over +-pi goes on in the first one
         kept[-1] = (kept[-1][0], kept[0][1] + TURN)
         kept.pop(0)
     full = len(kept) == 1 and kept[0][1] - kept[0][0] >= TURN - 1e-12
@@ -96,13 +101,19 @@ def ends_of(axis: float, near: float, far: float) -> list[float]:
     return ends
 
 
-def four_bar_limits(axis: float, ground: float, crank: float, coupler: float, rocker: float) -> list[float]:
+def four_bar_limits(
+    axis: float, ground: float, crank: float, coupler: float, rocker: float
+) -> list[float]:
     """Crank angles at which coupler and rocker are in line; the ground's direction is the axis."""
     scale = 2 * ground * crank
     short, long = ground - crank, ground + crank
     folded, stretched = coupler - rocker, coupler + rocker
     # span^2 = short^2 + scale (1 - cos q) = long^2 - scale (1 + cos q), between folded^2 and stretched^2
-    return ends_of(axis, (folded - short) * (folded + short) / scale, (long - stretched) * (long + stretched) / scale)
+    return ends_of(
+        axis,
+        (folded - short) * (folded + short) / scale,
+        (long - stretched) * (long + stretched) / scale,
+    )
 
 
 def guide_limits(crank: float, bar: float, offset: float) -> list[float]:

@@ -90,7 +90,9 @@ class Linkage(Protocol):
     def title(self) -> str: ...
     @property
     def usual_branch(self) -> int | tuple[int, int]: ...
-    def start(self, q: Number, q_dot: Number, q_ddot: Number, branch: int | tuple[int, int]) -> Motion: ...
+    def start(
+        self, q: Number, q_dot: Number, q_ddot: Number, branch: int | tuple[int, int]
+    ) -> Motion: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,9 @@ class Motion:
     q_dot: Number
     q_ddot: Number
     branch: int | tuple[int, int] | np.ndarray
-    _build: Callable[[], Chain]  # () -> Chain; late, for a large batch may need it a stretch at a time only
+    _build: Callable[
+        [], Chain
+    ]  # () -> Chain; late, for a large batch may need it a stretch at a time only
     _scale: tuple  # what the chain's own derivatives are multiplied by
 
     @cached_property
@@ -242,7 +246,9 @@ def one_drive(
     branch: int | tuple[int, int],
 ) -> Motion:
     """The Motion of a linkage with one crank: the chain is solved in analogs."""
-    return Motion(linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot))
+    return Motion(
+        linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot)
+    )
 
 
 def stretch(x: Number, shape: tuple[int, ...], part: slice) -> Number:

@@ -54,12 +54,18 @@ def _refuse_shapes(linkage, given, branch):
             raise ValueError(
                 f"{name} must be {'two' * (motors - 1) or 'one'} CasADi scalar, with one branch, not {x.shape}"
             )
-    shapes = [np.shape(x)[: -1 if motors == 2 and np.ndim(x) else None] for x in given if not is_symbolic(x)]
+    shapes = [
+        np.shape(x)[: -1 if motors == 2 and np.ndim(x) else None]
+        for x in given
+        if not is_symbolic(x)
+    ]
     shapes += [branch.shape] if batch else []
     try:
         np.broadcast_shapes(*shapes)
     except ValueError:
-        raise ValueError(f"q, q_dot, q_ddot and branch of shapes {shapes} do not go together") from None
+        raise ValueError(
+            f"q, q_dot, q_ddot and branch of shapes {shapes} do not go together"
+        ) from None
 
 
 def _refuse_open(motion):
@@ -69,8 +75,12 @@ def _refuse_open(motion):
     found = motion.chain.found
     count, index = first_index(np.isnan(found))
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
-    gap = max(float(np.broadcast_to(_gap(dyad), np.shape(found))[index]) for dyad in motion.chain.dyads)
-    at = [math.degrees(float(np.broadcast_to(q, np.shape(found))[index])) for q in motion._moving_in]
+    gap = max(
+        float(np.broadcast_to(_gap(dyad), np.shape(found))[index]) for dyad in motion.chain.dyads
+    )
+    at = [
+        math.degrees(float(np.broadcast_to(q, np.shape(found))[index])) for q in motion._moving_in
+    ]
     words = ", ".join(f"{angle:.9g}" for angle in at)
     if len(at) > 1:
         raise UnreachableError(

@@ -63,12 +63,19 @@ def known(motion: Motion) -> list[str]:
 
 def usual(motion: Motion, loaded: bool) -> list[str]:
     """The names that a table has where none are asked for: without the points that only pictures need."""
-    points = [p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded]
+    points = [
+        p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded
+    ]
     names = [f"{link}.{own}" for link in motion.links for own in LINK if link != "slider"]
     names += [f"{way}.{own}" for way in motion.coordinates for own in COORDINATE]
     names += [f"{point}.{own}" for point in points for own in ("x", "y", "vx", "vy", "ax", "ay")]
-    if not motion.coordinates:  # a slider's path, or what is traced beside one, is straight or a circle
-        names += [f"{motion.chain.traced}.{own}" for own in ("speed", "tangential", "normal", "curvature_radius")]
+    if (
+        not motion.coordinates
+    ):  # a slider's path, or what is traced beside one, is straight or a circle
+        names += [
+            f"{motion.chain.traced}.{own}"
+            for own in ("speed", "tangential", "normal", "curvature_radius")
+        ]
     names.append("transmission_angle")
     massive = any(link.body.mass or link.body.inertia for link in motion.chain.links.values())
     return names + (["inertia", "torque"] if massive else ["torque"] if loaded else [])
@@ -81,13 +88,18 @@ def usual_panels(study: Study) -> list[list[str]]:
     """
     motion = study.motion
     if motion.coordinates:
-        panels = [[f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")]
+        panels = [
+            [f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")
+        ]
     elif getattr(study.linkage, "point", None) is not None:
         point = motion.chain.traced
         panels = [[f"{link}.angle" for link in motion.links], [f"{point}.speed"]]
         panels.append([f"{point}.tangential", f"{point}.normal"])
     else:
-        panels = [[f"{link}.{own}" for link in motion.links] for own in ("angle", "rate", "angular_acceleration")]
+        panels = [
+            [f"{link}.{own}" for link in motion.links]
+            for own in ("angle", "rate", "angular_acceleration")
+        ]
     return panels + ([["torque"]] if "torque" in study.columns else [])
 
 
@@ -98,7 +110,11 @@ def evaluate(
     part, _, own = name.rpartition(".")
     if name in WHOLE:
         return WHOLE[name][1](motion, load, gravity)
-    for group, table in ((motion.links, LINK), (motion.coordinates, COORDINATE), (motion.points, POINT)):
+    for group, table in (
+        (motion.links, LINK),
+        (motion.coordinates, COORDINATE),
+        (motion.points, POINT),
+    ):
         if part in group and own in table:
             return table[own][1](motion, part)
     raise ValueError(f"no quantity {name!r}; the known ones are {', '.join(known(motion))}")

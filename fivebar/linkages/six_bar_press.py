@@ -21,7 +21,10 @@ from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 if TYPE_CHECKING:
     from .chain import Number
 
-START, SPEED = math.radians(160.24), math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
+START, SPEED = (
+    math.radians(160.24),
+    math.radians(120.0),
+)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
 GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 
 
@@ -69,8 +72,12 @@ class SixBarPress:
     def chain(self, q: Number, branch: tuple[int, int]) -> Chain:
         a, crank, d = Fixed((0.0, 0.0)), Turned(Still(), q), Fixed(self.rocker_pivot)
         b = Reach(a, crank, self.l2)
-        c, coupler, rocker = meet(b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line")
-        e, bar = slide(c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide")
+        c, coupler, rocker = meet(
+            b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line"
+        )
+        e, bar = slide(
+            c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide"
+        )
         links = {
             "crank": Link(a, crank, self.l2, Body(self.m2, self.j2)),
             "coupler": Link(b, coupler, self.l3, Body(self.m3, self.j3)),
@@ -78,13 +85,27 @@ class SixBarPress:
             "bar": Link(c, bar, self.l5, Body(self.m5, self.j5)),
             "slider": Link(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
         }
-        ways = {"S6": Along(e, d.p, (0.0, -1.0), self.l12), "S6_down": Along(e, d.p, (0.0, 1.0), self.l12)}
+        ways = {
+            "S6": Along(e, d.p, (0.0, -1.0), self.l12),
+            "S6_down": Along(e, d.p, (0.0, 1.0), self.l12),
+        }
         far = branch[1] * (self.l4 + self.l5)
         points = {"A": a, "B": b, "C": c, "D": d, "E": e}
-        points |= {name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))}
-        points |= {name: Reach(e, Still((0.0, 1.0)), share * self.l5) for name, share in zip(BLOCK, (-0.06, 0.06))}
-        bars, grounded, block = (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")), ("A", "D", *RAIL), (*BLOCK, "E")
-        return Chain(points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (block,))
+        points |= {
+            name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))
+        }
+        points |= {
+            name: Reach(e, Still((0.0, 1.0)), share * self.l5)
+            for name, share in zip(BLOCK, (-0.06, 0.06))
+        }
+        bars, grounded, block = (
+            (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")),
+            ("A", "D", *RAIL),
+            (*BLOCK, "E"),
+        )
+        return Chain(
+            points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (block,)
+        )
 
     start = one_drive
     driven = "crank"
@@ -93,7 +114,9 @@ class SixBarPress:
     def crank_limits(self, branch: tuple[int, int]) -> list[float]:
         """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the guide."""
         limits = four_bar_limits(self.theta11, self.l11, self.l2, self.l3, self.l4)
-        if self.l4 > self.l5:  # the rocker's end gets too far from the guide: a four-bar driven by its rocker
+        if (
+            self.l4 > self.l5
+        ):  # the rocker's end gets too far from the guide: a four-bar driven by its rocker
             across = math.acos(self.l5 / self.l4)
             for theta4 in (across, -across, math.pi - across, math.pi + across):
                 x, y = self.rocker_pivot
@@ -101,14 +124,29 @@ class SixBarPress:
                 square = x * x + y * y
                 cosine = (square + self.l2**2 - self.l3**2) / (2 * self.l2 * math.sqrt(square))
                 if abs(cosine) < 1:
-                    limits += [math.atan2(y, x) + math.acos(cosine), math.atan2(y, x) - math.acos(cosine)]
+                    limits += [
+                        math.atan2(y, x) + math.acos(cosine),
+                        math.atan2(y, x) - math.acos(cosine),
+                    ]
         return limits
 
 
 _TABLE_1 = dict(
-    l3=0.54, l4=0.25, l5=0.4, l11=0.434, l12=0.65, theta11=math.radians(11.0), m2=0.037, m3=0.213, m4=0.1, m5=0.158,
-    m6=0.139, j3=5.27e-3, j4=5.42e-4, j5=2.17e-3,
-)  # fmt: skip
+    l3=0.54,
+    l4=0.25,
+    l5=0.4,
+    l11=0.434,
+    l12=0.65,
+    theta11=math.radians(11.0),
+    m2=0.037,
+    m3=0.213,
+    m4=0.1,
+    m5=0.158,
+    m6=0.139,
+    j3=5.27e-3,
+    j4=5.42e-4,
+    j5=2.17e-3,
+)
 
 PRINTED = SixBarPress(l2=0.202, **_TABLE_1)
 REPAIRED = SixBarPress(l2=0.052, **_TABLE_1)

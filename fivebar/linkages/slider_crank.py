@@ -56,7 +56,9 @@ class SliderCrank:
             )
 
     def chain(self, q: Number, branch: Number) -> Chain:
-        return (self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide)(q, branch)
+        return (
+            self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide
+        )(q, branch)
 
     start = one_drive
 
@@ -66,9 +68,15 @@ class SliderCrank:
         tolerance = 8 * EPS * (self.crank + self.rod)
         if self.held in ("guide", "slider"):
             driven, bar, e = (
-                (self.crank, self.rod, self.offset) if self.held == "guide" else (self.rod, self.crank, -self.offset)
+                (self.crank, self.rod, self.offset)
+                if self.held == "guide"
+                else (self.rod, self.crank, -self.offset)
             )
-            return [side * math.pi / 2 for side in (1, -1) if abs(abs(e - side * driven) - bar) <= tolerance]
+            return [
+                side * math.pi / 2
+                for side in (1, -1)
+                if abs(abs(e - side * driven) - bar) <= tolerance
+            ]
         if abs(abs(self.crank - self.rod) - abs(self.offset)) <= tolerance:
             return [math.pi if self.held == "crank" else 0.0]
         return []
@@ -87,8 +95,18 @@ class SliderCrank:
         base, heading, length = Fixed((0.0, 0.0)), Turned(Still(), q), self._length
         if self.held == "guide":
             a = Reach(base, heading, self.crank)
-            b, rod = slide(a, (0.0, self.offset), (1.0, 0.0), self.rod, branch, "the rod is perpendicular to the guide")
-            rail = {name: Fixed((along, self.offset)) for name, along in zip(RAIL, (-0.3 * length, length))}
+            b, rod = slide(
+                a,
+                (0.0, self.offset),
+                (1.0, 0.0),
+                self.rod,
+                branch,
+                "the rod is perpendicular to the guide",
+            )
+            rail = {
+                name: Fixed((along, self.offset))
+                for name, along in zip(RAIL, (-0.3 * length, length))
+            }
             points = {"O": base, "A": a, "B": b, **rail, **_block(b, Still(), length)}
             links = {
                 "crank": Link(base, heading, self.crank, self.crank_body),
@@ -97,7 +115,9 @@ class SliderCrank:
             }
             ways = {"slide": Along(b, (0.0, self.offset), (1.0, 0.0))}
             bars, grounded, block = (("O", "A"), ("A", "B")), ("O", *RAIL), (*BLOCK, "B")
-            return Chain(points, links, ways, (b.dyad,), bars, grounded, ("O",), "B", (RAIL,), (block,))
+            return Chain(
+                points, links, ways, (b.dyad,), bars, grounded, ("O",), "B", (RAIL,), (block,)
+            )
         a = Reach(base, heading, self.rod)
         singular = "the crank is perpendicular to the guide"
         o, crank = slide(a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, singular)
@@ -117,18 +137,31 @@ class SliderCrank:
         if self.held == "crank":
             o, a = base, Fixed((self.crank, 0.0))
             b = Reach(a, heading, self.rod)
-            links, grounded, traced = {"rod": Link(a, heading, self.rod, self.rod_body)}, ("A", "O"), "B"
+            links, grounded, traced = (
+                {"rod": Link(a, heading, self.rod, self.rod_body)},
+                ("A", "O"),
+                "B",
+            )
         else:
             a, b = base, Fixed((self.rod, 0.0))
             o = Reach(a, heading, self.crank)
-            links, grounded, traced = {"crank": Link(a, heading, self.crank, self.crank_body)}, ("A", "B"), RAIL[1]
+            links, grounded, traced = (
+                {"crank": Link(a, heading, self.crank, self.crank_body)},
+                ("A", "B"),
+                RAIL[1],
+            )
         guide = Slot(o, b, self.offset, branch)
         points = {"O": o, "A": a, "B": b, **self._rail(o, guide), **_block(b, guide, self._length)}
         # Block and guide turn as one; the block's own centre is its pin.
-        links |= {"guide": Link(o, guide, 0.0, self.guide_body), "slider": Link(b, guide, 0.0, self.slider_body)}
+        links |= {
+            "guide": Link(o, guide, 0.0, self.guide_body),
+            "slider": Link(b, guide, 0.0, self.slider_body),
+        }
         bars = ("A", "B" if self.held == "crank" else "O"), *self._arm
         ways, block = {"slide": _Slide(guide)}, (*BLOCK, "B")
-        return Chain(points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (block,))
+        return Chain(
+            points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (block,)
+        )
 
     @property
     def _length(self):

@@ -53,12 +53,19 @@ def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
 
 
 def crank_at(
-    linkage: FourBar, branch: int, through: ArrayLike, direction: ArrayLike, along: float, guess: float
+    linkage: FourBar,
+    branch: int,
+    through: ArrayLike,
+    direction: ArrayLike,
+    along: float,
+    guess: float,
 ) -> float:
     """The crank angle at which the coupler point is at this coordinate along a line, m, by Newton from a guess."""
     for _ in range(50):
         motion = move(linkage, guess, branch=branch)
-        step = (along - np.dot(direction, motion.position("M") - through)) / np.dot(direction, motion.velocity("M"))
+        step = (along - np.dot(direction, motion.position("M") - through)) / np.dot(
+            direction, motion.velocity("M")
+        )
         guess += float(step)
         if abs(step) < 1e-14:
             return guess
@@ -74,10 +81,14 @@ def roberts(r: float) -> StraightLine:
         )
     last = math.acos(1 / r)
     return StraightLine(
-        linkage, 1, (0.0, 0.0), (1.0, 0.0), (last + 2 * math.asin(0.5 / r), last),
+        linkage,
+        1,
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (last + 2 * math.asin(0.5 / r), last),
         f"2 : {r:g} : 1 : {r:g}, isosceles coupler of sides {r:g}; stroke from A to D; Roberts, in Norton, Design of "
         "Machinery (2 : 1 : 1 : 1 there)",
-    )  # fmt: skip
+    )
 
 
 def _watt():
@@ -85,28 +96,42 @@ def _watt():
     line = (0.0, 0.0), (0.0, 1.0)
     ends = tuple(crank_at(linkage, -1, *line, y, math.asin(y)) for y in (-0.25, 0.25))
     return StraightLine(
-        linkage, -1, *line, ends,
+        linkage,
+        -1,
+        *line,
+        ends,
         "equal arms 1, coupler 0.5, its middle; stroke +-0.25 about the pose with level arms; Watt 1784",
-    )  # fmt: skip
+    )
 
 
 _CHEBYSHEV = StraightLine(
-    FourBar(4.0, 5.0, 2.0, 5.0), -1, (0.0, 4.0), (1.0, 0.0), (math.pi / 2, math.atan2(3.0, 4.0)),
+    FourBar(4.0, 5.0, 2.0, 5.0),
+    -1,
+    (0.0, 4.0),
+    (1.0, 0.0),
+    (math.pi / 2, math.atan2(3.0, 4.0)),
     "4 : 5 : 2 : 5 crossed, middle of the coupler; stroke between the poses with the coupler upright over A and D, "
     "exact there and midway; Chebyshev, in Norton, Design of Machinery (2 : 2.5 : 1 : 2.5)",
-)  # fmt: skip
+)
 _HOEKEN = StraightLine(
-    FourBar(2.0, 1.0, 2.5, 2.5, point=(5.0, 0.0)), 1, (0.0, 4.0), (1.0, 0.0), (math.pi / 2, 3 * math.pi / 2),
+    FourBar(2.0, 1.0, 2.5, 2.5, point=(5.0, 0.0)),
+    1,
+    (0.0, 4.0),
+    (1.0, 0.0),
+    (math.pi / 2, 3 * math.pi / 2),
     "2 : 1 : 2.5 : 2.5, the point at 5 from the crank pin through C; stroke: half a turn of the crank about 180 deg; "
     "Hoeken 1926, in Norton, Design of Machinery",
-)  # fmt: skip
+)
 _EVANS = StraightLine(
-    FourBar(10.0, 5.0, 5.0, 5.0, point=(-5.0, 0.0), tilt=-math.pi / 6), 1, (0.0, 0.0), (0.0, 1.0),
+    FourBar(10.0, 5.0, 5.0, 5.0, point=(-5.0, 0.0), tilt=-math.pi / 6),
+    1,
+    (0.0, 0.0),
+    (0.0, 1.0),
     (-math.pi / 6, math.pi / 6),
     "10 : 5 : 5 : 5, the point at 5 beyond the crank pin, ground at -30 deg: r1 and r4 are free, r2 = r3 = rp; stroke "
     "+-5 about the pose with crank and coupler in line, exact there and at both ends; Evans 1801, as in the Ch "
     "Mechanism Toolkit of SoftIntegration",
-)  # fmt: skip
+)
 
 BUILDERS = {
     "evans": lambda: _EVANS,
@@ -121,5 +146,7 @@ BUILDERS = {
 def straight_line(name: str) -> StraightLine:
     """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or "roberts"."""
     if name not in BUILDERS:
-        raise ValueError(f"no straight-line mechanism {name!r}; the known ones are {', '.join(BUILDERS)}")
+        raise ValueError(
+            f"no straight-line mechanism {name!r}; the known ones are {', '.join(BUILDERS)}"
+        )
     return BUILDERS[name]()

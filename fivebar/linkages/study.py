@@ -56,7 +56,9 @@ class Study(Animated):
 
     def __repr__(self) -> str:
         rows, locks = f"{self.t[-1]:g} s in {len(self.t)} rows", "locks" if self.lock else ""
-        return one_line("Study", type(self.linkage).__name__, rows, f"{len(self.columns)} quantities", locks)
+        return one_line(
+            "Study", type(self.linkage).__name__, rows, f"{len(self.columns)} quantities", locks
+        )
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity (n,) by its name, of the table or not; angles are continuous."""
@@ -70,7 +72,10 @@ class Study(Animated):
 
     def to_csv(self, path: TextFile) -> None:
         """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""
-        about = {"linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)}, **self._arguments}
+        about = {
+            "linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)},
+            **self._arguments,
+        }
         rows = np.column_stack([self.t, *self.q.reshape(len(self.t), -1).T, *self.columns.values()])
         write(path, "linkage study", about, _header(self.q, self.columns), rows.tolist())
 
@@ -82,23 +87,40 @@ class Study(Animated):
         """
         with opened(path) as table:
             again = table.about("linkage study", "a file written by Study.to_csv", _repeated)
-            values = table.numbers(_header(again.q, again.columns), finite=False)  # a straight path's radius is inf
+            values = table.numbers(
+                _header(again.q, again.columns), finite=False
+            )  # a straight path's radius is inf
             if len(values) != len(again.t):
-                raise ValueError(f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}")
+                raise ValueError(
+                    f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}"
+                )
         columns = dict(zip(again.columns, values[:, values.shape[1] - len(again.columns) :].T))
         return replace(again, t=values[:, 0], columns=columns)
 
 
 @takes(
-    linkage=must_be_linkage, turns=positive, drive=text, samples=whole(0, MOST_SAMPLES), load=loads,
-    gravity=two_numbers, between=optional(two_numbers), quantities=optional(strings),
-)  # fmt: skip
+    linkage=must_be_linkage,
+    turns=positive,
+    drive=text,
+    samples=whole(0, MOST_SAMPLES),
+    load=loads,
+    gravity=two_numbers,
+    between=optional(two_numbers),
+    quantities=optional(strings),
+)
 def study(
-    linkage: Linkage, speed: float | tuple[float, float] = FULL, turns: float = 1.0, drive: str = "turn",
-    branch: int | tuple[int, int] | None = None, start: ArrayLike | None = None,
-    between: tuple[float, float] | None = None, samples: int = 361, load: dict[str, ArrayLike] | None = None,
-    gravity: ArrayLike = (0.0, 0.0), quantities: Sequence[str] | None = None,
-) -> Study:  # fmt: skip
+    linkage: Linkage,
+    speed: float | tuple[float, float] = FULL,
+    turns: float = 1.0,
+    drive: str = "turn",
+    branch: int | tuple[int, int] | None = None,
+    start: ArrayLike | None = None,
+    between: tuple[float, float] | None = None,
+    samples: int = 361,
+    load: dict[str, ArrayLike] | None = None,
+    gravity: ArrayLike = (0.0, 0.0),
+    quantities: Sequence[str] | None = None,
+) -> Study:
     """A linkage over one or more turns: Study.
 
     speed: rad/s, a pair for two motors, < 0 turns clockwise.
@@ -119,13 +141,19 @@ def study(
             f"speed must be finite and not 0, {'one or two numbers' if motors == 2 else 'a number'}, not {speed}"
         )
     if samples < 3 or turns * (samples - 1) < 0.5:
-        raise ValueError(f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g} turns")
+        raise ValueError(
+            f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g} turns"
+        )
     if (count := turns * (samples - 1)) > MOST_SAMPLES:
-        raise ValueError(f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6 poses")
+        raise ValueError(
+            f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6 poses"
+        )
     if start is not None:
         start = finite_numbers(start, "start")
         if start.shape != shapes[-1]:
-            raise ValueError(f"start must be {'two numbers' if motors == 2 else 'a number'}, rad, not {start}")
+            raise ValueError(
+                f"start must be {'two numbers' if motors == 2 else 'a number'}, rad, not {start}"
+            )
         start = start if motors == 2 else float(start)
     speed = speed if speed.ndim else float(speed)
     branch = check_branch(linkage, branch)
@@ -141,10 +169,17 @@ def study(
     flat = getattr(linkage, "flats", ())
     motion = move(linkage, q, q_dot, q_ddot, smooth_branch(linkage, q, branch) if flat else branch)
     arguments = {
-        "speed": np.asarray(speed, dtype=float).tolist(), "turns": turns, "drive": drive, "branch": branch,
-        "start": None if start is None else np.asarray(start, dtype=float).tolist(), "between": between,
-        "samples": samples, "load": load, "gravity": gravity, "quantities": quantities,
-    }  # fmt: skip
+        "speed": np.asarray(speed, dtype=float).tolist(),
+        "turns": turns,
+        "drive": drive,
+        "branch": branch,
+        "start": None if start is None else np.asarray(start, dtype=float).tolist(),
+        "between": between,
+        "samples": samples,
+        "load": load,
+        "gravity": gravity,
+        "quantities": quantities,
+    }
     names = usual(motion, bool(load)) if quantities is None else quantities
     try:
         columns = {name: _column(motion, name, load, gravity) for name in names}
@@ -176,7 +211,9 @@ def _linkage(about):
     kind = KINDS[about.pop("kind")]
     for name, value in about.items():
         if name.endswith("_body"):
-            about[name] = Body(**{k: tuple(v) if isinstance(v, list) else v for k, v in value.items()})
+            about[name] = Body(
+                **{k: tuple(v) if isinstance(v, list) else v for k, v in value.items()}
+            )
         elif name == "robot":
             about[name] = FiveBar(**value)
         elif isinstance(value, list):

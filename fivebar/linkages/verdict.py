@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
     """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks, where."""
     branch = one_branch(linkage, branch)
-    known = {FourBar: _four_bar, SliderCrank: _slider_crank, SixBarPress: _press, FiveBarLinkage: _five}
+    known = {
+        FourBar: _four_bar,
+        SliderCrank: _slider_crank,
+        SixBarPress: _press,
+        FiveBarLinkage: _five,
+    }
     for kind, words in known.items():
         if isinstance(linkage, kind):
             return words(linkage, branch)
@@ -45,9 +50,13 @@ def _four_bar(linkage, branch):
         lines.append(f"dead centre, crank and coupler {end.kind}: {where}")
     if len(ends) == 2 and turning == ("crank",):
         swing = abs(math.remainder(ends[1].rocker - ends[0].rocker, 2 * math.pi))
-        lines.append(f"the rocker swings by {_degrees(swing)}, time ratio {time_ratio(linkage, branch):.6g}")
+        lines.append(
+            f"the rocker swings by {_degrees(swing)}, time ratio {time_ratio(linkage, branch):.6g}"
+        )
     low, high = transmission_range(linkage)
-    lines.append(f"angle between coupler and rocker (transmission): {_degrees(low)} to {_degrees(high)}")
+    lines.append(
+        f"angle between coupler and rocker (transmission): {_degrees(low)} to {_degrees(high)}"
+    )
     return lines
 
 
@@ -95,7 +104,9 @@ def _five(linkage, branch):
     robot = linkage.robot
     sides = [robot.d, robot.l11, robot.l12, robot.l22, robot.l21]
     lines = [
-        "five-bar, ground and bars " + ", ".join(f"{s:g}" for s in sides) + " m around; motors at joints "
+        "five-bar, ground and bars "
+        + ", ".join(f"{s:g}" for s in sides)
+        + " m around; motors at joints "
         f"{linkage.motors[0]} and {linkage.motors[1]}"
     ]
     for k in range(1, 6):
@@ -103,7 +114,9 @@ def _five(linkage, branch):
         rest = [s for i, s in enumerate(sides) if i not in (k - 1, k % 5)]
         turns = all(2 * max(*rest, x) <= sum(rest) + x for x in (abs(a - b), a + b))
         motor = "motor" if k in linkage.motors else "passive"
-        lines.append(f"joint {k} ({motor}) {'can' if turns else 'cannot'} turn fully while the others follow")
+        lines.append(
+            f"joint {k} ({motor}) {'can' if turns else 'cannot'} turn fully while the others follow"
+        )
     home = ", ".join(f"joint {k} {_degrees(linkage.home[k])}" for k in linkage.motors)
     lines.append(f"a pose far from singularities: {home}, branch {linkage.usual_branch:+d}")
     return lines
@@ -115,7 +128,11 @@ def _drive(name, allowed, where):
     if not allowed.intervals:
         return [f"on this branch the {name} closes at no angle"]
     locks = sorted(
-        {round(math.degrees(math.remainder(end, 2 * math.pi)), 9) for piece in allowed.intervals for end in piece}
+        {
+            round(math.degrees(math.remainder(end, 2 * math.pi)), 9)
+            for piece in allowed.intervals
+            for end in piece
+        }
     )
     return [
         f"the {name} cannot turn fully: it goes {allowed}",
@@ -125,13 +142,24 @@ def _drive(name, allowed, where):
 
 def _sides(four_bar):
     return ", ".join(
-        f"{name} {side:g} m" for name, side in zip(("ground", "crank", "coupler", "rocker"), four_bar.sides)
+        f"{name} {side:g} m"
+        for name, side in zip(("ground", "crank", "coupler", "rocker"), four_bar.sides)
     )
 
 
 def _grashof(excess):
-    relation = "equal to" if excess == 0 else f"{abs(excess):.6g} m {'more' if excess > 0 else 'less'} than"
-    turns = "one link can turn fully" if excess < 0 else "a change point" if excess == 0 else "no link can turn fully"
+    relation = (
+        "equal to"
+        if excess == 0
+        else f"{abs(excess):.6g} m {'more' if excess > 0 else 'less'} than"
+    )
+    turns = (
+        "one link can turn fully"
+        if excess < 0
+        else "a change point"
+        if excess == 0
+        else "no link can turn fully"
+    )
     return f"shortest + longest is {relation} the two others together: {turns}"
 
 

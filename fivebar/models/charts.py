@@ -1,7 +1,7 @@
 """Charts: which coordinates of the motion are integrated. The dynamics is the bar-force form in every one of them.
 
 A chart's state is (c, c'), `size` coordinates and their rates; its modes are the signs that its coordinates leave open.
-It is regular where none of its `margins` is zero, columns of (sin q12, sin q22, det A). `Bars`, the state of every
+It is regular where none of its `margins` is zero, columns of (sin q12, sin q22, det A). `BarAngles`, the state of every
 pose, has none; `Task` is the fastest where the motion is regular; `Joint` is what others integrate in.
 """
 
@@ -17,7 +17,7 @@ from .physics import loads_of
 
 
 @dataclass(frozen=True)
-class Bars:
+class BarAngles:
     """The angles of all four bars (q1, phi1, q2, phi2), no mode. Regular everywhere but with all of them parallel."""
 
     name = "bars"
@@ -33,8 +33,10 @@ class Bars:
 
         Not under gravity, which has a direction of its own.
         """
-        turns = robot.turns and not loads_of(robot).weighs
-        return bars_rates(robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if turns else c, c_dot)
+        turns = robot.turns and not loads_of(robot).has_gravity
+        return bars_rates(
+            robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if turns else c, c_dot
+        )
 
     def accelerations(self, accelerations):
         (q1, q2), (turn1, turn2) = accelerations._q_ddot, accelerations.phi_ddot
@@ -96,13 +98,17 @@ class Task(Minimal):
         return accelerations._xi_ddot
 
     def coordinates(self, rates):
-        return rates.pose.point, rates._xi_dot, tuple(-sign(sine, SINGULAR) for sine in rates.pose.sines)
+        return (
+            rates.pose.point,
+            rates._xi_dot,
+            tuple(-sign(sine, SINGULAR) for sine in rates.pose.sines),
+        )
 
 
-def halves(state: Any, chart: Bars | Minimal) -> tuple[tuple, tuple]:
+def halves(state: Any, chart: BarAngles | Minimal) -> tuple[tuple, tuple]:
     """(c, c') of a state of the chart, symbols, on components."""
     parts = tuple(state[k] for k in range(2 * chart.size))
     return parts[: chart.size], parts[chart.size :]
 
 
-CHARTS = {"auto": Bars(), "task": Task(), "joint": Joint()}
+CHARTS = {"auto": BarAngles(), "task": Task(), "joint": Joint()}

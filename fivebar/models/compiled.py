@@ -23,18 +23,42 @@ if TYPE_CHECKING:
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
 POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
 POSE_OUTPUTS = (
-    "q", "xi", "q_passive", "elbows", "assembly", "working", "A", "B", "reach_margin", "gravity_torques", "potential",
-)  # fmt: skip
+    "q",
+    "xi",
+    "q_passive",
+    "elbows",
+    "assembly",
+    "working",
+    "A",
+    "B",
+    "reach_margin",
+    "gravity_torques",
+    "potential",
+)
 RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "friction_torques")
-LOADS = {"gravity_torques": gravity_torques, "potential": potential, "friction_torques": friction_torques}
+LOADS = {
+    "gravity_torques": gravity_torques,
+    "potential": potential,
+    "friction_torques": friction_torques,
+}
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
 MODES = {"assembly": 1, "working": 2}  # how many; with q and xi
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 QUIET: dict[str, Any] = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
-STOPPED = "NonIpopt_Exception_Thrown", "User_Requested_Stop"  # how IPOPT ends by Ctrl-C, where nobody else ends it
+STOPPED = (
+    "NonIpopt_Exception_Thrown",
+    "User_Requested_Stop",
+)  # how IPOPT ends by Ctrl-C, where nobody else ends it
 
 
-@takes(robot=must_be_robot, inputs=strings, outputs=strings, assembly=modes(1), working=modes(2), jit=must_be_jit)
+@takes(
+    robot=must_be_robot,
+    inputs=strings,
+    outputs=strings,
+    assembly=modes(1),
+    working=modes(2),
+    jit=must_be_jit,
+)
 def compile(
     robot: Robot,
     inputs: Iterable[str],
@@ -82,7 +106,11 @@ def compile(
             return known[name]
         if name == "energy":
             return energy(rates)
-        return inverse_dynamics(acc) if name == "tau" else getattr(rates if name in RATES_OUTPUTS else acc, name)
+        return (
+            inverse_dynamics(acc)
+            if name == "tau"
+            else getattr(rates if name in RATES_OUTPUTS else acc, name)
+        )
 
     expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
     function = casadi.Function("fivebar", list(symbols.values()), expressions, inputs, outputs)
@@ -99,7 +127,9 @@ def _choose(inputs, outputs):
         chosen += given or [None]
     unknown = [name for name in inputs if name not in chosen and name not in MODES]
     if unknown:
-        raise ValueError(f"no input {unknown[0]!r}; the known ones are {', '.join(POSITION + VELOCITY + ACCELERATION)}")
+        raise ValueError(
+            f"no input {unknown[0]!r}; the known ones are {', '.join(POSITION + VELOCITY + ACCELERATION)}"
+        )
     if chosen[0] is None or (chosen[2] and not chosen[1]):
         raise ValueError(
             f"inputs {', '.join(inputs) or '()'} need also one of {', '.join(VELOCITY if chosen[0] else POSITION)}"
@@ -117,7 +147,9 @@ def _choose(inputs, outputs):
         if output in inputs:
             raise ValueError(f"output {output} is an input already")
         if chosen[level] is None:
-            raise ValueError(f"output {output} needs one of {', '.join(LEVELS[level][0])} among the inputs")
+            raise ValueError(
+                f"output {output} needs one of {', '.join(LEVELS[level][0])} among the inputs"
+            )
     return chosen
 
 
@@ -157,7 +189,9 @@ class Buffered:
             [function.size_in(k) for k in range(function.n_in())],
             [function.size_out(k) for k in range(function.n_out())],
         )
-        self._inputs, self.outputs = ([np.empty((c, r) if c > 1 else r) for r, c in sizes] for sizes in shapes)
+        self._inputs, self.outputs = (
+            [np.empty((c, r) if c > 1 else r) for r, c in sizes] for sizes in shapes
+        )
         for k, array in enumerate(self._inputs):
             self._buffer.set_arg(k, memoryview(array))
         for k, array in enumerate(self.outputs):
@@ -181,11 +215,15 @@ def batch(function, *arrays):
     count = len(arrays[0])
     for k, array in enumerate(arrays):
         if array.shape != (count, 2) or len(arrays) != function.n_in():
-            raise ValueError(f"input {function.name_in(k)} must have shape ({count}, 2), not {array.shape}")
+            raise ValueError(
+                f"input {function.name_in(k)} must have shape ({count}, 2), not {array.shape}"
+            )
     if count == 0:
         raise ValueError("a batch needs at least one row")
     results = []
-    for k, value in enumerate(Buffered(function.map(count))(*(array if count > 1 else array[0] for array in arrays))):
+    for k, value in enumerate(
+        Buffered(function.map(count))(*(array if count > 1 else array[0] for array in arrays))
+    ):
         rows, columns = function.size_out(k)
         value = value.reshape(count, columns, rows).swapaxes(1, 2)
         results.append(value.reshape((count, *(n for n in (rows, columns) if n > 1))))

@@ -71,7 +71,9 @@ class RRR:
 
     def _lead(self, square, r):
         """Half the square: bar r along the span, times the span. Where the bars are in line it is all of the bar."""
-        return where_zero(self._moment, lambda: copysign(r * sqrt(self.span_squared), square), 0.5 * square)
+        return where_zero(
+            self._moment, lambda: copysign(r * sqrt(self.span_squared), square), 0.5 * square
+        )
 
     @property
     def clearances(self):
@@ -191,7 +193,7 @@ class Crank(NamedTuple):
     def cosine(self, direction, distal):
         return dot(direction, distal)
 
-    def slopes(self, sine, cosine):
+    def velocity_coefficients(self, sine, cosine):
         """P'(q) along and across the distal bar, which the drive meets with this sine and cosine."""
         return self.length * sine, self.length * cosine
 
@@ -201,7 +203,9 @@ class Crank(NamedTuple):
 
     def close(self, xi, bar, working):
         """The dyad of the leg that reaches xi."""
-        return RRR((xi[0] - self.x, xi[1] - self.y), self.length, bar, working, abs(self.x) + abs(self.y))
+        return RRR(
+            (xi[0] - self.x, xi[1] - self.y), self.length, bar, working, abs(self.x) + abs(self.y)
+        )
 
     def held(self, dyad):
         """This drive's direction in the dyad that closes its leg."""
@@ -263,7 +267,7 @@ class Slider(NamedTuple):
     def cosine(self, direction, distal):
         return distal[0]
 
-    def slopes(self, sine, cosine):
+    def velocity_coefficients(self, sine, cosine):
         return sine, cosine
 
     def bends(self, sine, cosine):

@@ -13,7 +13,7 @@ from ..base.errors import SingularityError
 from .dyads import SINGULAR, cross, dot
 from .heavy_bars import bar_forces_under, by_bar_forces, loaded_accelerations
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
-from .loads import asked_for, at_rest, carries, refuse_weightless
+from .loads import at_rest, forces_and_torques, has_moving_mass, refuse_weightless
 from .physics import any_named, loads_of, named, physics_of
 from .pose import Pose
 from .sticking import slip_of
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-some_accelerations = instance(Accelerations, what="Accelerations, as dkm2, ikm2 and forward_dynamics give")
+some_accelerations = instance(
+    Accelerations, what="Accelerations, as dkm2, ikm2 and forward_dynamics give"
+)
 
 
 def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
@@ -36,9 +38,11 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     pose, robot = rates.pose, rates.pose.robot
     z1, z2 = robot.inertias
     refuse_weightless(robot, "dynamic_model")
-    if not carries(robot):
+    if not has_moving_mass(robot):
         zero = 0.0 * rates._q_dot[0]
-        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(*asked_for(at_rest(rates))[1])
+        return pack_matrix(z1 + zero, zero, zero, z2 + zero), pack(
+            *forces_and_torques(at_rest(rates))[1]
+        )
     if physics_of(robot) is not None:
         return _loaded_model(rates)
     refuse_parallel(pose, "dynamic_model")
@@ -63,8 +67,10 @@ def _loaded_model(rates):
     m11, m12, m22 = (robot.m * dot(J[i], J[k]) for i, k in ((0, 0), (0, 1), (1, 1)))
     for i, (j, my) in enumerate(zip(loads_of(robot).turning, loads_of(robot).across)):
         if any_named((j, my)):
-            u, bar, (b, beside) = pose.u2[i], robot.distal[i], pose._slopes[i]
-            turns = [(cross(u, J[k]) - beside * (i == k)) * (1 / bar) for k in (0, 1)]  # phi_i' for q_k' = 1
+            u, bar, (b, beside) = pose.u2[i], robot.distal[i], pose._velocity_coefficients[i]
+            turns = [
+                (cross(u, J[k]) - beside * (i == k)) * (1 / bar) for k in (0, 1)
+            ]  # phi_i' for q_k' = 1
             arm = [my * b * (i == k) for k in (0, 1)]
             m11 = m11 + turns[0] * (j * turns[0] - 2 * arm[0])
             m22 = m22 + turns[1] * (j * turns[1] - 2 * arm[1])
@@ -92,8 +98,8 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
         some_accelerations(accelerations, "accelerations")
     pose = accelerations.rates.pose
     refuse_weightless(pose.robot, "inverse_dynamics")
-    (fx, fy), torques = asked_for(accelerations)
-    if carries(pose.robot):
+    (fx, fy), torques = forces_and_torques(accelerations)
+    if has_moving_mass(pose.robot):
         refuse_parallel(pose, "inverse_dynamics")
         (x1, y1), (x2, y2) = pose.u2
         scale = 1 / pose.det_A
@@ -128,7 +134,9 @@ def _lab_dynamics(rates, tau, model):
     return by_bar_forces(rates, tau, partial(_refuse_corner, model))
 
 
-def slipping_dynamics(rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics") -> Accelerations:
+def slipping_dynamics(
+    rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics"
+) -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives slip (`asked_for`)."""
     robot = rates.pose.robot
     refuse_weightless(robot, model)
@@ -143,13 +151,17 @@ def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple
     """(Accelerations, friction that each drive that sticks needs to stay, N m), on components."""
     acc = slipping_dynamics(rates, tau, slip)
     forces = bar_forces_under(acc, tau, slip)
-    _, torques = asked_for(acc, slip)
-    return acc, tuple(t - asked - b * f for t, asked, b, f in zip(tau, torques, rates.pose.b, forces))
+    _, torques = forces_and_torques(acc, slip)
+    return acc, tuple(
+        t - asked - b * f for t, asked, b, f in zip(tau, torques, rates.pose.b, forces)
+    )
 
 
 def _slip(rates, tau):
     """How the drives slip: by their rates, or what holds them where they stand; None: there is nothing to know."""
-    if not loads_of(rates.pose.robot).sticks or any(map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))):
+    if not loads_of(rates.pose.robot).sticks or any(
+        map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))
+    ):
         return None
     return slip_of(rates, tau, held_by)
 
@@ -157,7 +169,9 @@ def _slip(rates, tau):
 def _refuse_no_inertia(robot, model):
     for name, z in zip(robot.words.inertias, robot.inertias):
         if not named(z):
-            raise ValueError(f"{model} needs {name} > 0, as it divides the {robot.words.effort} by it")
+            raise ValueError(
+                f"{model} needs {name} > 0, as it divides the {robot.words.effort} by it"
+            )
 
 
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
@@ -179,14 +193,14 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
     Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is divided by.
     """
     pose = accelerations.rates.pose
-    force, torques = asked_for(accelerations)
+    force, torques = forces_and_torques(accelerations)
     push = tuple(f - (u1 * forces[0] + u2 * forces[1]) for f, (u1, u2) in zip(force, zip(*pose.u2)))
     return push, tuple(t + b * f for t, b, f in zip(torques, pose.b, forces))
 
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
     """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
-    drives = zip(tau, asked_for(accelerations)[1], accelerations.rates.pose.b)
+    drives = zip(tau, forces_and_torques(accelerations)[1], accelerations.rates.pose.b)
     return tuple((t - asked) / along for t, asked, along in drives)
 
 
@@ -211,7 +225,10 @@ def energy(rates: Rates) -> np.ndarray:
         some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias
-    kinetic, physics = 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)), physics_of(robot)
+    kinetic, physics = (
+        0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)),
+        physics_of(robot),
+    )
     if physics is None or not physics.heavy:
         return kinetic
     turning = 0.0

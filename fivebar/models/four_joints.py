@@ -35,10 +35,16 @@ def bars_pose(robot: Robot, a: tuple) -> Pose:
 def _pose(robot, q, phi):
     legs = []
     for drive, own, angle in zip(robot.drives, q, phi):
-        legs.append(DrivenLeg(drive, own, drive.direction(own), lambda angle=angle: (cos(angle), sin(angle))))
+        legs.append(
+            DrivenLeg(
+                drive, own, drive.direction(own), lambda angle=angle: (cos(angle), sin(angle))
+            )
+        )
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
-    return Pose(robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ()))
+    return Pose(
+        robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ())
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +54,15 @@ class FourJointRates(Rates):
     _turns: tuple = field(kw_only=True)  # phi_i'
 
     @property
-    def _swing(self):
+    def _transverse_velocity(self):
         return tuple(bar * turn for bar, turn in zip(self.pose.robot.distal, self._turns))
 
 
 def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJointRates:
     """Rates of which the four joints' are known, on components; the end-effector's velocity is not to be read."""
-    turns = tuple(drive.absolute(p, q) for drive, p, q in zip(pose.robot.drives, q_passive_dot, q_dot))
+    turns = tuple(
+        drive.absolute(p, q) for drive, p, q in zip(pose.robot.drives, q_passive_dot, q_dot)
+    )
     return FourJointRates(pose, q_dot, (0.0, 0.0), _turns=turns)
 
 
@@ -82,11 +90,12 @@ def _columns(pose):
     """Per leg the end-effector's velocity for q_i' = 1, P_i', and for phi_i' = 1, l_i2 v_i2."""
     legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
     return tuple(
-        (drive.tangent(leg.direction), (-bar * leg.distal[1], bar * leg.distal[0])) for drive, leg, bar in legs
+        (drive.tangent(leg.direction), (-bar * leg.distal[1], bar * leg.distal[0]))
+        for drive, leg, bar in legs
     )
 
 
-def seen_rates(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_dot: tuple) -> Rates:
+def rates_from_joint_state(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_dot: tuple) -> Rates:
     """A motion of which joints and end-effector are both known, on components: nothing is solved for, no mode asked."""
     legs = []
     for drive, own, bar in zip(robot.drives, q, robot.distal):
@@ -141,7 +150,9 @@ def _movable(pose, free):
 
 def _least(columns, values, gap):
     """values less the vector of least norm that the columns take to the gap."""
-    xx, xy, yy = (sum(column[i] * column[j] for column in columns) for i, j in ((0, 0), (0, 1), (1, 1)))
+    xx, xy, yy = (
+        sum(column[i] * column[j] for column in columns) for i, j in ((0, 0), (0, 1), (1, 1))
+    )
     inverse = 1.0 / (xx * yy - xy * xy)
     share = (yy * gap[0] - xy * gap[1]) * inverse, (xx * gap[1] - xy * gap[0]) * inverse
     return tuple(value - dot(column, share) for value, column in zip(values, columns))

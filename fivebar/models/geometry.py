@@ -75,7 +75,9 @@ def _joint_xi_in_blocks(robot, q, assembly):
     return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 
 
-def igm(robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise") -> Pose:
+def igm(
+    robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise"
+) -> Pose:
     """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general lengths).
 
     xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left and right leg.
@@ -93,7 +95,9 @@ def igm(robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable:
 
 def task_pose(robot: Robot, xi: tuple, working: tuple) -> Pose:
     """`igm` on components, unchecked: nan where it does not close."""
-    legs = tuple(reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working))
+    legs = tuple(
+        reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working)
+    )
     return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
 
 
@@ -118,11 +122,17 @@ def _with_modes(v, modes, name, count):
         return v, tuple(int(m) for m in np.atleast_1d(modes))
     if is_symbolic(v[0]):
         raise ValueError(f"{name} must be plain ints for CasADi symbols, not a batch")
-    split = (modes,) if count == 1 else (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
+    split = (
+        (modes,)
+        if count == 1
+        else (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
+    )
     try:
         *v, _ = np.broadcast_arrays(*v, split[0])
     except ValueError:
-        raise ValueError(f"{name} of shape {modes.shape} does not fit a batch of shape {np.shape(v[0])}") from None
+        raise ValueError(
+            f"{name} of shape {modes.shape} does not fit a batch of shape {np.shape(v[0])}"
+        ) from None
     return tuple(v), split
 
 

@@ -24,20 +24,22 @@ import numpy as np
 from ..base.backend import is_symbolic
 from .dyads import dot
 from .kinematics import Accelerations, Rates
-from .loads import asked_for, at_rest
+from .loads import at_rest, forces_and_torques
 from .physics import loads_of, named
 
 FREE = 1.0, 1.0
 
 
-def loaded_accelerations(rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable) -> Accelerations:
+def loaded_accelerations(
+    rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable
+) -> Accelerations:
     """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0 stays at rest.
 
     refuse_corner(pose, determinant): raises where all bars are parallel.
     """
     robot = rates.pose.robot
     free = _free(slip)
-    force, torques = asked_for(at_rest(rates), slip)
+    force, torques = forces_and_torques(at_rest(rates), slip)
     push = tuple(t - asked for t, asked in zip(tau, torques))
     if loads_of(robot).heavy:
         return _by_closure(rates, push, force, free, refuse_corner)
@@ -51,12 +53,18 @@ def _free(slip):
 
 
 def by_bar_forces(
-    rates: Rates, push: tuple, refuse_corner: Callable, free: tuple = FREE, fall: tuple | None = None
+    rates: Rates,
+    push: tuple,
+    refuse_corner: Callable,
+    free: tuple = FREE,
+    fall: tuple | None = None,
 ) -> tuple[Accelerations, tuple]:
     """(Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' = A^T mu - fall."""
     pose, m, (z1, z2) = rates.pose, rates.pose.robot.m, rates.pose.robot.inertias
     (b1, b2), (u1, u2), g, square = pose.b, pose.u2, dot(*pose.u2), pose.det_A * pose.det_A
-    d1, d2 = rates._bias if fall is None else (d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
+    d1, d2 = (
+        rates._bias if fall is None else (d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
+    )
     y1, y2 = free[0] * (1 / z1), free[1] * (1 / z2)
     k1, k2 = free[0] * (m / z1) * b1 * b1, free[1] * (m / z2) * b2 * b2
     r1, r2 = d1 + b1 * push[0] * y1, d2 + b2 * push[1] * y2
@@ -91,7 +99,12 @@ def _by_closure(rates, push, force, free, refuse_corner):
     (n1, n2), _ = _two_forces(pose, (s1 * s1, s2 * s2), rates._bias, refuse_corner)
     least = -s1 * n1, -s2 * n2, x1 * n1 + x2 * n2, y1 * n1 + y2 * n2
     M = masses(rates, free)
-    forces = push[0] * free[0] * (1 / lengths[0]), push[1] * free[1] * (1 / lengths[1]), -force[0], -force[1]
+    forces = (
+        push[0] * free[0] * (1 / lengths[0]),
+        push[1] * free[1] * (1 / lengths[1]),
+        -force[0],
+        -force[1],
+    )
     W = _antisymmetric(pose.det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
     rest = [f - along for f, along in zip(forces, _times(M, least))]
     MW = _product(M, W)
@@ -101,7 +114,9 @@ def _by_closure(rates, push, force, free, refuse_corner):
     moved = _times(W, _times(M, _times(W, rest)))  # of W^T the negative
     scale = -1.0 / delta
     e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
-    return Accelerations(rates, (e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])), (x, y))
+    return Accelerations(
+        rates, (e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])), (x, y)
+    )
 
 
 def masses(rates: Rates, free: tuple = FREE) -> list[list]:
@@ -113,7 +128,9 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
         turn, side = physics.turning[i] * (1 / (bar * bar)), physics.across[i] * (1 / bar)
         s, c, (ux, uy) = leg.sine, leg.cosine, leg.distal
-        own.append(robot.inertias[i] * (1 / (drive.length * drive.length)) + c * (turn * c + 2 * side * s))
+        own.append(
+            robot.inertias[i] * (1 / (drive.length * drive.length)) + c * (turn * c + 2 * side * s)
+        )
         share = -(turn * c + side * s) * free[i]
         coupled.append((-share * uy, share * ux))
         xx, xy, yy = xx + turn * uy * uy, xy - turn * ux * uy, yy + turn * ux * ux
@@ -126,10 +143,12 @@ def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tupl
     """The forces along the distal bars in a motion under tau, on components, regular as the motion: least squares of
     all that speaks of them, which agrees."""
     free, pose = _free(slip), acc.rates.pose
-    force, torques = asked_for(acc, slip)
+    force, torques = forces_and_torques(acc, slip)
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
     lengths = (drive.length for drive in pose.robot.drives)
-    own = (f * (t - asked) * (1 / length) for f, t, asked, length in zip(free, tau, torques, lengths))
+    own = (
+        f * (t - asked) * (1 / length) for f, t, asked, length in zip(free, tau, torques, lengths)
+    )
     right = tuple(dot(u, force) + s * each for u, s, each in zip(pose.u2, (s1, s2), own))
     return _two_forces(pose, (s1 * s1, s2 * s2), right)[0]
 

@@ -12,21 +12,49 @@ if TYPE_CHECKING:
 
 # What all languages of C's family write alike; {0}, {1}: the operands. Truth is a number, 0 or 1.
 OPERATIONS = {
-    ca.OP_ASSIGN: "{0}", ca.OP_ADD: "{0} + {1}", ca.OP_SUB: "{0} - {1}", ca.OP_MUL: "{0} * {1}",
-    ca.OP_DIV: "{0} / {1}", ca.OP_NEG: "-{0}", ca.OP_SQ: "{0} * {0}", ca.OP_TWICE: "{0} + {0}", ca.OP_INV: "1 / {0}",
-    ca.OP_LT: "+({0} < {1})", ca.OP_LE: "+({0} <= {1})", ca.OP_EQ: "+({0} == {1})", ca.OP_NE: "+({0} != {1})",
-    ca.OP_NOT: "+!{0}", ca.OP_AND: "+({0} && {1})", ca.OP_OR: "+({0} || {1})", ca.OP_IF_ELSE_ZERO: "{0} ? {1} : 0",
+    ca.OP_ASSIGN: "{0}",
+    ca.OP_ADD: "{0} + {1}",
+    ca.OP_SUB: "{0} - {1}",
+    ca.OP_MUL: "{0} * {1}",
+    ca.OP_DIV: "{0} / {1}",
+    ca.OP_NEG: "-{0}",
+    ca.OP_SQ: "{0} * {0}",
+    ca.OP_TWICE: "{0} + {0}",
+    ca.OP_INV: "1 / {0}",
+    ca.OP_LT: "+({0} < {1})",
+    ca.OP_LE: "+({0} <= {1})",
+    ca.OP_EQ: "+({0} == {1})",
+    ca.OP_NE: "+({0} != {1})",
+    ca.OP_NOT: "+!{0}",
+    ca.OP_AND: "+({0} && {1})",
+    ca.OP_OR: "+({0} || {1})",
+    ca.OP_IF_ELSE_ZERO: "{0} ? {1} : 0",
     ca.OP_SIGN: "{0} < 0 ? -1 : {0} > 0 ? 1 : {0}",
-}  # fmt: skip
+}
 # Operation -> (its function's name in C and in most languages, operands).
 FUNCTIONS = {
-    ca.OP_SQRT: ("sqrt", 1), ca.OP_SIN: ("sin", 1), ca.OP_COS: ("cos", 1), ca.OP_TAN: ("tan", 1),
-    ca.OP_ASIN: ("asin", 1), ca.OP_ACOS: ("acos", 1), ca.OP_ATAN: ("atan", 1), ca.OP_ATAN2: ("atan2", 2),
-    ca.OP_EXP: ("exp", 1), ca.OP_LOG: ("log", 1), ca.OP_TANH: ("tanh", 1), ca.OP_POW: ("pow", 2),
-    ca.OP_CONSTPOW: ("pow", 2), ca.OP_FABS: ("fabs", 1), ca.OP_CEIL: ("ceil", 1), ca.OP_FLOOR: ("floor", 1),
-    ca.OP_FMIN: ("fmin", 2), ca.OP_FMAX: ("fmax", 2), ca.OP_FMOD: ("fmod", 2), ca.OP_HYPOT: ("hypot", 2),
+    ca.OP_SQRT: ("sqrt", 1),
+    ca.OP_SIN: ("sin", 1),
+    ca.OP_COS: ("cos", 1),
+    ca.OP_TAN: ("tan", 1),
+    ca.OP_ASIN: ("asin", 1),
+    ca.OP_ACOS: ("acos", 1),
+    ca.OP_ATAN: ("atan", 1),
+    ca.OP_ATAN2: ("atan2", 2),
+    ca.OP_EXP: ("exp", 1),
+    ca.OP_LOG: ("log", 1),
+    ca.OP_TANH: ("tanh", 1),
+    ca.OP_POW: ("pow", 2),
+    ca.OP_CONSTPOW: ("pow", 2),
+    ca.OP_FABS: ("fabs", 1),
+    ca.OP_CEIL: ("ceil", 1),
+    ca.OP_FLOOR: ("floor", 1),
+    ca.OP_FMIN: ("fmin", 2),
+    ca.OP_FMAX: ("fmax", 2),
+    ca.OP_FMOD: ("fmod", 2),
+    ca.OP_HYPOT: ("hypot", 2),
     ca.OP_COPYSIGN: ("copysign", 2),
-}  # fmt: skip
+}
 WIDTH = 118  # of a line
 OTHERS = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 
@@ -59,11 +87,15 @@ def statements(function: ca.Function, language: Language) -> Iterator[str]:
     They use the variables of `variables`. ValueError for a function that is none, or an operation unknown here.
     """
     if not function.is_a("SXFunction"):
-        raise ValueError(f"{function.name()} must be a function of SX expressions, not a {function.class_name()}")
+        raise ValueError(
+            f"{function.name()} must be a function of SX expressions, not a {function.class_name()}"
+        )
     for k in range(function.n_instructions()):
         code, inputs, outputs = (
-            function.instruction_id(k), function.instruction_input(k), function.instruction_output(k),
-        )  # fmt: skip
+            function.instruction_id(k),
+            function.instruction_input(k),
+            function.instruction_output(k),
+        )
         if code == ca.OP_OUTPUT:
             target = _element(language.write, function.name_out, function.sparsity_out, *outputs)
             yield f"{target} = {_variable(inputs[0])}"

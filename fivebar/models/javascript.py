@@ -10,24 +10,76 @@ import casadi as ca
 from .instructions import Language, indexed, statements, variables, wrapped
 
 RESERVED = {
-    "arguments", "await", "break", "case", "catch", "class", "const", "continue", "debugger", "default", "delete", "do",
-    "else", "enum", "eval", "export", "extends", "false", "finally", "for", "function", "if", "implements", "import",
-    "in", "instanceof", "interface", "let", "new", "null", "out", "package", "private", "protected", "public", "return",
-    "static", "super", "switch", "this", "throw", "true", "try", "typeof", "var", "void", "while", "with", "yield",
-    "Infinity", "Math", "NaN", "undefined",
-}  # fmt: skip
+    "arguments",
+    "await",
+    "break",
+    "case",
+    "catch",
+    "class",
+    "const",
+    "continue",
+    "debugger",
+    "default",
+    "delete",
+    "do",
+    "else",
+    "enum",
+    "eval",
+    "export",
+    "extends",
+    "false",
+    "finally",
+    "for",
+    "function",
+    "if",
+    "implements",
+    "import",
+    "in",
+    "instanceof",
+    "interface",
+    "let",
+    "new",
+    "null",
+    "out",
+    "package",
+    "private",
+    "protected",
+    "public",
+    "return",
+    "static",
+    "super",
+    "switch",
+    "this",
+    "throw",
+    "true",
+    "try",
+    "typeof",
+    "var",
+    "void",
+    "while",
+    "with",
+    "yield",
+    "Infinity",
+    "Math",
+    "NaN",
+    "undefined",
+}
 
 # As C has them: what is no number is true there and false here, Math.min gives it on, Math.pow has other limits.
 OWN = {
-    ca.OP_NOT: "+({0} === 0)", ca.OP_AND: "+({0} !== 0 && {1} !== 0)", ca.OP_OR: "+({0} !== 0 || {1} !== 0)",
-    ca.OP_IF_ELSE_ZERO: "{0} !== 0 ? {1} : 0", ca.OP_FMOD: "{0} % {1}",
-    ca.OP_FMIN: "{0} < {1} || {1} !== {1} ? {0} : {1}", ca.OP_FMAX: "{0} > {1} || {1} !== {1} ? {0} : {1}",
+    ca.OP_NOT: "+({0} === 0)",
+    ca.OP_AND: "+({0} !== 0 && {1} !== 0)",
+    ca.OP_OR: "+({0} !== 0 || {1} !== 0)",
+    ca.OP_IF_ELSE_ZERO: "{0} !== 0 ? {1} : 0",
+    ca.OP_FMOD: "{0} % {1}",
+    ca.OP_FMIN: "{0} < {1} || {1} !== {1} ? {0} : {1}",
+    ca.OP_FMAX: "{0} > {1} || {1} !== {1} ? {0} : {1}",
     ca.OP_COPYSIGN: "{1} < 0 || 1 / {1} < 0 ? -Math.abs({0}) : Math.abs({0})",
     **dict.fromkeys(
         (ca.OP_POW, ca.OP_CONSTPOW),
         "{0} === 1 || ({0} === -1 && Math.abs({1}) === Infinity) ? 1 : {0} ** {1}",
     ),
-}  # fmt: skip
+}
 
 
 def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> str:
@@ -44,8 +96,12 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
     outputs = [function.name_out(k) for k in range(function.n_out())]
     for word in (name, *inputs, *outputs):
         if word in RESERVED or re.fullmatch(r"w\d+|[^A-Za-z_$].*", word):
-            raise ValueError(f"{name}: {word!r} is no name in JavaScript, or taken; choose another one")
-    language = Language(_number, _call, indexed, partial(_flat, function, outputs) if flat else indexed, OWN)
+            raise ValueError(
+                f"{name}: {word!r} is no name in JavaScript, or taken; choose another one"
+            )
+    language = Language(
+        _number, _call, indexed, partial(_flat, function, outputs) if flat else indexed, OWN
+    )
     body = wrapped("let ", variables(function), ";")
     if not flat:
         own = [f"{each} = {_empty(function.size_out(k))}" for k, each in enumerate(outputs)]

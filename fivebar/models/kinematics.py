@@ -37,20 +37,23 @@ class Rates:
 
     def _words(self):
         pose = self.pose
-        own = vector("xi'", self._xi_dot, "m/s"), vector("q'", self._q_dot, f"{pose.robot.words.unit}/s")
+        own = (
+            vector("xi'", self._xi_dot, "m/s"),
+            vector("q'", self._q_dot, f"{pose.robot.words.unit}/s"),
+        )
         return (*own, *pose._words())
 
     @cached_property
-    def _swing(self):
+    def _transverse_velocity(self):
         """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
         if self._from_task and not self.pose.robot.turns:
             # Across its guide a foot stands still: a motion along the guides, however fast, turns no bar.
             return tuple(-self._xi_dot[0] / sine for sine in self.pose.sines)
-        legs = zip(self.pose.u2, self.pose._slopes, self._q_dot)
+        legs = zip(self.pose.u2, self.pose._velocity_coefficients, self._q_dot)
         return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
 
     @cached_property
-    def _bends(self):
+    def _centripetal(self):
         """Per leg P_i'' q_i'^2 along and across the distal bar."""
         bends = []
         for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose.legs, self._q_dot):
@@ -63,18 +66,23 @@ class Rates:
         if self._from_task and _reached(self.pose):
             # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where the leg is folded.
             bias = []
-            for leg, bar, q_dot, passive in zip(self.pose.legs, self.pose.robot.distal, self._q_dot, self._passive):
+            for leg, bar, q_dot, passive in zip(
+                self.pose.legs, self.pose.robot.distal, self._q_dot, self._passive
+            ):
                 l1 = leg.drive.length
                 reach = 0.5 / bar * (leg.dyad.span_squared + (bar - l1) * (bar + l1))
                 bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
             return tuple(bias)
-        legs = zip(self._bends, self._swing, self.pose.robot.distal)
+        legs = zip(self._centripetal, self._transverse_velocity, self.pose.robot.distal)
         return tuple(along - swing * swing * (1 / bar) for (along, _), swing, bar in legs)
 
     @property
     def phi_dot(self) -> tuple:
         """Per leg the distal bar's own rate phi_i', rad/s, on components."""
-        return tuple(swing * (1 / bar) for swing, bar in zip(self._swing, self.pose.robot.distal))
+        return tuple(
+            swing * (1 / bar)
+            for swing, bar in zip(self._transverse_velocity, self.pose.robot.distal)
+        )
 
     @property
     def margin_rates(self) -> tuple:
@@ -104,7 +112,7 @@ class Rates:
     @cached_property
     def _passive(self):
         if not (self._from_task and _reached(self.pose)):
-            return self._relative(self._swing, self._q_dot)
+            return self._relative(self._transverse_velocity, self._q_dot)
         # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
         legs = zip(self.pose.legs, self.pose.robot.distal, self.pose.b)
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
@@ -145,29 +153,36 @@ class Accelerations:
     @property
     def phi_ddot(self) -> tuple:
         """Per leg the distal bar's own acceleration phi_i'', rad/s^2, on components."""
-        return tuple(swing * (1 / bar) for swing, bar in zip(self._swing, self.rates.pose.robot.distal))
+        return tuple(
+            swing * (1 / bar)
+            for swing, bar in zip(self._transverse_velocity, self.rates.pose.robot.distal)
+        )
 
     @cached_property
     def xi_ddot(self) -> np.ndarray:
         return pack(*self._xi_ddot)
 
     @cached_property
-    def _swing(self):
+    def _transverse_velocity(self):
         """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
         pose = self.rates.pose
         if self._from_task and not pose.robot.turns:
-            legs = zip(pose.legs, pose.robot.distal, self.rates._swing)
+            legs = zip(pose.legs, pose.robot.distal, self.rates._transverse_velocity)
             return tuple(
-                -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine for leg, bar, swing in legs
+                -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine
+                for leg, bar, swing in legs
             )
-        legs = zip(pose.u2, pose._slopes, self._q_ddot, self.rates._bends)
-        return tuple(cross(u2, self._xi_ddot) - across * q_ddot - bend for u2, (_, across), q_ddot, (_, bend) in legs)
+        legs = zip(pose.u2, pose._velocity_coefficients, self._q_ddot, self.rates._centripetal)
+        return tuple(
+            cross(u2, self._xi_ddot) - across * q_ddot - bend
+            for u2, (_, across), q_ddot, (_, bend) in legs
+        )
 
     @cached_property
     def q_passive_ddot(self) -> np.ndarray:
         rates, pose = self.rates, self.rates.pose
         if not (self._from_task and _reached(pose)):
-            return pack(*rates._relative(self._swing, self._q_ddot))
+            return pack(*rates._relative(self._transverse_velocity, self._q_ddot))
         # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along joined with q_i2'^2.
         passive = []
         for leg, bar, b, q_dot in zip(pose.legs, pose.robot.distal, pose.b, rates._passive):
@@ -191,7 +206,9 @@ def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
     if not isinstance(pose, Pose):
         a_pose(pose, "pose")
     q_dot = unpack_for(pose.point[0], q_dot, "q_dot")
-    return Rates(pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm"))
+    return Rates(
+        pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm")
+    )
 
 
 def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
@@ -202,7 +219,12 @@ def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
     if not isinstance(pose, Pose):
         a_pose(pose, "pose")
     xi_dot = unpack_for(pose.point[0], xi_dot, "xi_dot")
-    return Rates(pose, solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose.u2), "ikm"), xi_dot, _from_task=True)
+    return Rates(
+        pose,
+        solve_b(pose, tuple(dot(u2, xi_dot) for u2 in pose.u2), "ikm"),
+        xi_dot,
+        _from_task=True,
+    )
 
 
 def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:

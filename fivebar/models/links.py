@@ -58,7 +58,10 @@ class Link:
     @classmethod
     def about_centre(cls, mass: float, x: float, y: float = 0.0, inertia: float = 0.0) -> Link:
         """A link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD programs give it."""
-        mass, x, y = (number(value, f"a link's {name}") for name, value in (("mass", mass), ("x", x), ("y", y)))
+        mass, x, y = (
+            number(value, f"a link's {name}")
+            for name, value in (("mass", mass), ("x", x), ("y", y))
+        )
         own = number(inertia, "a link's inertia about its centre of mass", 0.0)
         return cls(mass, x, y, own + mass * (x * x + y * y))
 
@@ -71,13 +74,17 @@ class Link:
         return self.mass, self.mass * x, self.mass * self.y, own
 
 
-def grouped(lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence) -> dict[str, float]:
+def grouped(
+    lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence
+) -> dict[str, float]:
     """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m, ...}."""
     if not isinstance(links, Mapping) or not set(links) <= set(NAMES):
         raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
     rotor = rotor.tolist() if isinstance(rotor, np.ndarray) else rotor
     if not isinstance(rotor, (tuple, list)) or len(rotor) != 2:
-        raise ValueError(f"rotor must be two inertias, or (inertia, gear ratio) pairs, not {shown(rotor)}")
+        raise ValueError(
+            f"rotor must be two inertias, or (inertia, gear ratio) pairs, not {shown(rotor)}"
+        )
     found = {"m": inertia(payload, "payload")}
     for leg, motor in zip("12", rotor):
         l1, l2 = lengths[f"l{leg}1"], lengths[f"l{leg}2"]
@@ -106,7 +113,9 @@ def _rotor(motor):
     """The inertia that a motor puts on its joint."""
     if isinstance(motor, (tuple, list)):
         if len(motor) != 2:
-            raise ValueError(f"rotor must be an inertia or (inertia, gear ratio), not {shown(motor)}")
+            raise ValueError(
+                f"rotor must be an inertia or (inertia, gear ratio), not {shown(motor)}"
+            )
         return (
             inertia(motor[0], "rotor's inertia")
             * positive(abs(number(motor[1], "rotor's gear ratio")), "rotor's gear ratio") ** 2

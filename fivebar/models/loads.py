@@ -31,17 +31,25 @@ if TYPE_CHECKING:
 def refuse_weightless(robot: Robot, model: str) -> None:
     """Raise where there is gravity and nothing that it pulls."""
     physics = loads_of(robot)
-    if physics.weighs and not any(map(named, (robot.m, *physics.levers, *physics.sides, *physics.across))):
-        names = ", ".join(name for name in ("m", "mx11", "my11", "mx21", "my21", "mf1", "mf2") if hasattr(robot, name))
-        raise ValueError(f"{model}: gravity = {physics.gravity} m/s² pulls at nothing: {names} are 0")
+    if physics.has_gravity and not any(
+        map(named, (robot.m, *physics.levers, *physics.sides, *physics.across))
+    ):
+        names = ", ".join(
+            name
+            for name in ("m", "mx11", "my11", "mx21", "my21", "mf1", "mf2")
+            if hasattr(robot, name)
+        )
+        raise ValueError(
+            f"{model}: gravity = {physics.gravity} m/s² pulls at nothing: {names} are 0"
+        )
 
 
-def carries(robot: Robot) -> bool:
+def has_moving_mass(robot: Robot) -> bool:
     """Whether the distal bars push at all."""
     return named(robot.m) or loads_of(robot).heavy or any(map(named, loads_of(robot).elbows))
 
 
-def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
+def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
     """(force on the end-effector, torques of the drives) that a motion asks for but for the forces along the bars.
 
     On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of its rate.
@@ -56,16 +64,22 @@ def asked_for(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tup
     torques = []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
         q_dot, q_ddot = rates._q_dot[i], acc._q_ddot[i]
-        torque = robot.inertias[i] * q_ddot + _weight(physics, drive, leg, i) + _friction(physics, i, q_dot, slip)
+        torque = (
+            robot.inertias[i] * q_ddot
+            + _weight(physics, drive, leg, i)
+            + _friction(physics, i, q_dot, slip)
+        )
         j, my, rub = physics.turning[i], physics.across[i], physics.elbows[i]
         if named(j) or named(my) or named(rub):
-            b, beside = pose._slopes[i]
+            b, beside = pose._velocity_coefficients[i]
             phi_dot, phi_ddot = rates.phi_dot[i], acc.phi_ddot[i]
-            pull = b * q_ddot + rates._bends[i][0] - (gx * leg.distal[0] + gy * leg.distal[1])
+            pull = b * q_ddot + rates._centripetal[i][0] - (gx * leg.distal[0] + gy * leg.distal[1])
             resists = rub * drive.relative(phi_dot, q_dot)
             share = (j * phi_ddot - my * pull + resists) * (1 / bar)
             force[0], force[1] = force[0] - share * leg.distal[1], force[1] + share * leg.distal[0]
-            torque = torque - my * (b * phi_ddot + beside * phi_dot * phi_dot) - share * beside - resists
+            torque = (
+                torque - my * (b * phi_ddot + beside * phi_dot * phi_dot) - share * beside - resists
+            )
         torques.append(torque)
     return tuple(force), tuple(torques)
 
@@ -91,8 +105,12 @@ def _friction(physics, i, q_dot, slip):
     if slip is not None:
         return physics.viscous[i] * q_dot + dry * slip[i]
     if named(physics.smoothing):
-        return physics.viscous[i] * q_dot + dry * q_dot / sqrt(q_dot * q_dot + physics.smoothing * physics.smoothing)
-    return physics.viscous[i] * q_dot + dry * (sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot))
+        return physics.viscous[i] * q_dot + dry * q_dot / sqrt(
+            q_dot * q_dot + physics.smoothing * physics.smoothing
+        )
+    return physics.viscous[i] * q_dot + dry * (
+        sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
+    )
 
 
 def potential(pose: Pose) -> np.ndarray:
@@ -103,7 +121,7 @@ def potential(pose: Pose) -> np.ndarray:
     a_pose(pose, "pose")
     robot, physics = pose.robot, loads_of(pose.robot)
     value = 0.0 * pose.point[0]
-    if not physics.weighs:
+    if not physics.has_gravity:
         return value
     refuse_weightless(robot, "potential")
     g = physics.gravity
@@ -128,7 +146,9 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
     """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols too."""
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
     dry = loads_of(robot).coulomb
-    return pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
+    return (
+        pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
+    )
 
 
 def lost_power(rates: Rates) -> np.ndarray:

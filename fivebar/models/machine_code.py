@@ -28,7 +28,9 @@ def machine_code(function, jit=True):
     except (RuntimeError, OSError) as error:
         if jit is True:
             raise
-        warnings.warn(f"{error}; going on in CasADi's virtual machine", RuntimeWarning, stacklevel=3)
+        warnings.warn(
+            f"{error}; going on in CasADi's virtual machine", RuntimeWarning, stacklevel=3
+        )
         return function
 
 
@@ -51,7 +53,9 @@ def library(source, made_by="", flags=(), compiler=None):
     """
     compiler = compiler or c_compiler()
     if not compiler:
-        raise RuntimeError('no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without')
+        raise RuntimeError(
+            'no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without'
+        )
     recipe = "\n".join([source, compiler, *FLAGS, *flags, platform.machine(), made_by])
     folder = cache_folder() / hashlib.sha256(recipe.encode()).hexdigest()[:32]
     if not _intact(folder):
@@ -61,7 +65,9 @@ def library(source, made_by="", flags=(), compiler=None):
 
 def c_compiler():
     """The system's C compiler, None if there is none."""
-    return os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    return (
+        os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    )
 
 
 def cache_folder():
@@ -75,7 +81,9 @@ def cache_folder():
             return Path.home() / "Library" / "Caches" / "fivebar"
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
     except RuntimeError:  # of a user without an account, as in many containers
-        raise OSError("this user has no home to keep compiled models in; set FIVEBAR_CACHE to a folder") from None
+        raise OSError(
+            "this user has no home to keep compiled models in; set FIVEBAR_CACHE to a folder"
+        ) from None
 
 
 def _intact(folder):

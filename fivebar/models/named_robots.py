@@ -24,29 +24,49 @@ _LIU_SETS = (
 )  # fmt: skip
 
 # Taken as about the centres of mass; friction of the motors as published, their inertia not.
-_IRI_BAR, _IRI_FOREARM = Link.about_centre(1.2093, 0.11, 0.0, 7e-3), Link.about_centre(0.8925, 0.0746, 0.0, 2.3e-3)
+_IRI_BAR, _IRI_FOREARM = (
+    Link.about_centre(1.2093, 0.11, 0.0, 7e-3),
+    Link.about_centre(0.8925, 0.0746, 0.0, 2.3e-3),
+)
 _IRI = FiveBar.from_links(
-    0.2, 0.15, 0.2, 0.15, 0.12, {"11": _IRI_BAR, "12": _IRI_FOREARM, "21": _IRI_BAR, "22": _IRI_FOREARM}, payload=0.5,
-    gravity=(0.0, -9.81), viscous=(0.0176, 0.0176),
-)  # fmt: skip
+    0.2,
+    0.15,
+    0.2,
+    0.15,
+    0.12,
+    {"11": _IRI_BAR, "12": _IRI_FOREARM, "21": _IRI_BAR, "22": _IRI_FOREARM},
+    payload=0.5,
+    gravity=(0.0, -9.81),
+    viscous=(0.0176, 0.0176),
+)
 
 ROBOTS = {
     "amoro": NamedRobot(FiveBar(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
-    "amoro-files": NamedRobot(FiveBar(zz1=0.002025, zz2=0.002025), "the AMORO lab's own files, zz = 1.0 * 0.045^2"),
+    "amoro-files": NamedRobot(
+        FiveBar(zz1=0.002025, zz2=0.002025), "the AMORO lab's own files, zz = 1.0 * 0.045^2"
+    ),
     "biglide": NamedRobot(Biglide(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
-    "hoang-2015": NamedRobot(_symmetric(0.07, 0.2, 0.125), "Hoang, Vuong, Pham 2015: no Type-2 singularity anywhere"),
-    **{f"liu-2006-{letter}": NamedRobot(_symmetric(*r), _LIU.format(*r)) for letter, r in zip("abcdef", _LIU_SETS)},
+    "hoang-2015": NamedRobot(
+        _symmetric(0.07, 0.2, 0.125), "Hoang, Vuong, Pham 2015: no Type-2 singularity anywhere"
+    ),
+    **{
+        f"liu-2006-{letter}": NamedRobot(_symmetric(*r), _LIU.format(*r))
+        for letter, r in zip("abcdef", _LIU_SETS)
+    },
     "iri-vertical": NamedRobot(
         _IRI,
         "IRI five-bar in the vertical plane, published masses, centres of mass, inertias, friction, payload 0.5 kg",
     ),
     "motkin": NamedRobot(
-        _symmetric(0.06, 0.1, 0.05), "MOTKIN desktop testbed: 60, 100, base 100 mm; no inertias given"
+        _symmetric(0.06, 0.1, 0.05),
+        "MOTKIN desktop testbed: 60, 100, base 100 mm; no inertias given",
     ),
     "minitaur-leg": NamedRobot(
-        _symmetric(0.1, 0.2, 0.0), "Ghost Robotics SDK, defaults of MinitaurLeg: two coaxial motors; no inertias given"
+        _symmetric(0.1, 0.2, 0.0),
+        "Ghost Robotics SDK, defaults of MinitaurLeg: two coaxial motors; no inertias given",
     ),
     "haply": NamedRobot(
-        _symmetric(0.07, 0.09, 0.0), "Haply hAPI, defaults of Pantograph: a haptic device, coaxial; no inertias given"
+        _symmetric(0.07, 0.09, 0.0),
+        "Haply hAPI, defaults of Pantograph: a haptic device, coaxial; no inertias given",
     ),
 }

@@ -62,7 +62,9 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
         if set(parameters) <= {f.name for f in fields(kind)}:
             return kind(**parameters)
     known = [f"{', '.join(f.name for f in _own(kind))} ({kind.words.title})" for kind in KINDS]
-    unknown = min((sorted(set(parameters) - {f.name for f in fields(kind)}) for kind in KINDS), key=len)
+    unknown = min(
+        (sorted(set(parameters) - {f.name for f in fields(kind)}) for kind in KINDS), key=len
+    )
     more = dict.fromkeys(f.name for kind in KINDS for f in _beyond(kind))
     raise ValueError(
         f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond these "
@@ -89,7 +91,9 @@ def _link(name, link):
         return link
     about, known = "inertia_about_centre", ("mass", "x", "y", "inertia")
     if unknown := sorted(set(link) - {*known, about}):
-        raise ValueError(f"links.{name}: no {', '.join(unknown)}; the known ones are {', '.join((*known, about))}")
+        raise ValueError(
+            f"links.{name}: no {', '.join(unknown)}; the known ones are {', '.join((*known, about))}"
+        )
     needs = ("mass", "x") if about in link else ("mass",)
     if missing := [each for each in needs if each not in link]:
         raise ValueError(f"links.{name} needs {', '.join(missing)} too")

@@ -44,10 +44,10 @@ class Physics:
     @property
     def asked(self) -> bool:
         """Whether any of it changes a motion."""
-        return self.weighs or self.heavy or self.rubs
+        return self.has_gravity or self.heavy or self.has_friction
 
     @cached_property
-    def weighs(self) -> bool:
+    def has_gravity(self) -> bool:
         return any_named(self.gravity)
 
     @cached_property
@@ -56,7 +56,7 @@ class Physics:
         return any_named(self.turning, self.across)
 
     @cached_property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         return any_named(self.viscous, self.coulomb, self.elbows)
 
     @cached_property

@@ -88,7 +88,9 @@ class Pose:
     def _words(self):
         words, place = self.robot.words, [vector("xi", self.point, "m")]
         if single(self.point):
-            modes = "working ({:+d}, {:+d}), assembly {:+d}".format(*map(int, self.working), int(self.assembly))
+            modes = "working ({:+d}, {:+d}), assembly {:+d}".format(
+                *map(int, self.working), int(self.assembly)
+            )
             place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
         return (*place, words.title)
 
@@ -98,7 +100,9 @@ class Pose:
         words, passive = self.robot.words, zip(self.robot.words.passive, self.q_passive)
         angles = {name: f"{q:.6g} {words.unit}" for name, q in zip(words.joints, self.q)}
         angles |= {name: f"{angle:.6g} rad" for name, angle in passive}
-        margins = {name: f"{value:.6g}" for name, value in zip(words.sines, (*self.sines, self.det_A))}
+        margins = {
+            name: f"{value:.6g}" for name, value in zip(words.sines, (*self.sines, self.det_A))
+        }
         return table(repr(self), angles | margins)
 
     @cached_property
@@ -131,12 +135,15 @@ class Pose:
     @cached_property
     def b(self) -> tuple:
         """Diagonal of B, per leg."""
-        return tuple(along for along, _ in self._slopes)
+        return tuple(along for along, _ in self._velocity_coefficients)
 
     @cached_property
-    def _slopes(self):
+    def _velocity_coefficients(self):
         """Per leg P_i' along and across the distal bar."""
-        return tuple(drive.slopes(leg.sine, leg.cosine) for drive, leg in zip(self.robot.drives, self.legs))
+        return tuple(
+            drive.velocity_coefficients(leg.sine, leg.cosine)
+            for drive, leg in zip(self.robot.drives, self.legs)
+        )
 
     @cached_property
     def q(self) -> np.ndarray:
@@ -148,7 +155,9 @@ class Pose:
 
     @cached_property
     def elbows(self) -> np.ndarray:
-        (x1, y1), (x2, y2) = (drive.pivot(leg.direction) for drive, leg in zip(self.robot.drives, self.legs))
+        (x1, y1), (x2, y2) = (
+            drive.pivot(leg.direction) for drive, leg in zip(self.robot.drives, self.legs)
+        )
         return pack_matrix(x1, y1, x2, y2)
 
     @cached_property

@@ -54,9 +54,27 @@ class Words(NamedTuple):
 
 
 FIVE_BAR = Words(
-    "five-bar robot", ("q11", "q21"), ("q12", "q22"), "base joint", "elbows", "rad", "torque", "N m", ("zz1", "zz2")
+    "five-bar robot",
+    ("q11", "q21"),
+    ("q12", "q22"),
+    "base joint",
+    "elbows",
+    "rad",
+    "torque",
+    "N m",
+    ("zz1", "zz2"),
 )
-BIGLIDE = Words("biglide robot", ("q1", "q2"), ("phi1", "phi2"), "guide", "feet", "m", "force", "N", ("mf1", "mf2"))
+BIGLIDE = Words(
+    "biglide robot",
+    ("q1", "q2"),
+    ("phi1", "phi2"),
+    "guide",
+    "feet",
+    "m",
+    "force",
+    "N",
+    ("mf1", "mf2"),
+)
 
 
 class Drive(Protocol):
@@ -78,7 +96,7 @@ class Drive(Protocol):
     def tangent(self, direction) -> tuple: ...
     def sine(self, direction, distal): ...
     def cosine(self, direction, distal): ...
-    def slopes(self, sine, cosine) -> tuple: ...
+    def velocity_coefficients(self, sine, cosine) -> tuple: ...
     def bends(self, sine, cosine) -> tuple: ...
     def close(self, xi: tuple, bar: float, working): ...
     def relative(self, absolute, own): ...
@@ -100,14 +118,14 @@ class Robot(Protocol):
     def distal(self) -> tuple[float, float]: ...
     @property
     def inertias(self) -> tuple[float, float]: ...
-    def differ(self, difference: Any) -> Any: ...
+    def joint_difference(self, difference: Any) -> Any: ...
     def continuous(self, q: np.ndarray) -> np.ndarray: ...
 
 
-def beside(robot: Robot, q, before):
+def nearest_equivalent_angle(robot: Robot, q, before):
     """Joint coordinates q, which may jump by a turn, in the turn that is nearest to `before`."""
     difference = q - before
-    return q - (difference - robot.differ(difference))
+    return q - (difference - robot.joint_difference(difference))
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,11 +178,20 @@ class FiveBar(Named):
 
     @classmethod
     def from_links(
-        cls, l11: float, l12: float, l21: float, l22: float, d: float, links: Mapping[str, Link | float],
-        payload: float = 0.0, gravity: tuple[float, float] = (0.0, 0.0), rotor: Sequence = (0.0, 0.0),
-        viscous: Sequence[float] = (0.0, 0.0), coulomb: Sequence[float] = (0.0, 0.0),
+        cls,
+        l11: float,
+        l12: float,
+        l21: float,
+        l22: float,
+        d: float,
+        links: Mapping[str, Link | float],
+        payload: float = 0.0,
+        gravity: tuple[float, float] = (0.0, 0.0),
+        rotor: Sequence = (0.0, 0.0),
+        viscous: Sequence[float] = (0.0, 0.0),
+        coulomb: Sequence[float] = (0.0, 0.0),
         elbows: Sequence[float] = (0.0, 0.0),
-    ) -> FiveBar:  # fmt: skip
+    ) -> FiveBar:
         """A robot of bars as they are built, in base parameters (`links.grouped`).
 
         l11, ..., d: m, as of FiveBar.
@@ -177,16 +204,22 @@ class FiveBar(Named):
         ValueError names a mass or an inertia that no body can have.
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
-        found = grouped({name: size(value, name) for name, value in lengths.items()}, links, payload, rotor)
-        rubs = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
-        rubs["elbows"] = elbows, "fv12", "fv22"
-        for name, (given, left, right) in rubs.items():
-            found[left], found[right] = (not_negative(each, name) for each in two_numbers(given, name))
+        found = grouped(
+            {name: size(value, name) for name, value in lengths.items()}, links, payload, rotor
+        )
+        friction = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
+        friction["elbows"] = elbows, "fv12", "fv22"
+        for name, (given, left, right) in friction.items():
+            found[left], found[right] = (
+                not_negative(each, name) for each in two_numbers(given, name)
+            )
         return cls(**lengths, d=d, **found, gravity=gravity)
 
     def __post_init__(self):
         check_values(self)
-        must_close("robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")})
+        must_close(
+            "robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")}
+        )
 
     @property
     def drives(self) -> tuple[Crank, Crank]:
@@ -207,12 +240,18 @@ class FiveBar(Named):
     def physics(self) -> Physics | None:
         """What is named beyond the lab's parameters and changes a motion; None: nothing."""
         found = Physics(
-            self.gravity, (self.mx11, self.mx21), (self.my11, self.my21), (self.zz12, self.zz22),
-            (self.my12, self.my22), (self.fv1, self.fv2), (self.fs1, self.fs2), (self.fv12, self.fv22),
-        )  # fmt: skip
+            self.gravity,
+            (self.mx11, self.mx21),
+            (self.my11, self.my21),
+            (self.zz12, self.zz22),
+            (self.my12, self.my22),
+            (self.fv1, self.fv2),
+            (self.fs1, self.fs2),
+            (self.fv12, self.fv22),
+        )
         return found if found.asked else None
 
-    def differ(self, difference: Any) -> Any:
+    def joint_difference(self, difference: Any) -> Any:
         """The difference of two joint coordinates: of angles the one within half a turn."""
         return wrap(difference)
 
@@ -281,12 +320,16 @@ class Biglide(Named):
     def physics(self) -> Physics | None:
         """What is named beyond the lab's parameters and changes a motion; None: nothing."""
         found = Physics(
-            gravity=self.gravity, levers=self.inertias, turning=(self.zz1, self.zz2), across=(self.my1, self.my2),
-            viscous=(self.fv1, self.fv2), coulomb=(self.fs1, self.fs2),
-        )  # fmt: skip
+            gravity=self.gravity,
+            levers=self.inertias,
+            turning=(self.zz1, self.zz2),
+            across=(self.my1, self.my2),
+            viscous=(self.fv1, self.fv2),
+            coulomb=(self.fs1, self.fs2),
+        )
         return found if found.asked else None
 
-    def differ(self, difference: Any) -> Any:
+    def joint_difference(self, difference: Any) -> Any:
         """The difference of two joint coordinates: lengths do not wrap."""
         return difference
 

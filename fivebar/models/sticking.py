@@ -13,7 +13,9 @@ from .physics import loads_of
 EDGE = 1e-12  # of the friction, by which what holds may exceed it: rounding
 
 
-def slip_of(rates: Rates, tau: tuple, held_by: Callable, standing: np.ndarray | None = None) -> tuple:
+def slip_of(
+    rates: Rates, tau: tuple, held_by: Callable, standing: np.ndarray | None = None
+) -> tuple:
     """Per drive the direction in which it slips, 0 where friction holds it, on components.
 
     A drive that moves slips with its rate. One that stands is held where no more than its friction is needed, else it
@@ -33,7 +35,8 @@ def slip_of(rates: Rates, tau: tuple, held_by: Callable, standing: np.ndarray | 
         if all(not stands.any() and c != 1.0 for stands, c in zip(standing, choice)):
             continue
         slip = tuple(
-            _plain(np.where(stands, c, np.where(s == 0, 1.0, s))) for stands, c, s in zip(standing, choice, signs)
+            _plain(np.where(stands, c, np.where(s == 0, 1.0, s)))
+            for stands, c, s in zip(standing, choice, signs)
         )
         with np.errstate(all="ignore"):
             try:

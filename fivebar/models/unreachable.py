@@ -25,7 +25,10 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
     """Raise for the first pose of a batch that does not close, where `open_` is true."""
     count, index = first_index(open_)
     where = f"{count} of {open_.size} poses, the first at index {index}: " if index else ""
-    gaps = [-float(min(np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances)) for dyad in pose._dyads]
+    gaps = [
+        -float(min(np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances))
+        for dyad in pose._dyads
+    ]
     gap = max(gaps)
     leg = gaps.index(gap)
     dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
@@ -45,9 +48,15 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
             gap,
             index or None,
         )
-    span, r1, r2 = float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5, dyad.r1, dyad.r2
+    span, r1, r2 = (
+        float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5,
+        dyad.r1,
+        dyad.r2,
+    )
     if r1 == r2 and span < r1:
-        raise SingularityError(f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None)
+        raise SingularityError(
+            f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None
+        )
     limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
         f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "

@@ -9,7 +9,11 @@ from ..base.backend import is_symbolic
 from ..base.checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
 from .physics import named
 
-MAY_BE_NEGATIVE = "zz1", "zz2", "m"  # what is grouped, of a heavy bar whose centre of mass is not between its ends
+MAY_BE_NEGATIVE = (
+    "zz1",
+    "zz2",
+    "m",
+)  # what is grouped, of a heavy bar whose centre of mass is not between its ends
 
 
 def _rule(robot, name):
@@ -55,7 +59,9 @@ def check_values(robot):
 def _gravity(value):
     """(gx, gy), numbers or symbols."""
     symbols = is_symbolic(value) and value.numel() == 2
-    if symbols or (isinstance(value, (tuple, list)) and len(value) == 2 and any(map(is_symbolic, value))):
+    if symbols or (
+        isinstance(value, (tuple, list)) and len(value) == 2 and any(map(is_symbolic, value))
+    ):
         return value[0], value[1]
     return two_numbers(value, "gravity")
 
@@ -67,7 +73,9 @@ class Named:
     __dataclass_fields__: ClassVar[dict]
 
     def __repr__(self):
-        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.parameters.items())})"
+        return (
+            f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.parameters.items())})"
+        )
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -76,6 +84,7 @@ class Named:
         always = names[: self.lab]
         values = {name: getattr(self, name) for name in names}
         return {
-            k: v for k, v in values.items()
+            k: v
+            for k, v in values.items()
             if k in always or (any(map(named, v)) if k == "gravity" else named(v))
-        }  # fmt: skip
+        }

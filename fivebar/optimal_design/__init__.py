@@ -7,5 +7,16 @@ from .sweeps import Sweep
 from .task import MOTORS, Motor, Task
 
 __all__ = [
-    "FIGURES", "MOTORS", "Design", "Designs", "Figure", "Front", "Motor", "Sweep", "Task", "grid", "sample", "triangle",
-]  # fmt: skip
+    "FIGURES",
+    "MOTORS",
+    "Design",
+    "Designs",
+    "Figure",
+    "Front",
+    "Motor",
+    "Sweep",
+    "Task",
+    "grid",
+    "sample",
+    "triangle",
+]

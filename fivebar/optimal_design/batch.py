@@ -53,14 +53,18 @@ def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, what: str)
         raise ValueError(f"{what} must name at least one of {', '.join(known)}")
     for name in names:
         if name not in known:
-            raise ValueError(f"{what}: no parameter {name!r} of a design; the known ones are {', '.join(known)}")
+            raise ValueError(
+                f"{what}: no parameter {name!r} of a design; the known ones are {', '.join(known)}"
+            )
         for part in known[name] or {name: 1.0}:
             if part in seen:
                 raise ValueError(f"{what}: {name} and {seen[part]} both set {part}")
             seen[part] = name
 
 
-def parameters(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide) -> dict[str, np.ndarray]:
+def parameters(
+    names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
+) -> dict[str, np.ndarray]:
     """{parameter: column (n,)} that designs (n, len(names)) set; task_x, task_y among them."""
     known, found = known_variables(robot), {}
     for name, column in zip(names, rows.T):
@@ -69,10 +73,14 @@ def parameters(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglid
     return found
 
 
-def robot_of_design(names: tuple[str, ...], row: np.ndarray, robot: FiveBar | Biglide) -> FiveBar | Biglide:
+def robot_of_design(
+    names: tuple[str, ...], row: np.ndarray, robot: FiveBar | Biglide
+) -> FiveBar | Biglide:
     """The robot of one design; ValueError for one that there cannot be."""
     found = parameters(names, np.asarray(row, dtype=float)[None], robot)
-    return replace(robot, **{name: float(column[0]) for name, column in found.items() if name not in PLACE})
+    return replace(
+        robot, **{name: float(column[0]) for name, column in found.items() if name not in PLACE}
+    )
 
 
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
@@ -85,7 +93,9 @@ def at_once(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:
     """The robots of designs (n, len(names)), as one whose parameters are columns (n, 1)."""
     given = {f.name: getattr(robot, f.name) for f in fields(robot)}
     given |= {n: c[:, None] for n, c in parameters(names, rows, robot).items() if n not in PLACE}
-    given |= {name: np.broadcast_to(np.reshape(given[name], (-1, 1)), (len(rows), 1)) for name in LENGTHS}
+    given |= {
+        name: np.broadcast_to(np.reshape(given[name], (-1, 1)), (len(rows), 1)) for name in LENGTHS
+    }
     return Robots(**given)
 
 
@@ -93,7 +103,11 @@ def checked(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
     """(good (n,), [(row, why it is no robot), ...]): rows that are surely good are not made one by one."""
-    good = _surely(names, rows, robot) if isinstance(robot, FiveBar) else np.zeros(len(rows), dtype=bool)
+    good = (
+        _surely(names, rows, robot)
+        if isinstance(robot, FiveBar)
+        else np.zeros(len(rows), dtype=bool)
+    )
     errors = []
     for k in np.flatnonzero(~good):
         try:
@@ -117,7 +131,9 @@ def _surely(names, rows, robot):
     bars, d = lengths[:, :4], lengths[:, 4]
     with np.errstate(invalid="ignore"):
         ordinary = (bars.min(axis=1) >= SHORTEST) & (bars.max(axis=1) <= LONGEST)
-        ordinary &= (bars.max(axis=1) <= 0.9 * RATIO * bars.min(axis=1)) & ((d == 0) | (d >= SHORTEST))
+        ordinary &= (bars.max(axis=1) <= 0.9 * RATIO * bars.min(axis=1)) & (
+            (d == 0) | (d >= SHORTEST)
+        )
         ordinary &= (d <= LONGEST) & (d * 0.9 * RATIO >= np.where(d > 0, bars.max(axis=1), 0.0))
         closes = 2 * lengths.max(axis=1) < lengths.sum(axis=1) * (1 - 1e-12)
     return ordinary & closes & np.isfinite(rows).all(axis=1)

@@ -14,7 +14,9 @@ def _lens(r1, r2, d):
     small, large = np.minimum(r1, r2), np.maximum(r1, r2)
     apart, within = d >= r1 + r2, d <= large - small
     crossed = ~(apart | within)
-    d, r1, r2 = (np.where(crossed, length, 1.0) for length in (d, r1, r2))  # elsewhere what can be divided by
+    d, r1, r2 = (
+        np.where(crossed, length, 1.0) for length in (d, r1, r2)
+    )  # elsewhere what can be divided by
     a1 = np.arccos(np.clip((d * d + (r1 - r2) * (r1 + r2)) / (2 * d * r1), -1, 1))
     a2 = np.arccos(np.clip((d * d - (r1 - r2) * (r1 + r2)) / (2 * d * r2), -1, 1))
     # Sectors less their triangles.
@@ -26,7 +28,7 @@ def _workspace_area(robots):
     """Both rings have in common what both outer discs have, less what an inner disc takes, plus what both take."""
     (o1, i1), (o2, i2) = (
         (p + q, abs(p - q)) for p, q in ((robots.l11, robots.l12), (robots.l21, robots.l22))
-    )  # fmt: skip
+    )
     d = robots.d
     return (_lens(o1, o2, d) - _lens(i1, o2, d) - _lens(o1, i2, d) + _lens(i1, i2, d))[:, 0]
 
@@ -46,7 +48,14 @@ def _bars_bound(robots, task):
 
 # Name, unit, better, words, of, needs, bound.
 CLOSED = (
-    ("workspace_area", "m²", "large", "what the end-effector reaches, in any mode", _workspace_area, (),
-     _workspace_bound),
+    (
+        "workspace_area",
+        "m²",
+        "large",
+        "what the end-effector reaches, in any mode",
+        _workspace_area,
+        (),
+        _workspace_bound,
+    ),
     ("bars", "m", "small", "length of the four bars together", _bars, (), _bars_bound),
-)  # fmt: skip
+)

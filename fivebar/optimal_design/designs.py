@@ -42,7 +42,9 @@ class Designs:
     _rows: Any  # (start, stop) -> rows, or () -> an iterator of rows
 
     def __repr__(self) -> str:
-        return one_line("Designs", ", ".join(self.names), f"{'?' if self.count is None else self.count} rows")
+        return one_line(
+            "Designs", ", ".join(self.names), f"{'?' if self.count is None else self.count} rows"
+        )
 
     def __len__(self) -> int:
         if self.count is None:
@@ -72,12 +74,16 @@ def columns(given: Mapping[str, Any]) -> Designs:
         raise ValueError("designs: no column is given")
     lengths = {name: len(part) for name, part in parts.items() if part.ndim}
     if len(set(lengths.values())) > 1:
-        raise ValueError(f"designs: columns of unlike lengths, {lengths}; for all combinations there is designing.grid")
+        raise ValueError(
+            f"designs: columns of unlike lengths, {lengths}; for all combinations there is designing.grid"
+        )
     count = next(iter(lengths.values()), 1)
     table = np.stack([np.broadcast_to(part, count) for part in parts.values()], axis=1)
     if not count:
         raise ValueError("designs: the columns are empty")
-    return Designs(tuple(parts), count, {"sha256": digest(table)}, lambda start, stop: table[start:stop])
+    return Designs(
+        tuple(parts), count, {"sha256": digest(table)}, lambda start, stop: table[start:stop]
+    )
 
 
 def finite_or_not(value: Any, name: str) -> np.ndarray:
@@ -105,7 +111,12 @@ def grid(**axes: Any) -> Designs:
         places = np.unravel_index(np.arange(start, stop), shape)
         return np.stack([value[place] for value, place in zip(values.values(), places)], axis=1)
 
-    return Designs(tuple(values), count, {"grid": {name: value.tolist() for name, value in values.items()}}, rows)
+    return Designs(
+        tuple(values),
+        count,
+        {"grid": {name: value.tolist() for name, value in values.items()}},
+        rows,
+    )
 
 
 def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
@@ -127,7 +138,11 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
         place = first + np.arange(start, stop, dtype=np.uint64)[:, None] * steps  # modulo 2^64
         return low + (high - low) * (place >> np.uint64(11)) * 2.0**-53
 
-    about = {"sample": {name: list(pair) for name, pair in limits.items()}, "count": count, "seed": seed}
+    about = {
+        "sample": {name: list(pair) for name, pair in limits.items()},
+        "count": count,
+        "seed": seed,
+    }
     return Designs(tuple(limits), count, about, rows)
 
 
@@ -140,7 +155,9 @@ def limits_of(bounds: Mapping[str, Any], name: str = "bounds") -> dict[str, tupl
         try:
             low, high = (pair, pair) if alone(pair) else pair
         except (TypeError, ValueError):
-            raise ValueError(f"{name}: {each} must be (low, high) or a number, not {shown(pair)}") from None
+            raise ValueError(
+                f"{name}: {each} must be (low, high) or a number, not {shown(pair)}"
+            ) from None
         low, high = number(low, f"{name}: {each}'s low"), number(high, f"{name}: {each}'s high")
         if low > high:
             raise ValueError(f"{name}: {each} = ({low:g}, {high:g}) is the wrong way round")
@@ -157,7 +174,9 @@ def triangle(count: int = 30) -> Designs:
     k = np.array([(i, j) for i in range(1, count) for j in range(1, count - i + 1)])
     r = 3 * np.column_stack([k, count - k.sum(axis=1)]) / count
     r = r[2 * k.sum(axis=1) >= count]
-    return Designs(("r1", "r2", "r3"), len(r), {"triangle": count}, lambda start, stop: r[start:stop])
+    return Designs(
+        ("r1", "r2", "r3"), len(r), {"triangle": count}, lambda start, stop: r[start:stop]
+    )
 
 
 def designs_of(given: Any, robot: FiveBar | Biglide) -> Designs:
@@ -168,8 +187,14 @@ def designs_of(given: Any, robot: FiveBar | Biglide) -> Designs:
         return columns(given)
     if isinstance(given, (str, os.PathLike)):
         return _from_file(Path(given), robot)
-    if not isinstance(given, Iterable) or isinstance(given, (bytes, np.ndarray)) or is_symbolic(given):
-        raise TypeError(f"designs must be columns by name, a file, or robots one by one, not {shown(given)}")
+    if (
+        not isinstance(given, Iterable)
+        or isinstance(given, (bytes, np.ndarray))
+        or is_symbolic(given)
+    ):
+        raise TypeError(
+            f"designs must be columns by name, a file, or robots one by one, not {shown(given)}"
+        )
     return _one_by_one(given, robot)
 
 
@@ -181,18 +206,28 @@ def _one_by_one(given, robot):
         first = next(rows)
     except StopIteration:
         raise ValueError("designs: there is none") from None
-    names = tuple(f.name for f in fields(robot) if f.name != "gravity") if isinstance(first, type(robot)) else None
+    names = (
+        tuple(f.name for f in fields(robot) if f.name != "gravity")
+        if isinstance(first, type(robot))
+        else None
+    )
     if names is None and not isinstance(first, Mapping):
-        raise TypeError(f"designs must be robots as {type(robot).__name__}, or tables by name, not {shown(first)}")
+        raise TypeError(
+            f"designs must be robots as {type(robot).__name__}, or tables by name, not {shown(first)}"
+        )
     names = names or tuple(first)
 
     def row(k, each):
         if isinstance(each, type(robot)) and not isinstance(first, Mapping):
             if each.__dict__.get("gravity", (0, 0)) != robot.__dict__.get("gravity", (0, 0)):
-                raise ValueError(f"designs[{k}]: gravity {each.gravity} is not that of robot=, {robot.gravity}")
+                raise ValueError(
+                    f"designs[{k}]: gravity {each.gravity} is not that of robot=, {robot.gravity}"
+                )
             return [getattr(each, name) for name in names]
         if not isinstance(each, Mapping) or tuple(sorted(each)) != tuple(sorted(names)):
-            raise ValueError(f"designs[{k}] must name {', '.join(names)}, as the first does, not {shown(each)}")
+            raise ValueError(
+                f"designs[{k}] must name {', '.join(names)}, as the first does, not {shown(each)}"
+            )
         return [float(finite_or_not(each[name], f"designs[{k}][{name}]")) for name in names]
 
     def all_rows():
@@ -237,12 +272,20 @@ def _from_file(path, robot):
 def _as_people_have_it(path, known):
     """Other separators, decimal commas, millimetres, and beside them figures of an earlier sweep: read at once."""
     wanted = {
-        name: Quantity((name,), METRES if name[0] in "ldr" or name in PLACE else NO_UNIT, needed=False)
+        name: Quantity(
+            (name,), METRES if name[0] in "ldr" or name in PLACE else NO_UNIT, needed=False
+        )
         for name in known
-    }  # fmt: skip
+    }
     found = read(path, wanted)
-    strange = [said for said in found.said if said.endswith("is not used") and said.split("'")[1] not in PASSED_OVER]
+    strange = [
+        notes
+        for notes in found.notes
+        if notes.endswith("is not used") and notes.split("'")[1] not in PASSED_OVER
+    ]
     if strange or not found.values:
-        first = f"{strange[0].removesuffix(' is not used')} is none" if strange else "no column is one"
+        first = (
+            f"{strange[0].removesuffix(' is not used')} is none" if strange else "no column is one"
+        )
         raise ValueError(f"{path}: {first} of the parameters of a design, {', '.join(known)}")
     return columns(found.values)

@@ -14,13 +14,24 @@ from collections.abc import Callable
 
 import numpy as np
 
-CROSSED, LEAST, MOST = 0.9, 0.3, 0.9  # share of coordinates that are new; of a difference that is added
+CROSSED, LEAST, MOST = (
+    0.9,
+    0.3,
+    0.9,
+)  # share of coordinates that are new; of a difference that is added
 
 
 def evolve(
-    evaluate: Callable, low: np.ndarray, high: np.ndarray, goals: int, size: int, generations: int,
-    rng: np.random.Generator, told: Callable = lambda: None, start: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    evaluate: Callable,
+    low: np.ndarray,
+    high: np.ndarray,
+    goals: int,
+    size: int,
+    generations: int,
+    rng: np.random.Generator,
+    told: Callable = lambda: None,
+    start: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A population (x (n, k), f (n, goals), off (n,)) after so many generations.
 
     evaluate: x (n, k) -> (f (n, goals), all to be small, off (n,), 0 where all limits are kept). told: after each.
@@ -73,7 +84,9 @@ def best(f: np.ndarray, off: np.ndarray, count: int) -> np.ndarray:
     """Indices of the best: what nothing is better than, then the same of the rest, ...; of the last the loneliest."""
     left, kept = np.arange(len(f)), []
     while len(left):
-        beaten = dominates(f[left][:, None], off[left][:, None], f[left][None], off[left][None]).any(axis=0)
+        beaten = dominates(
+            f[left][:, None], off[left][:, None], f[left][None], off[left][None]
+        ).any(axis=0)
         front = left[~beaten]
         if len(kept) + len(front) >= count:
             return np.array(kept + thinned(f, front, count - len(kept)))
@@ -108,9 +121,17 @@ def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
 
 
 def refine(
-    evaluate: Callable, low: np.ndarray, high: np.ndarray, x: np.ndarray, f: np.ndarray, chosen: np.ndarray,
-    members: int, generations: int, rng: np.random.Generator, told: Callable = lambda: None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    evaluate: Callable,
+    low: np.ndarray,
+    high: np.ndarray,
+    x: np.ndarray,
+    f: np.ndarray,
+    chosen: np.ndarray,
+    members: int,
+    generations: int,
+    rng: np.random.Generator,
+    told: Callable = lambda: None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Each of the chosen points of a front driven on by a small population of its own: (x, f, off) of all of them.
 
     A point's aim is to gain in all goals by equal shares of the front's range (Wierzbicki's achievement function); an
@@ -118,7 +139,11 @@ def refine(
     """
     span = np.maximum(np.ptp(f[chosen], axis=0), 1e-300)
     aim, many = f[chosen], len(chosen)
-    ends = {int(k): goal for goal, k in enumerate(f[chosen].argmin(axis=0))} if many > f.shape[1] else {}
+    ends = (
+        {int(k): goal for goal, k in enumerate(f[chosen].argmin(axis=0))}
+        if many > f.shape[1]
+        else {}
+    )
 
     def worth(g):
         share = (g - aim[:, None]) / span
@@ -131,10 +156,14 @@ def refine(
         g, off = evaluate(points.reshape(-1, points.shape[2]))
         return g.reshape(many, members, -1), off.reshape(many, members)
 
-    near = np.argsort(np.linalg.norm((f[chosen][:, None] - f[None]) / span, axis=2), axis=1)[:, :members]
+    near = np.argsort(np.linalg.norm((f[chosen][:, None] - f[None]) / span, axis=2), axis=1)[
+        :, :members
+    ]
     group = x[near]
     if group.shape[1] < members:
-        group = np.concatenate([group, np.repeat(group[:, :1], members - group.shape[1], axis=1)], axis=1)
+        group = np.concatenate(
+            [group, np.repeat(group[:, :1], members - group.shape[1], axis=1)], axis=1
+        )
     group[:, 1:] += rng.normal(0, 0.01, group[:, 1:].shape) * (high - low)
     group = np.clip(group, low, high)
     g, off = all_of(group)
@@ -147,7 +176,9 @@ def refine(
         factor = rng.uniform(LEAST, MOST, (many, members, 1))
         pull = rng.uniform(0, 1, (many, members, 1))
         mutant = group + pull * (top - group) + factor * (group[row, a] - group[row, b])
-        mutant = np.where(mutant < low, (low + group) / 2, np.where(mutant > high, (high + group) / 2, mutant))
+        mutant = np.where(
+            mutant < low, (low + group) / 2, np.where(mutant > high, (high + group) / 2, mutant)
+        )
         new = rng.random(group.shape) < CROSSED
         trial = np.where(new, mutant, group)
         gt, offt = all_of(trial)

@@ -31,8 +31,10 @@ def dask_executor(address: str) -> Iterator[Executor]:
     except ImportError:
         raise RuntimeError("--dask takes two more packages: pip install dask distributed") from None
     try:
-        client = Client(**({"scheduler_file": address} if address.endswith(".json") else {"address": address}),
-                        timeout=10)  # fmt: skip
+        client = Client(
+            **({"scheduler_file": address} if address.endswith(".json") else {"address": address}),
+            timeout=10,
+        )
     except (OSError, ValueError, TypeError) as error:
         raise RuntimeError(f"--dask {address}: no scheduler answers there ({error})") from None
     try:
@@ -42,7 +44,10 @@ def dask_executor(address: str) -> Iterator[Executor]:
 
 
 def computed(
-    compute: Callable, tasks: Iterator[tuple[int, Any]], executor: Executor | None, workers: int | None = None
+    compute: Callable,
+    tasks: Iterator[tuple[int, Any]],
+    executor: Executor | None,
+    workers: int | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """(number, compute(task)) of (number, task), as they come: in any order, few handed out at a time.
 
@@ -60,7 +65,9 @@ def computed(
     left, fruitless = {}, 0
     while True:
         theirs, leash = multiprocessing.Pipe(duplex=False)
-        with ProcessPoolExecutor(workers, initializer=_begin, initargs=(compute, theirs, leash)) as pool:
+        with ProcessPoolExecutor(
+            workers, initializer=_begin, initargs=(compute, theirs, leash)
+        ) as pool:
             try:
                 for done in _by(pool, _do, tasks, left):
                     fruitless = 0
@@ -70,7 +77,9 @@ def computed(
                 fruitless += 1
                 if fruitless > TRIES:
                     hint = f"the chunks in hand were {', '.join(map(str, sorted(left)[:workers]))}"
-                    raise ExecutorDied(f"{error}; {fruitless} times without a chunk done in between: {hint}") from None
+                    raise ExecutorDied(
+                        f"{error}; {fruitless} times without a chunk done in between: {hint}"
+                    ) from None
             finally:
                 leash.close()  # else an interrupt would wait for the chunks in hand, and a second one for ever
                 theirs.close()
@@ -78,7 +87,9 @@ def computed(
 
 def must_execute(executor: Any) -> None:
     """TypeError for what is no executor."""
-    if executor is not None and not all(callable(getattr(executor, name, None)) for name in ("submit", "shutdown")):
+    if executor is not None and not all(
+        callable(getattr(executor, name, None)) for name in ("submit", "shutdown")
+    ):
         raise TypeError(f"executor must be a concurrent.futures.Executor, not {shown(executor)}")
 
 
@@ -130,7 +141,9 @@ def _by(executor, compute, tasks, left):
         try:
             futures[executor.submit(compute, task)] = number
         except BrokenProcessPool:
-            raise ExecutorDied("a worker process was killed (is the machine out of memory?)") from None
+            raise ExecutorDied(
+                "a worker process was killed (is the machine out of memory?)"
+            ) from None
         except RuntimeError as error:  # shut down, or its cluster closed
             raise ExecutorDied(f"the executor takes no more work: {error}") from None
 
@@ -155,17 +168,25 @@ def _some(futures, left, executor):
         if waited == 2:
             raise ExecutorDied("the cluster has had no worker or no scheduler for a while")
     # What is done first, so that one that died takes nothing along.
-    for future in sorted(done, key=lambda each: (each.cancelled() or each.exception() is not None, futures[each])):
+    for future in sorted(
+        done, key=lambda each: (each.cancelled() or each.exception() is not None, futures[each])
+    ):
         number = futures.pop(future)
         try:
             result = future.result()
         except BrokenProcessPool:
-            raise ExecutorDied("a worker process was killed (is the machine out of memory?)") from None
+            raise ExecutorDied(
+                "a worker process was killed (is the machine out of memory?)"
+            ) from None
         except CancelledError:
-            raise ExecutorDied(f"the executor gave up chunk {number}: its workers or its scheduler are gone") from None
+            raise ExecutorDied(
+                f"the executor gave up chunk {number}: its workers or its scheduler are gone"
+            ) from None
         except Exception as error:
             if type(error).__module__.startswith(("distributed", "dask")):
-                raise ExecutorDied(f"the executor gave up chunk {number}: {type(error).__name__}: {error}") from None
+                raise ExecutorDied(
+                    f"the executor gave up chunk {number}: {type(error).__name__}: {error}"
+                ) from None
             if isinstance(error, pickle.PicklingError) or "pickle" in str(error):
                 raise _unsent(error) from None
             raise

@@ -45,7 +45,9 @@ class Figure:
     @property
     def about(self) -> dict[str, str]:
         """What a manifest says of it; of a user's function a hash of what it does."""
-        return {"name": self.name, "kind": self.kind} | ({"code": _code(self.of)} if self.kind == "own" else {})
+        return {"name": self.name, "kind": self.kind} | (
+            {"code": _code(self.of)} if self.kind == "own" else {}
+        )
 
 
 FIGURES: dict[str, Figure] = {
@@ -55,7 +57,9 @@ FIGURES: dict[str, Figure] = {
 }
 
 
-def figures_of(asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "figure") -> tuple[Figure, ...]:
+def figures_of(
+    asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "figure"
+) -> tuple[Figure, ...]:
     """The Figures that are asked for: a name, a function, a Figure, a list of them, or {name: function}."""
     if isinstance(asked, Mapping):
         found = [_own(each, name, what) for name, each in asked.items()]
@@ -72,7 +76,9 @@ def figures_of(asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "fi
         raise ValueError(f"{what}: {max(names, key=names.count)} is asked for twice")
     for each in found:
         if each.kind != "own" and not isinstance(robot, FiveBar):
-            raise ValueError(f"{what}: {each.name} is of five-bars; of a {robot.words.title} give your own function")
+            raise ValueError(
+                f"{what}: {each.name} is of five-bars; of a {robot.words.title} give your own function"
+            )
         for need in each.needs:
             if not (task.table or task.disc if need == "table" else getattr(task, need)):
                 also = " or disc=radius" if need == "table" else ""
@@ -85,7 +91,9 @@ def _one(asked, what):
         return asked
     if isinstance(asked, str):
         if asked not in FIGURES:
-            raise ValueError(f"{what}: no figure {shown(asked)}; the known ones are {', '.join(FIGURES)}")
+            raise ValueError(
+                f"{what}: no figure {shown(asked)}; the known ones are {', '.join(FIGURES)}"
+            )
         return FIGURES[asked]
     return _own(asked, getattr(asked, "__name__", "own"), what)
 
@@ -94,7 +102,9 @@ def _own(of, name, what):
     if isinstance(of, Figure):
         return of
     if not callable(of) or isinstance(of, type):
-        raise TypeError(f"{what} must be a name, a function of a robot or a list of these, not {shown(of)}")
+        raise TypeError(
+            f"{what} must be a name, a function of a robot or a list of these, not {shown(of)}"
+        )
     if not isinstance(name, str) or not name:
         raise TypeError(f"{what}: a name must be a string, not {shown(name)}")
     return Figure(name, "", "large", "", "own", of)
@@ -105,12 +115,20 @@ def _code(function):
         text = inspect.getsource(function)
     except (OSError, TypeError):
         code = getattr(function, "__code__", None)
-        text = repr((code.co_code, code.co_consts, code.co_names)) if code else type(function).__qualname__
+        text = (
+            repr((code.co_code, code.co_consts, code.co_names))
+            if code
+            else type(function).__qualname__
+        )
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def evaluate(
-    figures: Sequence[Figure], names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide, task: Task
+    figures: Sequence[Figure],
+    names: tuple[str, ...],
+    rows: np.ndarray,
+    robot: FiveBar | Biglide,
+    task: Task,
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
     """(values (n, len(figures)), [(row, what went wrong), ...]) of designs (n, len(names)); nan where it went wrong."""
     values = np.full((len(rows), len(figures)), np.nan)
@@ -123,7 +141,9 @@ def evaluate(
         for k in at_columns:
             values[chosen, k] = figures[k].of(robots)
     if at_poses and len(chosen):
-        np.empty(2**21)  # once so much was freed, glibc keeps smaller things: a quarter of the time, else page faults
+        np.empty(
+            2**21
+        )  # once so much was freed, glibc keeps smaller things: a quarter of the time, else page faults
         place = place_of_design(names, rows)
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
@@ -139,9 +159,14 @@ def evaluate(
             for k in one_by_one:
                 try:
                     values[n, k] = _value(figures[k], one, task, place[n])
-                except Exception as error:  # whatever somebody's own function raises: the other designs go on
+                except (
+                    Exception
+                ) as error:  # whatever somebody's own function raises: the other designs go on
                     errors.append(
-                        (int(n), f"{figures[k].name}: {type(error).__name__}: {' '.join(str(error).split())}")
+                        (
+                            int(n),
+                            f"{figures[k].name}: {type(error).__name__}: {' '.join(str(error).split())}",
+                        )
                     )
     return values, sorted(errors)
 

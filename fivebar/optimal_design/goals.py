@@ -25,7 +25,9 @@ class Limit:
     high: float
 
 
-def goals_of(goals: Any, task: Task, robot: FiveBar | Biglide) -> tuple[tuple[Figure, ...], np.ndarray]:
+def goals_of(
+    goals: Any, task: Task, robot: FiveBar | Biglide
+) -> tuple[tuple[Figure, ...], np.ndarray]:
     """The figures, and the sign with which each is to be small."""
     asked = goals if isinstance(goals, Mapping) else {}
     figures = figures_of(list(asked) if asked else goals, task, robot, "goals")
@@ -51,7 +53,9 @@ def limits_by_figure(limits: Any, task: Task, robot: FiveBar | Biglide) -> tuple
         try:
             low, high = asked
         except (TypeError, ValueError):
-            raise ValueError(f"limits: {figure.name} must have (low, high) or a number, not {shown(asked)}") from None
+            raise ValueError(
+                f"limits: {figure.name} must have (low, high) or a number, not {shown(asked)}"
+            ) from None
         low = -np.inf if low is None else number(low, f"limits: {figure.name}'s low")
         high = np.inf if high is None else number(high, f"limits: {figure.name}'s high")
         if low > high:

@@ -47,8 +47,12 @@ def _of_parts(measure, most):
     return of
 
 
-_largest_disc = _of_parts(lambda part, margin: largest_disc(part, margin).radius, lambda area: np.sqrt(area / np.pi))
-_largest_rectangle = _of_parts(lambda part, margin: largest_rectangle(part, margin).area, lambda area: area)
+_largest_disc = _of_parts(
+    lambda part, margin: largest_disc(part, margin).radius, lambda area: np.sqrt(area / np.pi)
+)
+_largest_rectangle = _of_parts(
+    lambda part, margin: largest_rectangle(part, margin).area, lambda area: area
+)
 
 
 def _inscribed_circle(robot, task, place):
@@ -72,15 +76,21 @@ def _inscribed_conditioning(robot, task, place):
 def _circle(robot):
     """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the modes (1, -1)."""
     if robot.l11 != robot.l21 or robot.l12 != robot.l22:
-        raise ValueError("the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22")
+        raise ValueError(
+            "the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22"
+        )
     outer, half = robot.l11 + robot.l12, robot.d / 2
     top = np.sqrt(max(outer * outer - half * half, 0.0))
     y = top * (np.arange(CENTRES) + 0.5) / CENTRES
     pose = igm(robot, np.stack([0 * y, y], axis=-1), (1, -1), unreachable="nan")
     above = pose.assembly == pose.assembly[-1]
-    first = len(y) - 1 - int(np.argmin(above[::-1])) + 1 if not above.all() else 0  # where it is so up to the top
+    first = (
+        len(y) - 1 - int(np.argmin(above[::-1])) + 1 if not above.all() else 0
+    )  # where it is so up to the top
     low, high = y[first], top
-    while True:  # the room has a kink where it is largest: among so many heights the best has it beside
+    while (
+        True
+    ):  # the room has a kink where it is largest: among so many heights the best has it beside
         heights = np.linspace(low, high, CENTRES + 1)
         room = locus_distance(robot, np.stack([0 * heights, heights], axis=-1), (1, -1))[0]
         best = int(np.argmax(room))
@@ -117,7 +127,10 @@ def _time(robot, task, place):
     if moved is None:
         return np.inf
     _, xi, xi_dot, xi_ddot = task.motion
-    at = [inverse_dynamics(ikm2(ikm(moved.rates.pose, s * xi_dot), s * s * xi_ddot)).ravel() for s in (0.5, 1.0, 2.0)]
+    at = [
+        inverse_dynamics(ikm2(ikm(moved.rates.pose, s * xi_dot), s * s * xi_ddot)).ravel()
+        for s in (0.5, 1.0, 2.0)
+    ]
     a, v, c = np.linalg.solve([[0.25, 0.5, 1.0], [1.0, 1.0, 1.0], [4.0, 2.0, 1.0]], at)
     if np.abs(c).max() >= task.motor.torque:
         return np.inf  # it cannot even be held
@@ -132,7 +145,11 @@ def _path_time(robot, task, place):
     moved = Placement(tuple(place.tolist()))(task.path)
     try:
         return time_path(
-            robot, moved, torque_limit=task.motor.torque, joint_speed_limit=task.motor.speed, working=task.working
+            robot,
+            moved,
+            torque_limit=task.motor.torque,
+            joint_speed_limit=task.motor.speed,
+            working=task.working,
         ).duration
     except (UnreachableError, SingularityError):
         return np.inf
@@ -168,19 +185,80 @@ def _square_bound(robots, task):
 
 # Name, unit, better, words, of, needs, bound.
 ONE_BY_ONE = (
-    ("dexterous_area", "m²", "large", "the largest part of the working mode with |det A| >= det_A, |sin q_i2| >= sin",
-     _dexterous_area, (), _area_bound),
-    ("largest_disc", "m", "large", "radius of the largest disc in such a part", _largest_disc, (), _regions_bound),
-    ("largest_rectangle", "m²", "large", "the largest rectangle along x and y in such a part", _largest_rectangle, (),
-     _square_bound),
-    ("inscribed_circle", "m", "large", "radius of Liu's maximal inscribed circle, of a symmetric robot",
-     _inscribed_circle, (), _regions_bound),
-    ("inscribed_conditioning", "", "large", "the same mean as Liu's, of 1 / kappa(J), over that circle",
-     _inscribed_conditioning, ()),
-    ("worst_torque", "N m", "small", "the largest torque of a motor in the motion", _worst_torque, ("motion",)),
-    ("worst_speed", "rad/s", "small", "the largest speed of a motor in the motion", _worst_speed, ("motion",)),
-    ("time", "s", "small", "of the motion run faster or slower as a whole, as fast as the motors can", _time,
-     ("motion", "motor")),
-    ("path_time", "s", "small", "the least in which the motors can follow the path, whatever the speed along it",
-     _path_time, ("path", "motor")),
-)  # fmt: skip
+    (
+        "dexterous_area",
+        "m²",
+        "large",
+        "the largest part of the working mode with |det A| >= det_A, |sin q_i2| >= sin",
+        _dexterous_area,
+        (),
+        _area_bound,
+    ),
+    (
+        "largest_disc",
+        "m",
+        "large",
+        "radius of the largest disc in such a part",
+        _largest_disc,
+        (),
+        _regions_bound,
+    ),
+    (
+        "largest_rectangle",
+        "m²",
+        "large",
+        "the largest rectangle along x and y in such a part",
+        _largest_rectangle,
+        (),
+        _square_bound,
+    ),
+    (
+        "inscribed_circle",
+        "m",
+        "large",
+        "radius of Liu's maximal inscribed circle, of a symmetric robot",
+        _inscribed_circle,
+        (),
+        _regions_bound,
+    ),
+    (
+        "inscribed_conditioning",
+        "",
+        "large",
+        "the same mean as Liu's, of 1 / kappa(J), over that circle",
+        _inscribed_conditioning,
+        (),
+    ),
+    (
+        "worst_torque",
+        "N m",
+        "small",
+        "the largest torque of a motor in the motion",
+        _worst_torque,
+        ("motion",),
+    ),
+    (
+        "worst_speed",
+        "rad/s",
+        "small",
+        "the largest speed of a motor in the motion",
+        _worst_speed,
+        ("motion",),
+    ),
+    (
+        "time",
+        "s",
+        "small",
+        "of the motion run faster or slower as a whole, as fast as the motors can",
+        _time,
+        ("motion", "motor"),
+    ),
+    (
+        "path_time",
+        "s",
+        "small",
+        "the least in which the motors can follow the path, whatever the speed along it",
+        _path_time,
+        ("path", "motor"),
+    ),
+)

@@ -33,14 +33,25 @@ def _effort(value, name):
 
 
 @takes(
-    robot=optional(instance(FiveBar, Biglide)), step=optional(positive), points=whole(2, 200), seed=whole(0, 2**63),
+    robot=optional(instance(FiveBar, Biglide)),
+    step=optional(positive),
+    points=whole(2, 200),
+    seed=whole(0, 2**63),
     effort=_effort,
-)  # fmt: skip
+)
 def design(
-    goals: Any, bounds: Mapping[str, Any], *, limits: Mapping[Any, Any] | None = None,
-    robot: FiveBar | Biglide | None = None, step: float | None = None, points: int = 20, seed: int = 0,
-    effort: float = 1.0, executor: Executor | None = None, **choices: Any,
-) -> Design | Front:  # fmt: skip
+    goals: Any,
+    bounds: Mapping[str, Any],
+    *,
+    limits: Mapping[Any, Any] | None = None,
+    robot: FiveBar | Biglide | None = None,
+    step: float | None = None,
+    points: int = 20,
+    seed: int = 0,
+    effort: float = 1.0,
+    executor: Executor | None = None,
+    **choices: Any,
+) -> Design | Front:
     """The best robot within bounds: a Design for one goal, a Front of them for two or three.
 
     goals: a figure of merit by name or as a function of a robot, a list of up to three, or {figure: "min" or "max"};
@@ -101,7 +112,10 @@ class Problem:
         if self.step is None:
             return
         for k in np.flatnonzero(self.stepped):
-            low, high = np.ceil(self.low[k] / self.step - 1e-9), np.floor(self.high[k] / self.step + 1e-9)
+            low, high = (
+                np.ceil(self.low[k] / self.step - 1e-9),
+                np.floor(self.high[k] / self.step + 1e-9),
+            )
             if low > high:
                 raise ValueError(
                     f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} = ({self.low[k]:g}, "
@@ -115,7 +129,9 @@ class Problem:
         x = np.where(x <= self.low + near, self.low, np.where(x >= self.high - near, self.high, x))
         if self.step is None:
             return x
-        return np.where(self.stepped, np.round(np.rint(x / self.step) * self.step, 12), x) + 0.0  # no -0
+        return (
+            np.where(self.stepped, np.round(np.rint(x / self.step) * self.step, 12), x) + 0.0
+        )  # no -0
 
     def values(self, x: np.ndarray) -> np.ndarray:
         rows = self.rows(x)
@@ -155,9 +171,15 @@ class Problem:
         goals = {each.name: SENSE_OF[sign] for each, sign in zip(self.goals, self.signs)}
         units = {each.name: each.unit for each in self.figures}
         return Design(
-            dict(zip(self.names, row.tolist())), robot_of_design(self.names, row, self.robot), values, goals, units,
-            self._binding(row, values), self._passed_by_none(values), self.task,
-        )  # fmt: skip
+            dict(zip(self.names, row.tolist())),
+            robot_of_design(self.names, row, self.robot),
+            values,
+            goals,
+            units,
+            self._binding(row, values),
+            self._passed_by_none(values),
+            self.task,
+        )
 
     def _binding(self, row, values):
         """Sentences on what is at its limit; of lengths in steps, on what is nearer than a step."""
@@ -175,22 +197,33 @@ class Problem:
         if self.on_table:
             within = around[:, self.place["reach"]] >= 0
             if values["reach"] <= AT_LIMIT * self.task_size or not within.all():
-                found.append(f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the table")
+                found.append(
+                    f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the table"
+                )
             around = around[within & (around[:, self.place["det_A"]] > 0)]
         for limit in self.limits:
             name = limit.figure.name
             column = around[:, self.place[name]]
             for which, value, passed in (
-                ("at least", limit.low, column < limit.low), ("at most", limit.high, column > limit.high)
-            ):  # fmt: skip
-                near = np.isfinite(value) and abs(values[name] - value) <= AT_LIMIT * max(abs(value), 1e-12)
+                ("at least", limit.low, column < limit.low),
+                ("at most", limit.high, column > limit.high),
+            ):
+                near = np.isfinite(value) and abs(values[name] - value) <= AT_LIMIT * max(
+                    abs(value), 1e-12
+                )
                 if near or passed.any():
                     how = "at" if near else "less than a step from"
-                    found.append(f"{name} = {values[name]:.6g} is {how} its limit, {which} {value:.6g}")
+                    found.append(
+                        f"{name} = {values[name]:.6g} is {how} its limit, {which} {value:.6g}"
+                    )
         return tuple(found)
 
     def _how(self, value, limit):
-        return "at its" if self.step is None or abs(value - limit) < 0.5 * self.step else "a step from its"
+        return (
+            "at its"
+            if self.step is None or abs(value - limit) < 0.5 * self.step
+            else "a step from its"
+        )
 
     def _passed_by_none(self, values):
         """{goal: what no robot within the bounds passes}: figures' own bounds at the longest, or the shortest, bars."""
@@ -199,7 +232,9 @@ class Problem:
             if figure.bound is None or SENSES[SENSE_OF[sign]] != figure.better:
                 continue
             corner = (self.high if figure.better == "large" else self.low)[None]
-            found[figure.name] = float(figure.bound(at_once(self.names, corner, self.robot), self.task)[0])
+            found[figure.name] = float(
+                figure.bound(at_once(self.names, corner, self.robot), self.task)[0]
+            )
         return found
 
 
@@ -218,10 +253,19 @@ def _one(problem, rng, effort, bar):
         return np.where(off > 0, FAR * (1 + off), f[:, 0])
 
     found = differential_evolution(
-        lambda x: all_of(x.T), list(zip(problem.low[free], problem.high[free])), vectorized=True, polish=False,
-        updating="deferred", maxiter=int(np.ceil(300 * effort)), popsize=POPULATION, tol=1e-10, atol=0.0,
-        rng=rng, init="halton", callback=lambda *_, **__: bar.update() and None,
-    )  # fmt: skip
+        lambda x: all_of(x.T),
+        list(zip(problem.low[free], problem.high[free])),
+        vectorized=True,
+        polish=False,
+        updating="deferred",
+        maxiter=int(np.ceil(300 * effort)),
+        popsize=POPULATION,
+        tol=1e-10,
+        atol=0.0,
+        rng=rng,
+        init="halton",
+        callback=lambda *_, **__: bar.update() and None,
+    )
     row = problem.low.copy()
     row[free] = found.x
     return _kept(problem, row[None])
@@ -230,13 +274,24 @@ def _one(problem, rng, effort, bar):
 def _several(problem, rng, points, effort, bar):
     generations = int(np.ceil(100 * effort))
     size = max(60, POPULATION * int(problem.free.sum()), points)
-    x, f, off = evolve(problem, problem.low, problem.high, len(problem.goals), size, generations, rng, told=bar.update)
+    x, f, off = evolve(
+        problem,
+        problem.low,
+        problem.high,
+        len(problem.goals),
+        size,
+        generations,
+        rng,
+        told=bar.update,
+    )
     kept = off == 0
     if not kept.any():
         return _kept(problem, x[np.argsort(off)[:1]])
     x, f = x[kept], f[kept]
     chosen = np.array(thinned(f, np.arange(len(f)), min(points, len(f))))
-    x, f, off = refine(problem, problem.low, problem.high, x, f, chosen, MEMBERS, generations, rng, told=bar.update)
+    x, f, off = refine(
+        problem, problem.low, problem.high, x, f, chosen, MEMBERS, generations, rng, told=bar.update
+    )
     rows = problem.rows(x[off == 0])
     f, off = problem(rows)
     better = (f[:, None] <= f[None]).all(axis=2) & (f[:, None] < f[None]).any(axis=2)
@@ -259,6 +314,10 @@ def _kept(problem, rows):
         lacks.append(f"the table is out of reach by {-values['reach']:.6g} m")
     elif problem.on_table and not values["det_A"] > 0:
         lacks.append("a Type-2 singularity crosses the table")
-    at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(problem.names, problem.rows(rows)[0]))
+    at = ", ".join(
+        f"{name} = {value:.6g}" for name, value in zip(problem.names, problem.rows(rows)[0])
+    )
     what = "; ".join(lacks) or "no robot closes, or a goal is not finite"
-    raise ValueError(f"nothing within the bounds was found that keeps the limits; the nearest, {at}: {what}")
+    raise ValueError(
+        f"nothing within the bounds was found that keeps the limits; the nearest, {at}: {what}"
+    )

@@ -25,7 +25,10 @@ class Poses:
     def __init__(self, robots: Robots, task: Task, place: np.ndarray):
         self.robots, self.task = robots, task
         nodes, self.area, self.polar = task.nodes
-        x, y = (nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k] for k in (0, 1))
+        x, y = (
+            nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k]
+            for k in (0, 1)
+        )
         self.point = x, y
         self.pose = task_pose(robots, (x, y), task.working)
 
@@ -36,7 +39,9 @@ class Poses:
     @cached_property
     def b(self):
         """|l_i1 sin q_i2|."""
-        return tuple(np.abs(length * s) for length, s in zip((self.robots.l11, self.robots.l21), self.sines))
+        return tuple(
+            np.abs(length * s) for length, s in zip((self.robots.l11, self.robots.l21), self.sines)
+        )
 
     @cached_property
     def det_A(self):
@@ -50,7 +55,10 @@ class Poses:
     def reaches(self):
         """(n,): all nodes, without a change of sign of det A between them."""
         with np.errstate(invalid="ignore"):
-            low, high = self.det_A.min(axis=1), self.det_A.max(axis=1)  # nan where one is not reached
+            low, high = (
+                self.det_A.min(axis=1),
+                self.det_A.max(axis=1),
+            )  # nan where one is not reached
             return low * high > 0
 
     def least(self, values):
@@ -75,7 +83,9 @@ class Poses:
         """1 / kappa(J): sigma_min / sigma_max = |b1 b2 det A| / (sigma_max det A)^2."""
         b1, b2 = self.b
         with np.errstate(invalid="ignore"):
-            return 2 * b1 * b2 * np.abs(self.det_A) / np.maximum(self.stretch, 1e-300)  # 0 where both are 0
+            return (
+                2 * b1 * b2 * np.abs(self.det_A) / np.maximum(self.stretch, 1e-300)
+            )  # 0 where both are 0
 
     def mean(self, values, weights):
         with np.errstate(invalid="ignore"):
@@ -132,7 +142,7 @@ def _tip_error(poses):
     t = {"q": 0.0, "l": 0.0, "d": 0.0} | poses.task.tolerances
     own = [
         b * t["q"] + (np.abs(leg.cosine) + 1) * t["l"] for b, leg in zip(poses.b, poses.pose.legs)
-    ]  # fmt: skip
+    ]
     base = [side * u[0] * t["d"] / 2 for side, u in zip((-1, 1), poses.pose.u2)]
     worst = 0.0
     for other in (1, -1):
@@ -146,7 +156,9 @@ def _tip_error(poses):
 def _box(poses):
     """Width and height of the box around base joints, elbows and end-effector."""
     half = poses.robots.d / 2
-    elbows = [drive.pivot(leg.direction) for drive, leg in zip(poses.robots.drives, poses.pose.legs)]
+    elbows = [
+        drive.pivot(leg.direction) for drive, leg in zip(poses.robots.drives, poses.pose.legs)
+    ]
     xs, ys = ([points[k] for points in (*elbows, poses.point)] for k in (0, 1))
     xs, ys = [*xs, half, -half], [*ys, 0.0 * half]
     return [_widest(parts, len(poses.det_A)) for parts in (xs, ys)]
@@ -182,25 +194,100 @@ def _footprint_bound(robots, task):
 
 # Name, unit, better, words, of, needs, bound.
 OVER_POSES = (
-    ("reach", "m", "large", "how far the bars' span is inside its limits, the least over the table; < 0: out of reach",
-     _reach, ("table",)),
-    ("det_A", "", "large", "the least |det A| = |sin(phi2 - phi1)|: 0 at Type 2", _det_a, ("table",), _one),
-    ("sine", "", "large", "the least |sin q_i2| of both legs: 0 at Type 1", _sine, ("table",), _one),
-    ("transmission_angle", "rad", "large", "the least acute angle between the distal bars", _transmission, ("table",),
-     _right_angle),
+    (
+        "reach",
+        "m",
+        "large",
+        "how far the bars' span is inside its limits, the least over the table; < 0: out of reach",
+        _reach,
+        ("table",),
+    ),
+    (
+        "det_A",
+        "",
+        "large",
+        "the least |det A| = |sin(phi2 - phi1)|: 0 at Type 2",
+        _det_a,
+        ("table",),
+        _one,
+    ),
+    (
+        "sine",
+        "",
+        "large",
+        "the least |sin q_i2| of both legs: 0 at Type 1",
+        _sine,
+        ("table",),
+        _one,
+    ),
+    (
+        "transmission_angle",
+        "rad",
+        "large",
+        "the least acute angle between the distal bars",
+        _transmission,
+        ("table",),
+        _right_angle,
+    ),
     ("conditioning", "", "large", "the least 1 / kappa(J)", _conditioning, ("table",), _one),
-    ("global_conditioning", "", "large", "mean of 1 / kappa(J) over the area", _global, ("table",), _one),
-    ("global_conditioning_polar", "", "large",
-     "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's published indices",
-     _global_polar, ("disc",), _one),
-    ("stiffness", "N/m", "large", "the least, over directions too, of the motors' stiffness at the end-effector",
-     _stiffness, ("table", "stiffness")),
-    ("tip_speed", "m/s", "large", "speed that the motors have in every direction everywhere", _tip_speed,
-     ("table", "motor"), _speed_bound),
-    ("tip_force", "N", "large", "force that the motors hold in every direction everywhere", _tip_force,
-     ("table", "motor")),
-    ("worst_tip_error", "m", "small", "the largest error of the end-effector under the tolerances, to first order",
-     _tip_error, ("table", "tolerances")),
-    ("footprint", "m²", "small", "box around base joints, elbows and end-effector while it works", _footprint,
-     ("table",), _footprint_bound),
-)  # fmt: skip
+    (
+        "global_conditioning",
+        "",
+        "large",
+        "mean of 1 / kappa(J) over the area",
+        _global,
+        ("table",),
+        _one,
+    ),
+    (
+        "global_conditioning_polar",
+        "",
+        "large",
+        "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's published indices",
+        _global_polar,
+        ("disc",),
+        _one,
+    ),
+    (
+        "stiffness",
+        "N/m",
+        "large",
+        "the least, over directions too, of the motors' stiffness at the end-effector",
+        _stiffness,
+        ("table", "stiffness"),
+    ),
+    (
+        "tip_speed",
+        "m/s",
+        "large",
+        "speed that the motors have in every direction everywhere",
+        _tip_speed,
+        ("table", "motor"),
+        _speed_bound,
+    ),
+    (
+        "tip_force",
+        "N",
+        "large",
+        "force that the motors hold in every direction everywhere",
+        _tip_force,
+        ("table", "motor"),
+    ),
+    (
+        "worst_tip_error",
+        "m",
+        "small",
+        "the largest error of the end-effector under the tolerances, to first order",
+        _tip_error,
+        ("table", "tolerances"),
+    ),
+    (
+        "footprint",
+        "m²",
+        "small",
+        "box around base joints, elbows and end-effector while it works",
+        _footprint,
+        ("table",),
+        _footprint_bound,
+    ),
+)

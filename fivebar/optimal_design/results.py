@@ -43,12 +43,16 @@ class Design(Plotted, Paged):
     goals: Mapping[str, str]
     units: Mapping[str, str] = field(repr=False)
     binding: tuple[str, ...] = field(repr=False)
-    unpassed: Mapping[str, float] = field(repr=False)
+    unreached_bounds: Mapping[str, float] = field(repr=False)
     task: Task = field(repr=False)
 
     def __repr__(self) -> str:
-        said = [f"{name} = {self.values[name]:.6g} {self.units[name]}".rstrip() for name in self.goals]
-        return one_line("Design", *said, ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items()))
+        notes = [
+            f"{name} = {self.values[name]:.6g} {self.units[name]}".rstrip() for name in self.goals
+        ]
+        return one_line(
+            "Design", *notes, ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
+        )
 
     @property
     def place(self) -> np.ndarray:
@@ -58,7 +62,10 @@ class Design(Plotted, Paged):
     @property
     def gaps(self) -> dict[str, float]:
         """{goal: how far it is from what no robot can pass, as a share of that}."""
-        return {name: abs(self.values[name] - best) / max(abs(best), 1e-300) for name, best in self.unpassed.items()}
+        return {
+            name: abs(self.values[name] - best) / max(abs(best), 1e-300)
+            for name, best in self.unreached_bounds.items()
+        }
 
     @property
     def report(self) -> str:
@@ -70,10 +77,10 @@ class Design(Plotted, Paged):
         held = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
         lines += self.binding or (f"no bound and no limit binds: {held}",)
         for name, gap in self.gaps.items():
-            best = f"no robot within the bounds passes {name} = {self.unpassed[name]:.6g}"
+            best = f"no robot within the bounds passes {name} = {self.unreached_bounds[name]:.6g}"
             lines.append(f"{best}; this one is {100 * gap:.3g} % off")
         for name in self.goals:
-            if name not in self.unpassed:
+            if name not in self.unreached_bounds:
                 lines.append(f"of {name} no bound is known: it is the best that was found")
         return "\n".join(lines)
 
@@ -93,10 +100,15 @@ class Design(Plotted, Paged):
 
     def as_json(self) -> dict:
         return {
-            "parameters": dict(self.parameters), "robot": _plain(self.robot), "kind": type(self.robot).__name__,
-            "values": dict(self.values), "goals": dict(self.goals), "units": dict(self.units),
-            "binding": list(self.binding), "unpassed": dict(self.unpassed),
-        }  # fmt: skip
+            "parameters": dict(self.parameters),
+            "robot": _plain(self.robot),
+            "kind": type(self.robot).__name__,
+            "values": dict(self.values),
+            "goals": dict(self.goals),
+            "units": dict(self.units),
+            "binding": list(self.binding),
+            "unreached_bounds": dict(self.unreached_bounds),
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +118,10 @@ class Front(Plotted, Paged):
     designs: tuple[Design, ...]
 
     def __repr__(self) -> str:
-        ranges = [f"{name} from {self[name].min():.6g} to {self[name].max():.6g} {self.units[name]}".rstrip()
-                  for name in self.goals]  # fmt: skip
+        ranges = [
+            f"{name} from {self[name].min():.6g} to {self[name].max():.6g} {self.units[name]}".rstrip()
+            for name in self.goals
+        ]
         return one_line("Front", f"{len(self.designs)} designs", *ranges)
 
     def __len__(self) -> int:
@@ -127,12 +141,23 @@ class Front(Plotted, Paged):
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column (n,): of a goal, a limit or what varied."""
-        return np.array([(each.values if name in each.values else each.parameters)[name] for each in self.designs])
+        return np.array(
+            [
+                (each.values if name in each.values else each.parameters)[name]
+                for each in self.designs
+            ]
+        )
 
     @property
     def knee(self) -> Design:
         """The design nearest to the best of all goals, each goal measured by the front's range."""
-        f = np.stack([self[name] * (1 if way in ("min", "small") else -1) for name, way in self.goals.items()], axis=1)
+        f = np.stack(
+            [
+                self[name] * (1 if way in ("min", "small") else -1)
+                for name, way in self.goals.items()
+            ],
+            axis=1,
+        )
         share = (f - f.min(axis=0)) / np.maximum(np.ptp(f, axis=0), 1e-300)
         return self.designs[int(np.argmin(np.linalg.norm(share, axis=1)))]
 
@@ -156,7 +181,9 @@ class Front(Plotted, Paged):
         for k, each in enumerate(self.designs, start=1):
             each.to_robot_file(folder / ROBOTS / f"{k:02d}.json")
         k = len(self.designs) + 1
-        while (old := folder / ROBOTS / f"{k:02d}.json").exists():  # of a longer front that was here before
+        while (
+            old := folder / ROBOTS / f"{k:02d}.json"
+        ).exists():  # of a longer front that was here before
             old.unlink()
             k += 1
         self.page(folder / PAGE)
@@ -168,7 +195,11 @@ class Front(Plotted, Paged):
 
 
 def _save(file, designs):
-    about = {"what": WHAT, "choices": designs[0].task.about, "designs": [each.as_json() for each in designs]}
+    about = {
+        "what": WHAT,
+        "choices": designs[0].task.about,
+        "designs": [each.as_json() for each in designs],
+    }
     with written(file) as out:
         out.write(json.dumps(about, indent=1) + "\n")
 
@@ -178,7 +209,11 @@ def _load(file):
         about = json.loads(file.read_text(encoding="utf-8"))
         if about["what"] != WHAT:
             raise ValueError(f"it is of {about['what']!r}")
-        choices = {name: value for name, value in about["choices"].items() if name not in ("motion", "path")}
+        choices = {
+            name: value
+            for name, value in about["choices"].items()
+            if name not in ("motion", "path")
+        }
         if "motor" in choices:
             choices["motor"] = tuple(choices["motor"].values())
         task = task_of(choices)
@@ -188,16 +223,28 @@ def _load(file):
     except FileNotFoundError:
         raise ValueError(f"{file} holds no designs: there is no such file") from None
     except STRANGE as error:
-        raise ValueError(f"{file} is not what a design left there ({type(error).__name__}: {error})") from None
+        raise ValueError(
+            f"{file} is not what a design left there ({type(error).__name__}: {error})"
+        ) from None
 
 
 def _design(known, task):
-    robot = robot_of({name: tuple(v) if isinstance(v, list) else v for name, v in known["robot"].items()})
-    rules = dict.fromkeys(("parameters", "values", "unpassed"), number) | dict.fromkeys(("goals", "units"), text)
+    robot = robot_of(
+        {name: tuple(v) if isinstance(v, list) else v for name, v in known["robot"].items()}
+    )
+    rules = dict.fromkeys(("parameters", "values", "unreached_bounds"), number) | dict.fromkeys(
+        ("goals", "units"), text
+    )
     parts = {name: table_of(rule)(known[name], name) for name, rule in rules.items()}
-    if not (parts["goals"].keys() | parts["unpassed"].keys() <= parts["values"].keys() <= parts["units"].keys()):
+    if not (
+        parts["goals"].keys() | parts["unreached_bounds"].keys()
+        <= parts["values"].keys()
+        <= parts["units"].keys()
+    ):
         raise ValueError("its goals, values and units are not of the same figures")
-    return Design(robot=robot, binding=tuple(strings(known["binding"], "binding")), task=task, **parts)
+    return Design(
+        robot=robot, binding=tuple(strings(known["binding"], "binding")), task=task, **parts
+    )
 
 
 def _plain(robot):

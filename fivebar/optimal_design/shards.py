@@ -35,7 +35,9 @@ def begin(folder: Path, manifest: dict) -> dict:
     if not file.exists():
         if strangers := sorted(path.name for path in folder.iterdir()):
             more = f" and {len(strangers) - 3} more" if len(strangers) > 3 else ""
-            raise ValueError(f"out: {folder} holds {', '.join(strangers[:3])}{more} and no {MANIFEST}: give another")
+            raise ValueError(
+                f"out: {folder} holds {', '.join(strangers[:3])}{more} and no {MANIFEST}: give another"
+            )
         write_manifest(folder, manifest)
         return manifest
     known = read_manifest(folder)
@@ -59,7 +61,10 @@ def read_manifest(folder: Path) -> dict:
         known = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         if known["what"] != WHAT:
             raise ValueError(f"it is of {known['what']!r}")
-        strings(known["variables"], "variables"), strings([each["name"] for each in known["figures"]], "figures")
+        (
+            strings(known["variables"], "variables"),
+            strings([each["name"] for each in known["figures"]], "figures"),
+        )
         if not all(isinstance(known[name], dict) for name in ("robot", "choices", "designs")):
             raise ValueError("its robot, choices and designs are no tables")
         if "done" in known:
@@ -89,10 +94,24 @@ def read_chunk(path: Path) -> Chunk:
     """ValueError for a file that is none."""
     try:
         file = arrays_in(path)
-        texts, rows, values, at = json.loads(file["error_text"].tobytes()), *(file[name] for name in ARRAYS)
-        if rows.ndim != 2 or values.ndim != 2 or len(rows) != len(values) or not rows.dtype == values.dtype == float:
-            raise ValueError(f"designs {rows.shape} of {rows.dtype}, values {values.shape} of {values.dtype}")
-        if at.dtype.kind != "i" or at.shape != (len(texts),) or not all(isinstance(each, str) for each in texts):
+        texts, rows, values, at = (
+            json.loads(file["error_text"].tobytes()),
+            *(file[name] for name in ARRAYS),
+        )
+        if (
+            rows.ndim != 2
+            or values.ndim != 2
+            or len(rows) != len(values)
+            or not rows.dtype == values.dtype == float
+        ):
+            raise ValueError(
+                f"designs {rows.shape} of {rows.dtype}, values {values.shape} of {values.dtype}"
+            )
+        if (
+            at.dtype.kind != "i"
+            or at.shape != (len(texts),)
+            or not all(isinstance(each, str) for each in texts)
+        ):
             raise ValueError("its errors are no sentences, each of a row")
         return Chunk(rows, values, list(zip(at.tolist(), texts)))
     except (*STRANGE, OSError) as error:

@@ -32,14 +32,22 @@ FOR_FEW = 4  # chunks of closed forms, for which it is not worth starting proces
 
 
 @takes(
-    robot=optional(instance(FiveBar, Biglide)), chunk=optional(whole(1, 10**6)), workers=optional(whole(1, 1024)),
+    robot=optional(instance(FiveBar, Biglide)),
+    chunk=optional(whole(1, 10**6)),
+    workers=optional(whole(1, 1024)),
     out=optional(instance(str, os.PathLike, what="a folder's path")),
-)  # fmt: skip
+)
 def sweep(
-    figure: str | Callable | Figure | Iterable | Mapping[str, Callable], designs: Any, executor: Executor | None = None,
-    out: str | os.PathLike | None = None, *, robot: FiveBar | Biglide | None = None, chunk: int | None = None,
-    workers: int | None = None, **choices: Any,
-) -> Sweep:  # fmt: skip
+    figure: str | Callable | Figure | Iterable | Mapping[str, Callable],
+    designs: Any,
+    executor: Executor | None = None,
+    out: str | os.PathLike | None = None,
+    *,
+    robot: FiveBar | Biglide | None = None,
+    chunk: int | None = None,
+    workers: int | None = None,
+    **choices: Any,
+) -> Sweep:
     """Figures of merit of many designs: Sweep.
 
     figure: a name of `designing.FIGURES`, a function robot -> number, a list of these, or {name: function}.
@@ -81,7 +89,11 @@ def sweep(
 
 
 def compute_chunk(
-    figures: tuple[Figure, ...], names: tuple[str, ...], robot: FiveBar | Biglide, task: Task, rows: np.ndarray
+    figures: tuple[Figure, ...],
+    names: tuple[str, ...],
+    robot: FiveBar | Biglide,
+    task: Task,
+    rows: np.ndarray,
 ) -> Chunk:
     """What is done in another process."""
     return Chunk(rows, *evaluate(figures, names, rows, robot, task))
@@ -89,25 +101,41 @@ def compute_chunk(
 
 def _manifest(figures, given, chunk, robot, task):
     return {
-        "what": WHAT, "figures": [each.about for each in figures], "variables": list(given.names),
-        "designs": given.about, "chunk": chunk, "robot": {"kind": type(robot).__name__, **_plain(robot.parameters)},
-        "choices": task.about, "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
-    }  # fmt: skip
+        "what": WHAT,
+        "figures": [each.about for each in figures],
+        "variables": list(given.names),
+        "designs": given.about,
+        "chunk": chunk,
+        "robot": {"kind": type(robot).__name__, **_plain(robot.parameters)},
+        "choices": task.about,
+        "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
+    }
 
 
 def _plain(parameters):
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in parameters.items()}
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in parameters.items()
+    }
 
 
 def _in_memory(manifest, compute, chunks, executor, workers, total):
-    found, size, counted = {}, len(manifest["variables"]) + len(manifest["figures"]), _Counted(chunks)
+    found, size, counted = (
+        {},
+        len(manifest["variables"]) + len(manifest["figures"]),
+        _Counted(chunks),
+    )
     with progress(total=total, unit=" chunks") as bar:
         for number, done in computed(compute, counted.all(), executor, workers):
             found[number] = done
             if len(found) * manifest["chunk"] * size > MOST_KEPT:
-                raise ValueError(f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for them")
+                raise ValueError(
+                    f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for them"
+                )
             bar.update()
-    return Sweep(manifest | {"done": counted.done}, tuple(found[number] for number in sorted(found)))
+    return Sweep(
+        manifest | {"done": counted.done}, tuple(found[number] for number in sorted(found))
+    )
 
 
 def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
@@ -124,13 +152,19 @@ def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
                     f"{error}. What was done is in {folder}: {_count(folder)} chunks; the same call goes on from there"
                 ) from None
             except OSError as error:
-                error.strerror = f"{error.strerror}; what was done stays in {folder}: {_count(folder)} chunks"
+                error.strerror = (
+                    f"{error.strerror}; what was done stays in {folder}: {_count(folder)} chunks"
+                )
                 raise
         done = numbers.done
         if "done" in known and known["done"] != done:
-            raise ValueError(f"out: {folder} is done with {known['done']['designs']} designs, not {numbers.designs}")
+            raise ValueError(
+                f"out: {folder} is done with {known['done']['designs']} designs, not {numbers.designs}"
+            )
         if beyond := sorted(folder.glob("chunk-*.npz"))[numbers.seen :]:
-            raise ValueError(f"out: {folder} holds {beyond[0].name}, beyond the {numbers.seen} chunks of these designs")
+            raise ValueError(
+                f"out: {folder} holds {beyond[0].name}, beyond the {numbers.seen} chunks of these designs"
+            )
         if "done" not in known:
             write_manifest(folder, manifest | {"done": done})
     return in_folder(folder)

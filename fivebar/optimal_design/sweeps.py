@@ -39,9 +39,13 @@ class Sweep(Plotted):
     def __repr__(self) -> str:
         done = "" if "done" in self.manifest else "not done yet"
         errors = sum(len(part.errors) for part in self.chunks()) if self.count <= 10**6 else 0
-        said = f"{errors} errors" if errors else ""
-        return one_line("Sweep", f"{', '.join(self.figures)} of {self.count} designs of {', '.join(self.names)}", said,
-                        done)  # fmt: skip
+        notes = f"{errors} errors" if errors else ""
+        return one_line(
+            "Sweep",
+            f"{', '.join(self.figures)} of {self.count} designs of {', '.join(self.names)}",
+            notes,
+            done,
+        )
 
     def __len__(self) -> int:
         return self.count
@@ -74,17 +78,26 @@ class Sweep(Plotted):
 
     def _read(self, path):
         found = read_chunk(path)
-        there, named = (found.rows.shape[1], found.values.shape[1]), (len(self.names), len(self.figures))
+        there, named = (
+            (found.rows.shape[1], found.values.shape[1]),
+            (len(self.names), len(self.figures)),
+        )
         if there != named:
-            raise ValueError(f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names {named}")
+            raise ValueError(
+                f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names {named}"
+            )
         return found
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name in self.figures:
-            return np.concatenate([part.values[:, self.figures.index(name)] for part in self.chunks()])
+            return np.concatenate(
+                [part.values[:, self.figures.index(name)] for part in self.chunks()]
+            )
         if name in self.names:
             return np.concatenate([part.rows[:, self.names.index(name)] for part in self.chunks()])
-        raise KeyError(f"no column {shown(name)}; there are {', '.join((*self.names, *self.figures))}")
+        raise KeyError(
+            f"no column {shown(name)}; there are {', '.join((*self.names, *self.figures))}"
+        )
 
     @cached_property
     def errors(self) -> tuple[tuple[int, str], ...]:
@@ -117,7 +130,9 @@ class Sweep(Plotted):
         """Where the task of a design is, (2,) m."""
         return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
 
-    def best(self, figure: str | None = None, count: int = 1, sense: str | None = None) -> np.ndarray:
+    def best(
+        self, figure: str | None = None, count: int = 1, sense: str | None = None
+    ) -> np.ndarray:
         """Numbers of the best designs by a figure (None: the first), the best first; of equals the first.
 
         sense: "min" or "max"; None: the figure's own, of a function "max".
@@ -126,7 +141,9 @@ class Sweep(Plotted):
 
         figure = figure or self.figures[0]
         if figure not in self.figures:
-            raise ValueError(f"figure: {shown(figure)} was not swept; {', '.join(self.figures)} were")
+            raise ValueError(
+                f"figure: {shown(figure)} was not swept; {', '.join(self.figures)} were"
+            )
         count = whole(1, 10**7)(count, "count")
         if sense is None:
             sense = "min" if figure in FIGURES and FIGURES[figure].better == "small" else "max"
@@ -143,7 +160,11 @@ class Sweep(Plotted):
 
     def to_csv(self, file: TextFile) -> None:
         """A row per design, floats with all their digits."""
-        rows = (part for chunk in self.chunks() for part in np.hstack([chunk.rows, chunk.values]).tolist())
+        rows = (
+            part
+            for chunk in self.chunks()
+            for part in np.hstack([chunk.rows, chunk.values]).tolist()
+        )
         write(file, "sweep", self.manifest, (*self.names, *self.figures), rows)
 
     def save(self, folder: str | os.PathLike) -> None:
@@ -165,7 +186,6 @@ class Sweep(Plotted):
         return in_folder(Path(folder))
 
 
-
 def in_folder(folder: Path) -> Sweep:
     """The Sweep in a folder."""
     manifest = read_manifest(folder)
@@ -173,5 +193,7 @@ def in_folder(folder: Path) -> Sweep:
     while (path := shard(folder, len(paths))).exists():
         paths.append(path)
     if "done" in manifest and len(paths) < manifest["done"]["chunks"]:
-        raise ValueError(f"{folder} is said to be done, but {shard(folder, len(paths)).name} is missing")
+        raise ValueError(
+            f"{folder} is said to be done, but {shard(folder, len(paths)).name} is missing"
+        )
     return Sweep(manifest, tuple(paths))

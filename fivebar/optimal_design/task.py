@@ -49,7 +49,9 @@ class Motion(NamedTuple):
 
 
 MOTORS = {
-    "xh430-w350": Motor(3.4, np.pi, "ROBOTIS e-Manual: stall torque 3.4 N m, no-load speed 30 rev/min, both at 12 V"),
+    "xh430-w350": Motor(
+        3.4, np.pi, "ROBOTIS e-Manual: stall torque 3.4 N m, no-load speed 30 rev/min, both at 12 V"
+    ),
 }
 
 
@@ -98,7 +100,9 @@ class Task:
             return points, weights, np.full(len(points), np.nan)
         cx, cy, radius = self.disc
         rho, phi = radius * np.linspace(0, 1, m), 2 * np.pi * np.arange(n) / n
-        points = np.stack([cx + np.outer(np.cos(phi), rho), cy + np.outer(np.sin(phi), rho)], axis=-1).reshape(-1, 2)
+        points = np.stack(
+            [cx + np.outer(np.cos(phi), rho), cy + np.outer(np.sin(phi), rho)], axis=-1
+        ).reshape(-1, 2)
         plain = np.outer(np.full(n, 1 / n), _trapezium(m))
         weighed = plain * rho
         return points, (weighed / weighed.sum()).ravel(), plain.ravel()
@@ -114,7 +118,10 @@ class Task:
                 value = {"duration": value.duration, "sha256": digest.hexdigest()}
             elif name == "path":
                 points = value(value.length * np.linspace(0, 1, SAMPLES))[0]
-                value = {"length": value.length, "sha256": hashlib.sha256(points.tobytes()).hexdigest()}
+                value = {
+                    "length": value.length,
+                    "sha256": hashlib.sha256(points.tobytes()).hexdigest(),
+                }
             elif isinstance(value, Motor):
                 value = {"torque": value.torque, "speed": value.speed}
             found[name] = value
@@ -148,7 +155,9 @@ def task_of(choices: Mapping[str, object]) -> Task:
         raise ValueError("give a table or a disc, not both")
     task = Task(**found, _given=tuple(sorted(found)))
     if task.poses[0] * task.poses[1] > MOST_POSES:
-        raise ValueError(f"poses: at most {MOST_POSES:g} nodes, not {task.poses[0]} x {task.poses[1]}")
+        raise ValueError(
+            f"poses: at most {MOST_POSES:g} nodes, not {task.poses[0]} x {task.poses[1]}"
+        )
     return task
 
 
@@ -158,7 +167,9 @@ def _numbers(value, name, counts):
     except TypeError:
         found = []
     if len(found) not in counts:
-        raise ValueError(f"{name} must be {' or '.join(map(str, counts))} numbers, not {shown(value)}")
+        raise ValueError(
+            f"{name} must be {' or '.join(map(str, counts))} numbers, not {shown(value)}"
+        )
     return found
 
 
@@ -190,7 +201,9 @@ def _poses(value, name):
 def _motor(value, name):
     if isinstance(value, str):
         if value not in MOTORS:
-            raise ValueError(f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}, or (torque, speed)")
+            raise ValueError(
+                f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}, or (torque, speed)"
+            )
         return MOTORS[value]
     torque, speed = two_numbers(value[:2] if isinstance(value, Motor) else value, name)
     return Motor(positive(torque, f"{name}'s torque"), positive(speed, f"{name}'s speed"))
@@ -201,10 +214,18 @@ def _motion(value, name):
         return value
     a_callable(value, name)
     if not (hasattr(value, "start") and hasattr(value, "duration")):
-        raise ValueError(f"{name} must be a trajectory with a start and a duration, not {shown(value)}")
-    start, duration = number(value.start, f"{name}'s start"), positive(value.duration, f"{name}'s duration")
+        raise ValueError(
+            f"{name} must be a trajectory with a start and a duration, not {shown(value)}"
+        )
+    start, duration = (
+        number(value.start, f"{name}'s start"),
+        positive(value.duration, f"{name}'s duration"),
+    )
     try:
-        parts = [np.array(part, dtype=float) for part in value(start + duration * np.linspace(0, 1, SAMPLES))]
+        parts = [
+            np.array(part, dtype=float)
+            for part in value(start + duration * np.linspace(0, 1, SAMPLES))
+        ]
         if [part.shape for part in parts] != [(SAMPLES, 2)] * 3 or not np.isfinite(parts).all():
             raise ValueError(f"it gives {[part.shape for part in parts]}")
     except (ValueError, TypeError) as error:
@@ -218,18 +239,31 @@ def _path(value, name):
     try:
         return value if isinstance(value, Path) else path(value)
     except (ValueError, TypeError) as error:
-        kind = TypeError if isinstance(error, TypeError) else ValueError  # one of letters has more to be made of
+        kind = (
+            TypeError if isinstance(error, TypeError) else ValueError
+        )  # one of letters has more to be made of
         raise kind(f"{name}: {error}") from None
 
 
 def _tolerances(value, name):
     if not isinstance(value, Mapping) or not value or set(value) - {"q", "l", "d"}:
-        raise ValueError(f'{name} must be a table of "q" (rad), "l" and "d" (m), not {shown(value)}')
+        raise ValueError(
+            f'{name} must be a table of "q" (rad), "l" and "d" (m), not {shown(value)}'
+        )
     return {key: not_negative(each, f"{name}[{key}]") for key, each in value.items()}
 
 
 _RULES = {
-    "table": _table, "disc": _disc, "poses": _poses, "working": modes(2), "motor": _motor, "motion": _motion,
-    "path": _path, "tolerances": _tolerances, "stiffness": positive, "det_A": share, "sin": share,
+    "table": _table,
+    "disc": _disc,
+    "poses": _poses,
+    "working": modes(2),
+    "motor": _motor,
+    "motion": _motion,
+    "path": _path,
+    "tolerances": _tolerances,
+    "stiffness": positive,
+    "det_A": share,
+    "sin": share,
     "margin": not_negative,
-}  # fmt: skip
+}

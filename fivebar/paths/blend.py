@@ -30,7 +30,7 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
         return path
     if kept:
         words = f"at {kept} places it turns back, which is no corner to round: a motion rests there"
-        path = replace(path, said=(*path.said, words))
+        path = replace(path, notes=(*path.notes, words))
     if not len(corner):
         return path
     lengths = np.array([piece.length for piece in path.pieces])
@@ -75,7 +75,9 @@ def _corners(path, curvature):
     cosine = (d0 * d1).sum(axis=-1) / (np.linalg.norm(d0, axis=-1) * np.linalg.norm(d1, axis=-1))
     if curvature:
         bent = np.linalg.norm(c1 - c0, axis=-1)
-        jumps |= bent > SMOOTH * (np.linalg.norm(c0, axis=-1) + np.linalg.norm(c1, axis=-1) + 1 / path.length)
+        jumps |= bent > SMOOTH * (
+            np.linalg.norm(c0, axis=-1) + np.linalg.norm(c1, axis=-1) + 1 / path.length
+        )
     dwelt = np.isin(path.knots[1:-1], list(path.dwells))
     free = jumps & (np.diff(path.pen) == 0) & ~dwelt
     return after[free & (cosine > BACK)], int((free & (cosine <= BACK)).sum())
@@ -96,18 +98,24 @@ def _reaches(path, corner, lengths, most, deviation):
         if not len(left):
             break
         # It goes as a power of the reach: the first at corners, a higher one where only the curvature jumps.
-        guess = reach[left] * np.minimum((1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10)
+        guess = reach[left] * np.minimum(
+            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10
+        )
         inside = (guess > least[left]) & (guess < most[left])
         last = guess >= most[left]
         reach[left] = np.where(
-            inside, guess, np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2)
+            inside,
+            guess,
+            np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2),
         )
     return best
 
 
 def _blends(path, corner, lengths, reach):
     """Coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
-    before, after = (path.on(k, s)[:3] for k, s in ((corner - 1, lengths[corner - 1] - reach), (corner, reach)))
+    before, after = (
+        path.on(k, s)[:3] for k, s in ((corner - 1, lengths[corner - 1] - reach), (corner, reach))
+    )
     ends = tuple(tuple(each @ (1, 1j) for each in end) for end in (before, after))
     powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
     length = 2 * reach

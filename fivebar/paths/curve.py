@@ -48,28 +48,38 @@ class Path(Plotted):
     pen: tuple[bool, ...] = None
     dwells: Mapping[float, float] = field(default_factory=dict)
     feed: tuple[float, ...] = None
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     lines: tuple[int | None, ...] = None
 
     def __post_init__(self) -> None:
-        pieces, said = _listed(self.pieces, "pieces"), _listed(self.said, "said")
+        pieces, notes = _listed(self.pieces, "pieces"), _listed(self.notes, "notes")
         if not pieces:
             raise ValueError("Path: no pieces: a path needs at least one")
         for k, piece in enumerate(pieces):
             if not isinstance(piece, Line | Arc | Polynomial):
-                raise TypeError(f"Path: pieces[{k}] must be a Line, an Arc or a Polynomial, not {shown(piece)}")
+                raise TypeError(
+                    f"Path: pieces[{k}] must be a Line, an Arc or a Polynomial, not {shown(piece)}"
+                )
         n = len(pieces)
         pen = _each(self.pen, True, _down, n, "pen")
         feed = _each(self.feed, np.inf, _speed, n, "feed")
         lines = _each(self.lines, None, optional(whole(1, 10**12)), n, "lines")
-        for name, value in (("pieces", pieces), ("pen", pen), ("feed", feed), ("said", said), ("lines", lines)):
+        for name, value in (
+            ("pieces", pieces),
+            ("pen", pen),
+            ("feed", feed),
+            ("notes", notes),
+            ("lines", lines),
+        ):
             object.__setattr__(self, name, value)
         order = np.arange(n)
         starts, ends = self.on(order, 0.0)[0], self.on(order, [piece.length for piece in pieces])[0]
         gap = np.linalg.norm(starts[1:] - ends[:-1], axis=-1)
         if gap.max(initial=0.0) > GAP * (np.abs(ends).max() + self.length):
             k = int(gap.argmax())
-            raise ValueError(f"Path: pieces[{k + 1}] starts {gap[k]:.3g} m from where pieces[{k}] ends")
+            raise ValueError(
+                f"Path: pieces[{k + 1}] starts {gap[k]:.3g} m from where pieces[{k}] ends"
+            )
         rests = {0.0: 0.0, self.length: 0.0, **dict.fromkeys(self._rests().tolist(), 0.0)}
         if not isinstance(self.dwells, Mapping):
             raise TypeError(f"Path: dwells must be {{s: seconds}}, not {shown(self.dwells)}")
@@ -77,18 +87,27 @@ class Path(Plotted):
             s = number(s, "Path: s of dwells")
             k = int(np.abs(self._edges - s).argmin())
             if not abs(self._edges[k] - s) <= 1e-9 * self.length:
-                raise ValueError(f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is {self._edges[k]:.9g}")
+                raise ValueError(
+                    f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is {self._edges[k]:.9g}"
+                )
             knot = float(self._edges[k])
             rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of dwells")
-        object.__setattr__(self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds})
+        object.__setattr__(
+            self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds}
+        )
         object.__setattr__(self, "stops", tuple(Stop(*each) for each in sorted(rests.items())))
 
     def __repr__(self) -> str:
-        ends = vector("from", tuple(self.pieces[0].start), "m"), vector("to", tuple(self.pieces[-1].end), "m")
+        ends = (
+            vector("from", tuple(self.pieces[0].start), "m"),
+            vector("to", tuple(self.pieces[-1].end), "m"),
+        )
         down = sum(piece.length for piece, down in zip(self.pieces, self.pen) if down)
         drawn = "" if all(self.pen) else f"{down:.6g} m of it drawn"
         rests = f"{len(self.stops) - 2} stops on the way" if len(self.stops) > 2 else ""
-        return one_line("Path", f"{len(self.pieces)} pieces", f"{self.length:.6g} m", drawn, *ends, rests)
+        return one_line(
+            "Path", f"{len(self.pieces)} pieces", f"{self.length:.6g} m", drawn, *ends, rests
+        )
 
     @cached_property
     def _edges(self) -> np.ndarray:
@@ -109,7 +128,9 @@ class Path(Plotted):
         inside = np.clip(s, 0.0, self.length)
         outside = ~(np.abs(s - inside) <= slack)
         if outside.any():
-            raise ValueError(f"Path: s must be from 0 to {self.length:g} m, not {shown(s[outside].tolist())}")
+            raise ValueError(
+                f"Path: s must be from 0 to {self.length:g} m, not {shown(s[outside].tolist())}"
+            )
         k = np.clip(np.searchsorted(self._edges, inside, side="right") - 1, 0, len(self.pieces) - 1)
         return self.on(k, inside - self._edges[k])
 
@@ -134,12 +155,17 @@ class Path(Plotted):
         """All points z = x + i y put to by + turned z; speeds asked for and dwells stay."""
         pieces = tuple(piece.moved(by, turned) for piece in self.pieces)
         edges = np.concatenate([[0.0], np.cumsum([piece.length for piece in pieces])])
-        dwells = {float(edges[np.abs(self._edges - s).argmin()]): seconds for s, seconds in self.dwells.items()}
+        dwells = {
+            float(edges[np.abs(self._edges - s).argmin()]): seconds
+            for s, seconds in self.dwells.items()
+        }
         return replace(self, pieces=pieces, dwells=dwells)
 
     def line_of(self, s: float) -> int | None:
         """The line of the file that the piece at s comes from."""
-        return self.lines[min(int(np.searchsorted(self._edges, s, side="right")), len(self.pieces)) - 1]
+        return self.lines[
+            min(int(np.searchsorted(self._edges, s, side="right")), len(self.pieces)) - 1
+        ]
 
     @property
     def at_unit_speed(self) -> AtUnitSpeed:
@@ -150,7 +176,9 @@ class Path(Plotted):
     def _packed(self):
         """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an arc, its row."""
         is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
-        arcs = np.array([[*p.centre, p.radius, p.angle0, p.side] for p in self.pieces if isinstance(p, Arc)])
+        arcs = np.array(
+            [[*p.centre, p.radius, p.angle0, p.side] for p in self.pieces if isinstance(p, Arc)]
+        )
         others = [p for p in self.pieces if not isinstance(p, Arc)]
         terms = max((len(p.coefficients) for p in others), default=1)
         tables = np.zeros((len(others), ORDERS, terms, 2))
@@ -200,7 +228,11 @@ def _down(value, name):
 
 
 def _each(given: Iterable | None, usual, rule, n, name):
-    values = (usual,) * n if given is None else tuple(rule(each, f"Path: {name}") for each in _listed(given, name))
+    values = (
+        (usual,) * n
+        if given is None
+        else tuple(rule(each, f"Path: {name}") for each in _listed(given, name))
+    )
     if len(values) != n:
         raise ValueError(f"Path: {name} has {len(values)} values for {n} pieces")
     return values

@@ -45,7 +45,9 @@ class Ellipse:
         _refuse_far("an ellipse", self.centre, self.a, self.b)
 
     def moved(self, by: complex, turned: complex) -> Ellipse:
-        return Ellipse(by + turned * self.centre, turned * self.a, turned * self.b, self.t0, self.t1)
+        return Ellipse(
+            by + turned * self.centre, turned * self.a, turned * self.b, self.t0, self.t1
+        )
 
 
 def _refuse_far(what, *points):
@@ -75,7 +77,9 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
             break
     pieces = [[] for _ in curves]
     for row, _, coefficients, length in sorted(found, key=lambda each: each[:2]):
-        pieces[row].append(Polynomial(np.stack([coefficients.real, coefficients.imag], axis=-1), float(length)))
+        pieces[row].append(
+            Polynomial(np.stack([coefficients.real, coefficients.imag], axis=-1), float(length))
+        )
     return pieces
 
 
@@ -128,7 +132,9 @@ class _Curves:
         """(xi, xi_s, xi_ss) by the arc's length, where a part starts (side 1) or ends (-1)."""
         z, dz, ddz = self(rows, t)
         speed = np.abs(dz)
-        lost = speed <= 1e-9 * self.size[rows]  # handles in one point: the direction is that of the next derivative
+        lost = (
+            speed <= 1e-9 * self.size[rows]
+        )  # handles in one point: the direction is that of the next derivative
         toward = np.where(lost, side * ddz, dz)
         still = np.abs(toward) <= 1e-9 * self.size[rows]
         toward = np.where(still, self.third(rows), toward)
@@ -187,7 +193,11 @@ class _Ellipses(_Curves):
         span = (self.t1 - self.t0)[rows]
         angle = self.t0[rows] + span * t
         cos, sin, a, b = np.cos(angle), np.sin(angle), self.a[rows], self.b[rows]
-        return self.centre[rows] + a * cos + b * sin, span * (b * cos - a * sin), -(span**2) * (a * cos + b * sin)
+        return (
+            self.centre[rows] + a * cos + b * sin,
+            span * (b * cos - a * sin),
+            -(span**2) * (a * cos + b * sin),
+        )
 
     def third(self, rows):
         return np.zeros(np.shape(rows), dtype=complex)

@@ -48,11 +48,18 @@ class Line:
         return np.array([self.start, np.subtract(self.end, self.start)])
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
-        return _values(derivatives(self.coefficients, self.length), np.asarray(s, float) / self.length)
+        return _values(
+            derivatives(self.coefficients, self.length), np.asarray(s, float) / self.length
+        )
 
     def part(self, first: float, last: float) -> Line:
         """From s = first to s = last."""
-        return Line(*(self.start if s == 0 else self.end if s == self.length else self(s)[0] for s in (first, last)))
+        return Line(
+            *(
+                self.start if s == 0 else self.end if s == self.length else self(s)[0]
+                for s in (first, last)
+            )
+        )
 
     def moved(self, by: complex, turned: complex) -> Line:
         """All points z = x + i y put to by + turned z."""
@@ -86,11 +93,15 @@ class Arc(Ends):
         for name in ("angle0", "angle1"):
             object.__setattr__(self, name, number(getattr(self, name), f"Arc: {name}"))
         if self.angle0 == self.angle1:
-            raise ValueError(f"Arc: angle0 and angle1 are both {self.angle0:g} rad: it has no length")
+            raise ValueError(
+                f"Arc: angle0 and angle1 are both {self.angle0:g} rad: it has no length"
+            )
 
     def __repr__(self) -> str:
         turned = f"from {self.angle0:.6g} to {self.angle1:.6g} rad"
-        return one_line("Arc", vector("about", self.centre, "m"), f"radius {self.radius:.6g} m", turned)
+        return one_line(
+            "Arc", vector("about", self.centre, "m"), f"radius {self.radius:.6g} m", turned
+        )
 
     @property
     def length(self) -> float:
@@ -102,12 +113,16 @@ class Arc(Ends):
         return math.copysign(1.0, self.angle1 - self.angle0)
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
-        return on_arcs(np.array([*self.centre, self.radius, self.angle0, self.side]), np.asarray(s, float))
+        return on_arcs(
+            np.array([*self.centre, self.radius, self.angle0, self.side]), np.asarray(s, float)
+        )
 
     def part(self, first: float, last: float) -> Arc:
         """From s = first to s = last."""
         span, length = self.angle1 - self.angle0, self.length
-        return Arc(self.centre, self.radius, *(self.angle0 + span * (s / length) for s in (first, last)))
+        return Arc(
+            self.centre, self.radius, *(self.angle0 + span * (s / length) for s in (first, last))
+        )
 
     def moved(self, by: complex, turned: complex) -> Arc:
         """All points z = x + i y put to by + turned z."""
@@ -129,7 +144,9 @@ class Polynomial(Ends):
     def __post_init__(self) -> None:
         table = finite_numbers(self.coefficients, "Polynomial: coefficients")
         if table.ndim != 2 or table.shape[1] != 2 or not 2 <= len(table) <= MOST_TERMS:
-            raise ValueError(f"Polynomial: coefficients must be (degree + 1, 2), not {shown(table.shape)}")
+            raise ValueError(
+                f"Polynomial: coefficients must be (degree + 1, 2), not {shown(table.shape)}"
+            )
         object.__setattr__(self, "coefficients", table)
         object.__setattr__(self, "length", positive(self.length, "Polynomial: length"))
 
@@ -159,7 +176,12 @@ class Polynomial(Ends):
         """From s = first to s = last."""
         a, b = first / self.length, (last - first) / self.length
         n = len(self.coefficients)
-        shift = np.array([[comb(k, j) * a ** (k - j) * b**j if k >= j else 0.0 for k in range(n)] for j in range(n)])
+        shift = np.array(
+            [
+                [comb(k, j) * a ** (k - j) * b**j if k >= j else 0.0 for k in range(n)]
+                for j in range(n)
+            ]
+        )
         return Polynomial(shift @ self.coefficients, last - first)
 
     def moved(self, by: complex, turned: complex) -> Polynomial:
@@ -199,7 +221,9 @@ def _values(table, u):
 
 def _to_powers(n):
     """(n, n): coefficients of powers of u from control points."""
-    return np.array([[(-1.0) ** (k - j) * comb(n - 1, k) * comb(k, j) for j in range(n)] for k in range(n)])
+    return np.array(
+        [[(-1.0) ** (k - j) * comb(n - 1, k) * comb(k, j) for j in range(n)] for k in range(n)]
+    )
 
 
 def _to_bernstein(n):

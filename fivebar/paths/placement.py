@@ -32,14 +32,21 @@ class Placement:
 
     def __repr__(self) -> str:
         return one_line(
-            "Placement", vector("shift", self.shift, "m"), f"turn {self.turn:.6g} rad, scale {self.scale:.6g}"
+            "Placement",
+            vector("shift", self.shift, "m"),
+            f"turn {self.turn:.6g} rad, scale {self.scale:.6g}",
         )
 
     @property
     def turned(self) -> complex:
         """What points x + i y are multiplied by; exactly real or imaginary for the floats nearest to right angles."""
         turn = cmath.exp(1j * self.turn)
-        turn = complex(*(round(part) if abs(part - round(part)) < 1e-15 else part for part in (turn.real, turn.imag)))
+        turn = complex(
+            *(
+                round(part) if abs(part - round(part)) < 1e-15 else part
+                for part in (turn.real, turn.imag)
+            )
+        )
         return self.scale * turn
 
     def __call__(self, what: Path | ArrayLike) -> Path | np.ndarray:

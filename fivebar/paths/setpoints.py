@@ -41,7 +41,14 @@ class Setpoints:
         if angles == "deg" and not self.robot.turns:
             raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
         factor, unit = (180 / math.pi, "_deg") if angles == "deg" else (1.0, "")
-        header = ["t", f"q1{unit}", f"q2{unit}", f"q1_dot{unit}", f"q2_dot{unit}", *["pen"] * (self.pen is not None)]
+        header = [
+            "t",
+            f"q1{unit}",
+            f"q2{unit}",
+            f"q1_dot{unit}",
+            f"q2_dot{unit}",
+            *["pen"] * (self.pen is not None),
+        ]
         table = [
             self.t,
             self.q * factor,
@@ -70,7 +77,9 @@ def setpoints(
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)
-    if working is None and modes_own is None and hasattr(reference, "joints"):  # a plan that is free of modes
+    if (
+        working is None and modes_own is None and hasattr(reference, "joints")
+    ):  # a plan that is free of modes
         q, q_dot = reference.joints(times)
     else:
         xi, xi_dot, _ = reference(times)

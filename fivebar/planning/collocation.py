@@ -36,7 +36,9 @@ class Scheme:
         # Factors of the integrals over [0, 1] of the squares of a polynomial and of its slope.
         self.square = np.linalg.cholesky(1 / (k[:, None] + k + 1.0)).T
         i = k[1:]
-        self.square_slope = np.linalg.cholesky(i[:, None] * i / (i[:, None] + i - 1.0)).T @ np.eye(len(k))[1:]
+        self.square_slope = (
+            np.linalg.cholesky(i[:, None] * i / (i[:, None] + i - 1.0)).T @ np.eye(len(k))[1:]
+        )
 
     def powers(self, sigma: ArrayLike) -> tuple[np.ndarray, ...]:
         """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the values at the points."""
@@ -80,7 +82,13 @@ class Pieces:
 
     @classmethod
     def through(
-        cls, scheme: Scheme, knots: np.ndarray, xi: np.ndarray, xi_dot: np.ndarray, xi_ddot: np.ndarray, tau: np.ndarray
+        cls,
+        scheme: Scheme,
+        knots: np.ndarray,
+        xi: np.ndarray,
+        xi_dot: np.ndarray,
+        xi_ddot: np.ndarray,
+        tau: np.ndarray,
     ) -> Pieces:
         """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and tau as above."""
         h, first = np.diff(knots)[:, None], scheme.points(len(knots) - 1)[:, 0]
@@ -104,8 +112,15 @@ class Pieces:
         a, tau = (self.scheme.to_power @ values for values in (self.xi_ddot, self.tau))
         k = np.arange(s)[:, None]
         table = np.zeros((len(h), s + 2, 3 * n + 2))
-        table[:, 0, :n], table[:, 1, :n], table[:, 0, n : 2 * n] = self.xi, h[:, 0] * self.xi_dot, self.xi_dot
-        table[:, 2:, :n], table[:, 1:-1, n : 2 * n] = h**2 * a / ((k + 1) * (k + 2)), h * a / (k + 1)
+        table[:, 0, :n], table[:, 1, :n], table[:, 0, n : 2 * n] = (
+            self.xi,
+            h[:, 0] * self.xi_dot,
+            self.xi_dot,
+        )
+        table[:, 2:, :n], table[:, 1:-1, n : 2 * n] = (
+            h**2 * a / ((k + 1) * (k + 2)),
+            h * a / (k + 1),
+        )
         table[:, :-2, 2 * n : 3 * n], table[:, :-2, 3 * n :] = a, tau
         return table
 

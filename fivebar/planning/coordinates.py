@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from ..models.charts import Bars
+from ..models.charts import BarAngles
 from ..models.dynamics import bar_force_dynamics, drives_forces, forward_dynamics
 from ..models.four_joints import bars_of, bars_pose, bars_rates, closure_columns
 from ..models.geometry import Pose, igm
@@ -48,7 +48,9 @@ class TaskCoordinates:
     def point(self, program: Program, c: list, control: ca.SX) -> tuple:
         """Residual, tau, Accelerations at c, c', c'' and scaled controls, symbols in SI."""
         acc = ikm2(ikm(igm(program.problem.model, c[0], self.working), c[1]), c[2])
-        push, tau = bar_force_dynamics(acc, (program.force * control[0], program.force * control[1]))
+        push, tau = bar_force_dynamics(
+            acc, (program.force * control[0], program.force * control[1])
+        )
         return ca.vertcat(*push) / program.force, ca.vertcat(*tau), acc
 
     def control(self, program: Program) -> float:
@@ -57,7 +59,9 @@ class TaskCoordinates:
 
     def at(self, problem: Problem, conditions: dict) -> list:
         """What a stop asks of c (order 0) and c' (1): [(order, rows of a matrix, None: each of them, values)]."""
-        return [(order, None, np.array(conditions[order])) for order in (0, 1) if order in conditions]
+        return [
+            (order, None, np.array(conditions[order])) for order in (0, 1) if order in conditions
+        ]
 
 
 @dataclass(frozen=True)
@@ -72,13 +76,15 @@ class BarCoordinates:
         return np.array([slides, 1.0, slides, 1.0])
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
-        a, a_dot, a_ddot = (tuple(motion[..., k : k + 4][..., i] for i in range(4)) for k in (0, 4, 8))
+        a, a_dot, a_ddot = (
+            tuple(motion[..., k : k + 4][..., i] for i in range(4)) for k in (0, 4, 8)
+        )
         return _accelerations(robot, a, a_dot, a_ddot)
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """By what force the motion errs: the mass times a bar and the accelerations that the torques do not explain."""
         robot = acc.rates.pose.robot
-        right = Bars().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
+        right = BarAngles().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
         off = np.stack([motion[..., 8 + k] - each for k, each in enumerate(right)], axis=-1)
         mass = robot.m
         if physics_of(robot) is not None:  # what is grouped may be 0 or negative
@@ -90,7 +96,7 @@ class BarCoordinates:
         a, a_dot, a_ddot = (tuple(each[k] for k in range(4)) for each in c)
         acc = _accelerations(robot, a, a_dot, a_ddot)
         tau = program.torque * control
-        right = ca.vertcat(*Bars().accelerations(forward_dynamics(acc.rates, tau)))
+        right = ca.vertcat(*BarAngles().accelerations(forward_dynamics(acc.rates, tau)))
         return (c[2] - right) * (program.time**2 / ca.DM(self.units(program.problem))), tau, acc
 
     def control(self, program: Program) -> float:
@@ -98,8 +104,14 @@ class BarCoordinates:
 
     def at(self, problem: Problem, conditions: dict) -> list:
         """Of a pose that is not the first, only what the loop leaves open: its closure comes with the motion."""
-        rows = None if conditions is problem.stops[0][0] else tangent(problem.robot, np.array(conditions[0]))
-        return [(order, rows, np.array(conditions[order])) for order in (0, 1) if order in conditions]
+        rows = (
+            None
+            if conditions is problem.stops[0][0]
+            else tangent(problem.robot, np.array(conditions[0]))
+        )
+        return [
+            (order, rows, np.array(conditions[order])) for order in (0, 1) if order in conditions
+        ]
 
 
 def _accelerations(robot, a, a_dot, a_ddot):
@@ -109,7 +121,10 @@ def _accelerations(robot, a, a_dot, a_ddot):
     (drive, _), (leg, _), bar = robot.drives, pose.legs, robot.distal[0]
     (tx, ty), (ux, uy) = drive.tangent(leg.direction), leg.distal
     along, across = drive.bends(leg.sine, leg.cosine)  # of P'', on the distal bar
-    along, across = along * a_dot[0] ** 2 - bar * a_dot[1] ** 2, across * a_dot[0] ** 2 + bar * a_ddot[1]
+    along, across = (
+        along * a_dot[0] ** 2 - bar * a_dot[1] ** 2,
+        across * a_dot[0] ** 2 + bar * a_ddot[1],
+    )
     xi_ddot = tx * a_ddot[0] + along * ux - across * uy, ty * a_ddot[0] + along * uy + across * ux
     return Accelerations(rates, (a_ddot[0], a_ddot[2]), xi_ddot)
 

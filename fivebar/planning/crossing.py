@@ -30,13 +30,25 @@ def three_times(value, name):
 
 
 @takes(
-    robot=must_be_robot, start=two_numbers, goal=two_numbers, crossing=two_numbers, velocity=two_numbers,
-    times=three_times, acceleration=two_numbers, working=modes(2),
-)  # fmt: skip
+    robot=must_be_robot,
+    start=two_numbers,
+    goal=two_numbers,
+    crossing=two_numbers,
+    velocity=two_numbers,
+    times=three_times,
+    acceleration=two_numbers,
+    working=modes(2),
+)
 def crossing_polynomial(
-    robot: Robot, start: ArrayLike, goal: ArrayLike, crossing: ArrayLike, velocity: ArrayLike,
-    times: Sequence[float], acceleration: ArrayLike = (0.0, 0.0), working: tuple[int, int] = (-1, -1),
-) -> Trajectory:  # fmt: skip
+    robot: Robot,
+    start: ArrayLike,
+    goal: ArrayLike,
+    crossing: ArrayLike,
+    velocity: ArrayLike,
+    times: Sequence[float],
+    acceleration: ArrayLike = (0.0, 0.0),
+    working: tuple[int, int] = (-1, -1),
+) -> Trajectory:
     """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
 
     Of a robot with gravity or heavy bars, in place of m xi'' what the motion asks the bars for (`models.loads`).
@@ -55,13 +67,19 @@ def crossing_polynomial(
         at = f"det A = {pose.det_A:.3g} in working modes {working}"
         raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: {at}")
     if abs(slope) < 1e-6:
-        raise ValueError(f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s")
+        raise ValueError(
+            f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s"
+        )
     x, y = pose.u2[0]  # across t_s
-    passes = crossing_acceleration(pose, np.array(velocity), x * acceleration[0] + y * acceleration[1])
+    passes = crossing_acceleration(
+        pose, np.array(velocity), x * acceleration[0] + y * acceleration[1]
+    )
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     t0, ts, t1 = times
     middle = {0: crossing, 1: velocity, 2: passes}
     try:
         return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])
     except ValueError as error:
-        raise ValueError(f"crossing_polynomial: from start to goal at times {shown(times)}: {error}") from None
+        raise ValueError(
+            f"crossing_polynomial: from start to goal at times {shown(times)}: {error}"
+        ) from None

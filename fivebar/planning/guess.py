@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
     Guess = Callable[[np.ndarray], np.ndarray]  # times (n,) s -> (n, 8): motion, bar forces
 
-GRID, SMOOTHINGS = 121, 100  # nodes per side of the grid on which a first path is sought; passes over it
+GRID, SMOOTHINGS = (
+    121,
+    100,
+)  # nodes per side of the grid on which a first path is sought; passes over it
 
 
 def guess_again(plan: Plan, found: Solution) -> Guess:
@@ -33,7 +36,9 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
     return guess
 
 
-def first_guess(problem: Problem, paths: list[np.ndarray] | None = None) -> tuple[Guess, np.ndarray]:
+def first_guess(
+    problem: Problem, paths: list[np.ndarray] | None = None
+) -> tuple[Guess, np.ndarray]:
     """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths (m, coordinates).
 
     Paths are run through point by point; without them straight where the limits allow.
@@ -61,12 +66,16 @@ def first_guess(problem: Problem, paths: list[np.ndarray] | None = None) -> tupl
     if last < len(paths):
         free = slice(last, None)
         durations[free] = shares[free] / shares[free].sum()
-        durations[free] *= max(_time_needed(problem, m, T) for m, T in zip(motions[free], durations[free]))
+        durations[free] *= max(
+            _time_needed(problem, m, T) for m, T in zip(motions[free], durations[free])
+        )
     ends = np.cumsum(durations)
     times = np.concatenate([end + duration * (sigma - 1) for end, duration in zip(ends, durations)])
     powers = [np.concatenate([m[i] / T**i for m, T in zip(motions, durations)]) for i in range(3)]
     columns = np.concatenate([*powers, np.zeros((len(times), 2))], axis=1)
-    return lambda t: np.stack([np.interp(t, times, column) for column in columns.T], axis=-1), durations
+    return lambda t: np.stack(
+        [np.interp(t, times, column) for column in columns.T], axis=-1
+    ), durations
 
 
 def _time_needed(problem, motion, duration):
@@ -74,7 +83,11 @@ def _time_needed(problem, motion, duration):
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
     acc, limits, weights = problem.accelerations(motion), problem.limits, problem.weights
     regular = np.abs(acc.rates.pose.det_A) > 0.1
-    tau = inverse_dynamics(problem.accelerations(motion[regular])) if regular.any() else np.zeros((1, 2))
+    tau = (
+        inverse_dynamics(problem.accelerations(motion[regular]))
+        if regular.any()
+        else np.zeros((1, 2))
+    )
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
     jerk = np.mean(np.sum(np.gradient(acc.xi_ddot, duration / 200, axis=0) ** 2, axis=1)) * duration
     factors = [1e-3]
@@ -103,9 +116,13 @@ def _path(problem, a, b):
     pairs += [(number[1:, 1:], number[:-1, :-1]), (number[1:, :-1], number[:-1, 1:])]
     i, j = (np.concatenate([np.ravel(pair[k]) for pair in pairs]) for k in (0, 1))
     between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
-    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * (blocked[i] + blocked[j] + between)
+    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * (
+        blocked[i] + blocked[j] + between
+    )
     ends = [int(np.argmin(np.linalg.norm(nodes - p, axis=1) + 1e3 * blocked)) for p in (a, b)]
-    before = dijkstra(coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr(), False, ends[0], True)[1]
+    before = dijkstra(
+        coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr(), False, ends[0], True
+    )[1]
     way = [ends[1]]
     while way[-1] != ends[0]:
         way.append(int(before[way[-1]]))
@@ -115,10 +132,13 @@ def _path(problem, a, b):
     if gap > 0:
         raise PlanError(
             f"plan: start and goal are not connected in working modes {problem.working}: the way with the narrowest "
-            f"gap leaves the reach of the bars by {gap:.3g} m near ({worst[0]:.4g}, {worst[1]:.4g}) m", {"reach": gap},
-        )  # fmt: skip
+            f"gap leaves the reach of the bars by {gap:.3g} m near ({worst[0]:.4g}, {worst[1]:.4g}) m",
+            {"reach": gap},
+        )
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    path = np.stack([np.interp(np.linspace(0, along[-1], 101), along, column) for column in path.T], axis=1)
+    path = np.stack(
+        [np.interp(np.linspace(0, along[-1], 101), along, column) for column in path.T], axis=1
+    )
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()
@@ -132,4 +152,6 @@ def _blocked(problem, xi):
     pose = igm(problem.robot, xi, problem.working, unreachable="nan")
     found = problem.violations(xi=xi, sines=problem.signed_sines(pose))
     worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)
-    return np.where(np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst)
+    return np.where(
+        np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst
+    )

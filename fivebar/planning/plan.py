@@ -47,21 +47,41 @@ LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes
 
 
 @takes(
-    robot=must_be_robot, torque_limit=optional(per_joint), joint_speed_limit=optional(per_joint),
-    acceleration_limit=optional(positive), workspace=optional(box), working=optional(modes(2)),
-    method=one_of(*METHODS), degree=whole(2, 7),
-    intervals=whole(2, MOST_INTERVALS), tolerance=lambda value, name: number(value, name, 1e-9, 1.0), max_time=positive,
+    robot=must_be_robot,
+    torque_limit=optional(per_joint),
+    joint_speed_limit=optional(per_joint),
+    acceleration_limit=optional(positive),
+    workspace=optional(box),
+    working=optional(modes(2)),
+    method=one_of(*METHODS),
+    degree=whole(2, 7),
+    intervals=whole(2, MOST_INTERVALS),
+    tolerance=lambda value, name: number(value, name, 1e-9, 1.0),
+    max_time=positive,
     keep=optional(instance(Keep)),
-)  # fmt: skip
+)
 def plan(
-    robot: Robot, start: ArrayLike | dict | Pose, goal: ArrayLike | dict | Pose, duration: float | None = None, *,
+    robot: Robot,
+    start: ArrayLike | dict | Pose,
+    goal: ArrayLike | dict | Pose,
+    duration: float | None = None,
+    *,
     via: Iterable = (),
-    objective: str | dict[str, float] = "effort", torque_limit: ArrayLike | None = None,
-    joint_speed_limit: ArrayLike | None = None, acceleration_limit: float | None = None,
-    workspace: ArrayLike | None = None, serial_margin: float | None = None, parallel_margin: float | None = None,
-    working: tuple[int, int] | None = None, method: str = "legendre-gauss", degree: int = 3, intervals: int = 20,
-    tolerance: float = 1e-3, max_time: float = 30.0, keep: Keep | None = None,
-) -> Plan:  # fmt: skip
+    objective: str | dict[str, float] = "effort",
+    torque_limit: ArrayLike | None = None,
+    joint_speed_limit: ArrayLike | None = None,
+    acceleration_limit: float | None = None,
+    workspace: ArrayLike | None = None,
+    serial_margin: float | None = None,
+    parallel_margin: float | None = None,
+    working: tuple[int, int] | None = None,
+    method: str = "legendre-gauss",
+    degree: int = 3,
+    intervals: int = 20,
+    tolerance: float = 1e-3,
+    max_time: float = 30.0,
+    keep: Keep | None = None,
+) -> Plan:
     """Plan an optimal motion, through singularities where that is better or the only way: Plan.
 
     start, goal: points (2,) m, at rest there, or {order: (x, y)} as in `polynomial`: the motion keeps its working modes
@@ -95,27 +115,43 @@ def plan(
         serial_margin = max(serial_margin or 0.0, keep.sin) or None
         parallel_margin = max(parallel_margin or 0.0, keep.det_A) or None
     limits = Limits(
-        torque_limit, joint_speed_limit, acceleration_limit, workspace,
+        torque_limit,
+        joint_speed_limit,
+        acceleration_limit,
+        workspace,
         None if serial_margin is None else number(serial_margin, "plan: serial_margin", 1e-3, 1),
-        None if parallel_margin is None else number(parallel_margin, "plan: parallel_margin", 1e-9, 1),
-    )  # fmt: skip
+        None
+        if parallel_margin is None
+        else number(parallel_margin, "plan: parallel_margin", 1e-9, 1),
+    )
     weights = checked_weights(objective)
     if duration is None and not weights["time"]:
-        raise ValueError('plan: a free duration needs a weight on "time": the longer, the less effort and jerk')
-    if duration is None and not (weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration):
-        raise ValueError("plan: minimum time needs a torque_limit or an acceleration_limit: without, it is 0")
+        raise ValueError(
+            'plan: a free duration needs a weight on "time": the longer, the less effort and jerk'
+        )
+    if duration is None and not (
+        weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration
+    ):
+        raise ValueError(
+            "plan: minimum time needs a torque_limit or an acceleration_limit: without, it is 0"
+        )
     rule = scheme(method, degree)
     if free:
         if limits.serial is not None:
             raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (Problem(robot, stops, None, weights, limits, rule, keep), paths, length) for stops, paths, length in ways
+            (Problem(robot, stops, None, weights, limits, rule, keep), paths, length)
+            for stops, paths, length in ways
         ]
         return refuse_broken(_best(problems, intervals, tolerance, max_time, began), tolerance)
     working = working or (-1, -1)
-    start, goal = (point_of(point, working, name) for point, name in ((start, "start"), (goal, "goal")))
-    problem = Problem(robot, checked_stops(start, goal, duration, via), working, weights, limits, rule, keep)
+    start, goal = (
+        point_of(point, working, name) for point, name in ((start, "start"), (goal, "goal"))
+    )
+    problem = Problem(
+        robot, checked_stops(start, goal, duration, via), working, weights, limits, rule, keep
+    )
     refuse_massless(problem)
     refuse_stops(problem)
     sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
@@ -125,7 +161,9 @@ def plan(
             "torque has no bound"
         )
     guess, durations = first_guess(problem)
-    found = _Search(problem, tolerance, max_time, began).run(_mesh(intervals, durations), durations, guess)
+    found = _Search(problem, tolerance, max_time, began).run(
+        _mesh(intervals, durations), durations, guess
+    )
     return refuse_broken(found, tolerance)
 
 
@@ -150,10 +188,14 @@ def _best(problems, intervals, tolerance, max_time, began):
         except PlanError as error:
             last = error
             break
-        work += sum(each.intervals * each.iterations for each in search.meshes) * len(problem.scheme.c)
+        work += sum(each.intervals * each.iterations for each in search.meshes) * len(
+            problem.scheme.c
+        )
         if solution.solved:
             found.append((plan.objective, tried, search, mesh, solution, plan, length))
-        last = last or search.failure(plan, f"IPOPT did not converge ({solution.status})", solution.status)
+        last = last or search.failure(
+            plan, f"IPOPT did not converge ({solution.status})", solution.status
+        )
     # A coarse mesh flatters: the one that looks best is refined, until another looks better by more than BETTER.
     now = None
     while found:
@@ -176,7 +218,12 @@ class _Search:
     """Solve, refine the mesh where the plan errs, solve again; or find out what is wrong."""
 
     def __init__(self, problem, tolerance, max_time, began):
-        self.problem, self.tolerance, self.max_time, self.began = problem, tolerance, max_time, began
+        self.problem, self.tolerance, self.max_time, self.began = (
+            problem,
+            tolerance,
+            max_time,
+            began,
+        )
         self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
 
     def lifted(self, mesh, durations, guess):
@@ -184,7 +231,9 @@ class _Search:
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
             lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
-            search = _Search(replace(self.problem, robot=lighter), self.tolerance, self.max_time, self.began)
+            search = _Search(
+                replace(self.problem, robot=lighter), self.tolerance, self.max_time, self.began
+            )
             found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
             self.meshes += search.meshes
             if found.solved:
@@ -204,7 +253,9 @@ class _Search:
         for name, value in plan._exceeded.items():
             excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
-        parts = np.clip(np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS).astype(int)
+        parts = np.clip(
+            np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS
+        ).astype(int)
         parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
@@ -212,8 +263,12 @@ class _Search:
         """(mesh, Solution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
-            raise self.failure(plan, f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
-                                     f"{self.tolerance:g} is allowed", plan.status)  # fmt: skip
+            raise self.failure(
+                plan,
+                f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
+                f"{self.tolerance:g} is allowed",
+                plan.status,
+            )
         mesh = _refined(mesh, parts)
         return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
 
@@ -225,12 +280,18 @@ class _Search:
         left = self.max_time - self.worked
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
-        self.meshes.append(Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed))
+        self.meshes.append(
+            Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed)
+        )
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
         if found.solved and not elastic:
             self.best = plan
         if self.worked > self.max_time:
-            raise self.failure(self.best or plan, f"no solution within max_time = {self.max_time:g} s", found.status)
+            raise self.failure(
+                self.best or plan,
+                f"no solution within max_time = {self.max_time:g} s",
+                found.status,
+            )
         return found, plan
 
     elapsed = property(lambda self: time.perf_counter() - self.began[0])  # what a user waits
@@ -245,7 +306,9 @@ class _Search:
         best, nearest = self.solve(mesh, *self.first, elastic=True)
         if not best.solved:
             raise self.failure(
-                self.best or plan, f"IPOPT did not converge ({failed.status}, then {best.status})", failed.status
+                self.best or plan,
+                f"IPOPT did not converge ({failed.status}, then {best.status})",
+                failed.status,
             )
         if best.slack.max() > self.tolerance:
             names = [name for name, slack in zip(LIMITS, best.slack) if slack > 1e-6]
@@ -253,7 +316,9 @@ class _Search:
         found, plan = self.solve(mesh, best.durations, guess_again(nearest, best))
         if not found.solved:
             raise self.failure(
-                self.best or plan, f"IPOPT did not converge ({failed.status}, then {found.status})", found.status
+                self.best or plan,
+                f"IPOPT did not converge ({failed.status}, then {found.status})",
+                found.status,
             )
         return found, plan
 

@@ -16,7 +16,7 @@ from ..base.tables import TextFile, must_increase, opened, write
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
-from ..models.loads import asked_for, friction_torques
+from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
 from .collocation import METHODS, Pieces, scheme
@@ -24,11 +24,22 @@ from .problem import Limits, Problem
 from .trajectory import refuse_nan
 
 if TYPE_CHECKING:
-
     from ..models.robots import Robot
 
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
-COLUMNS = ("t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "tau1", "tau2", "lambda1", "lambda2")
+COLUMNS = (
+    "t",
+    "x",
+    "y",
+    "x_dot",
+    "y_dot",
+    "x_ddot",
+    "y_ddot",
+    "tau1",
+    "tau2",
+    "lambda1",
+    "lambda2",
+)
 BARS = ("q1_ddot", "phi1_ddot", "q2_ddot", "phi2_ddot")  # of a plan in the four bars
 
 
@@ -147,7 +158,10 @@ class Plan(Animated):
     def friction_error(self) -> float:
         """By what torque at most, N m, the friction that was planned with, smoothed, differs from the robot's own."""
         models = self.robot, self.problem.model
-        own, smooth = (friction_torques(self.problem.accelerations(self._fine[0], each).rates) for each in models)
+        own, smooth = (
+            friction_torques(self.problem.accelerations(self._fine[0], each).rates)
+            for each in models
+        )
         return float(np.abs(own - smooth).max())
 
     @cached_property
@@ -156,7 +170,7 @@ class Plan(Animated):
         if physics_of(self.robot) is None:
             force = self.robot.m * np.linalg.norm(acc.xi_ddot, axis=-1).max()
         else:
-            force = np.hypot(*asked_for(acc)[0]).max()
+            force = np.hypot(*forces_and_torques(acc)[0]).max()
         return self.defects / (force or 1.0)
 
     @cached_property
@@ -166,12 +180,17 @@ class Plan(Animated):
         found = self.problem.violations(
             pose.xi, acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], self.problem.signed_sines(pose)
         )
-        return found | {"reach": np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin}
+        return found | {
+            "reach": np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
+        }
 
     @cached_property
     def violations(self) -> dict[str, float]:
         """{limit: by how much it is exceeded anywhere, 0.0 if not}, SI, between nodes too."""
-        return {name: max(0.0, float(np.fmax.reduce(value, axis=None))) for name, value in self._exceeded.items()}
+        return {
+            name: max(0.0, float(np.fmax.reduce(value, axis=None)))
+            for name, value in self._exceeded.items()
+        }
 
     @property
     def saturated(self) -> float:
@@ -179,32 +198,50 @@ class Plan(Animated):
         if self.problem.limits.torque is None:
             return 0.0
         tau = self.tau(np.linspace(0, self.duration, 2001))
-        return float(np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.limits.torque)).any(axis=1)))
+        return float(
+            np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.limits.torque)).any(axis=1))
+        )
 
     def to_csv(self, path: TextFile) -> None:
         """Write the plan at its nodes and both ends; problem, knots and the solution's data in a comment line. SI."""
         pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
-            "robot": self.robot.parameters, "stops": [[list(c.items()), t] for c, t in problem.stops],
-            "working": problem.working, "weights": problem.weights, "limits": asdict(problem.limits),
-            "method": METHODS[not rule.shared], "degree": len(rule.c), "knots": pieces.knots,
-            "objective": self.objective, "status": self.status, "meshes": self.meshes, "solve_time": self.solve_time,
-            "tried": self.tried, "begins": np.hstack([pieces.xi, pieces.xi_dot]),
-        }  # fmt: skip
+            "robot": self.robot.parameters,
+            "stops": [[list(c.items()), t] for c, t in problem.stops],
+            "working": problem.working,
+            "weights": problem.weights,
+            "limits": asdict(problem.limits),
+            "method": METHODS[not rule.shared],
+            "degree": len(rule.c),
+            "knots": pieces.knots,
+            "objective": self.objective,
+            "status": self.status,
+            "meshes": self.meshes,
+            "solve_time": self.solve_time,
+            "tried": self.tried,
+            "begins": np.hstack([pieces.xi, pieces.xi_dot]),
+        }
         ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
         t, n, index = self.nodes, problem.coordinates.size, rule.points(len(pieces.xi)) + ends
         t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
         motion = self.motion(t)
-        motion[index, 2 * n : 3 * n], motion[index, 3 * n :] = pieces.xi_ddot, pieces.tau  # to the last bit
+        motion[index, 2 * n : 3 * n], motion[index, 3 * n :] = (
+            pieces.xi_ddot,
+            pieces.tau,
+        )  # to the last bit
         xi, xi_dot, xi_ddot = self(t) if n == 4 else np.split(motion[:, :6], 3, axis=1)
-        table = [t, xi, xi_dot, xi_ddot, motion[:, -2:], self.bar_forces(t)] + [motion[:, 8:12]] * (n == 4)
+        table = [t, xi, xi_dot, xi_ddot, motion[:, -2:], self.bar_forces(t)] + [motion[:, 8:12]] * (
+            n == 4
+        )
         write(path, "plan", about, COLUMNS + BARS * (n == 4), np.column_stack(table).tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Plan:
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         with opened(path) as table:
-            problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
+            problem, knots, begins, known = table.about(
+                "plan", "a file written by Plan.to_csv", _known
+            )
             index = problem.scheme.points(len(knots) - 1)
             in_bars = problem.coordinates.size == 4
             values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
@@ -212,17 +249,22 @@ class Plan(Animated):
             if len(values) == nodes + 2 and not problem.scheme.shared:
                 values = values[1:-1]  # the ends, which files had not at first
             if len(values) != nodes:
-                raise ValueError(f"{table.name}: {len(values)} rows, but its first line speaks of {nodes}")
+                raise ValueError(
+                    f"{table.name}: {len(values)} rows, but its first line speaks of {nodes}"
+                )
             if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
-                raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
+                raise ValueError(
+                    f"{table.name}: the times are not those that its first line speaks of"
+                )
         xi, xi_dot, xi_ddot, tau = (values[:, k : k + 2] for k in (1, 3, 5, 7))
         if begins is None:  # files of the first version
             pieces = Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index])
         else:
             planned_in = values[:, 9:] if in_bars else xi_ddot
-            pieces = Pieces(problem.scheme, knots, *np.hsplit(begins, 2), planned_in[index], tau[index])
+            pieces = Pieces(
+                problem.scheme, knots, *np.hsplit(begins, 2), planned_in[index], tau[index]
+            )
         return cls(problem, pieces, *known)
-
 
 
 def _known(about):
@@ -233,11 +275,17 @@ def _known(about):
     if about["method"] not in METHODS or about["degree"] not in range(2, 8):
         raise ValueError(f"no method {about['method']} of degree {about['degree']}")
     problem = Problem(
-        robot_of(about["robot"]), tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"]),
-        about["working"] and tuple(about["working"]), about["weights"], Limits(**limits),
+        robot_of(about["robot"]),
+        tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"]),
+        about["working"] and tuple(about["working"]),
+        about["weights"],
+        Limits(**limits),
         scheme(about["method"], about["degree"]),
-    )  # fmt: skip
-    knots, meshes = np.array(about["knots"], dtype=float), tuple(Mesh(*mesh) for mesh in about["meshes"])
+    )
+    knots, meshes = (
+        np.array(about["knots"], dtype=float),
+        tuple(Mesh(*mesh) for mesh in about["meshes"]),
+    )
     must_increase(knots, "knots")
     begins = about.get("begins")
     if begins is not None or problem.working is None:

@@ -38,7 +38,9 @@ class PlanError(RuntimeError):
     violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did not solve.
     """
 
-    def __init__(self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = "") -> None:
+    def __init__(
+        self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = ""
+    ) -> None:
         super().__init__(message)
         self.violations, self.plan, self.status = violations, plan, status
 
@@ -84,7 +86,9 @@ class Problem:
 
     @property
     def mass(self) -> float:
-        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2  # what is grouped may be negative
+        return (
+            abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2
+        )  # what is grouped may be negative
 
     @property
     def fall(self) -> float:
@@ -100,12 +104,18 @@ class Problem:
 
     def signed_sines(self, pose: Pose) -> tuple:
         """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
-        return *(-w * sine for w, sine in zip(self.working or (1, 1), pose.sines)), self.side * pose.det_A
+        return *(
+            -w * sine for w, sine in zip(self.working or (1, 1), pose.sines)
+        ), self.side * pose.det_A
 
     def violations(
-        self, xi: np.ndarray | None = None, q_dot: np.ndarray | None = None, xi_ddot: np.ndarray | None = None,
-        tau: np.ndarray | None = None, sines: tuple | None = None,
-    ) -> dict[str, np.ndarray]:  # fmt: skip
+        self,
+        xi: np.ndarray | None = None,
+        q_dot: np.ndarray | None = None,
+        xi_ddot: np.ndarray | None = None,
+        tau: np.ndarray | None = None,
+        sines: tuple | None = None,
+    ) -> dict[str, np.ndarray]:
         """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0 where they are kept."""
         limits, found = self.limits, {}
         if tau is not None and limits.torque is not None:
@@ -141,14 +151,22 @@ class Problem:
     def listed(self, violations: dict[str, float]) -> str:
         """The violated limits in words."""
         words, own = [], self.robot.words
-        units = {"torque": own.effort_unit, "joint_speed": f"{own.unit}/s", "acceleration": "m/s²", "workspace": "m"}
+        units = {
+            "torque": own.effort_unit,
+            "joint_speed": f"{own.unit}/s",
+            "acceleration": "m/s²",
+            "workspace": "m",
+        }
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
                 limit = getattr(self.limits, name, None)
                 limit = max(limit) if name in ("torque", "joint_speed") else limit
                 against = "" if name in ("workspace", "reach") else f" (limit {limit:.6g})"
                 called = own.effort if name == "torque" else name
-                words.append(f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip() + against)
+                words.append(
+                    f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip()
+                    + against
+                )
         return f"; violated: {', '.join(words)}" if words else ""
 
 
@@ -157,7 +175,9 @@ def refuse_massless(problem: Problem) -> None:
     if not problem.mass:
         words = problem.robot.words
         names = ", ".join(("m", *words.inertias))
-        raise ValueError(f"plan: this robot has no inertia ({names} are 0): no motion costs a {words.effort}")
+        raise ValueError(
+            f"plan: this robot has no inertia ({names} are 0): no motion costs a {words.effort}"
+        )
 
 
 def point_of(point: object, modes: tuple[int, int], name: str) -> object:
@@ -180,14 +200,21 @@ def refuse_stops(problem: Problem) -> None:
             raise
         for what, room in (problem.keep.rooms(pose) if problem.keep else {}).items():
             if room < -1e-12:
-                raise PlanError(f"plan: infeasible: {name} itself does not keep {what}: by {-room:.3g}", {what: -room})
+                raise PlanError(
+                    f"plan: infeasible: {name} itself does not keep {what}: by {-room:.3g}",
+                    {what: -room},
+                )
         found = problem.violations(pose.xi, sines=problem.signed_sines(pose))
         if found["serial"] <= 0:
             q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
-            found |= problem.violations(q_dot=q_dot, xi_ddot=np.array(conditions.get(2, (0.0, 0.0))))
+            found |= problem.violations(
+                q_dot=q_dot, xi_ddot=np.array(conditions.get(2, (0.0, 0.0)))
+            )
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
-            raise PlanError(f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found)
+            raise PlanError(
+                f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found
+            )
 
 
 def refuse_broken(plan: Plan, tolerance: float) -> Plan:
@@ -205,7 +232,11 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
             found[f"{name} (t = {t[k]:.4g} s)"] = float(-room[k])
     if found:
         broken = ", ".join(f"{name}: by {by:.3g}" for name, by in found.items())
-        raise PlanError(f"plan: the best motion found does not keep {broken}; it is attached as .plan", found, plan)
+        raise PlanError(
+            f"plan: the best motion found does not keep {broken}; it is attached as .plan",
+            found,
+            plan,
+        )
     return plan
 
 
@@ -219,11 +250,17 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
     try:
         via = [(t, point) for t, point in via]
     except (TypeError, ValueError):
-        raise ValueError(f"plan: via must be [(time or None, point), ...], not {shown(via)}") from None
+        raise ValueError(
+            f"plan: via must be [(time or None, point), ...], not {shown(via)}"
+        ) from None
     found, last = [("start", 0.0, start)], 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:
-            words = f"plan: the time of {name}" if name != "goal" else f"plan: duration{', after via,' if last else ''}"
+            words = (
+                f"plan: the time of {name}"
+                if name != "goal"
+                else f"plan: duration{', after via,' if last else ''}"
+            )
             t = last = number(positive(t, words), words, last, above=True)
         found.append((name, t, point))
     return found
@@ -236,8 +273,12 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
         if not isinstance(point, dict):
             point = {0: point} if name.startswith("via") else {0: point, 1: (0.0, 0.0)}
         if 0 not in point or not set(point) <= {0, 1, 2}:
-            raise ValueError(f"plan: {name} needs a position under order 0, and no other orders than 1 and 2")
-        stops.append(({k: two_numbers(value, f"plan: {name}, order {k},") for k, value in point.items()}, t))
+            raise ValueError(
+                f"plan: {name} needs a position under order 0, and no other orders than 1 and 2"
+            )
+        stops.append(
+            ({k: two_numbers(value, f"plan: {name}, order {k},") for k, value in point.items()}, t)
+        )
     if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")
     return tuple(stops)
@@ -246,8 +287,13 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
 def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     weights = {objective: 1.0} if isinstance(objective, str) else objective
     if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
-        raise ValueError(f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}")
-    weights = {name: not_negative(weights.get(name, 0.0), f"plan: the weight of {name}") for name in OBJECTIVES}
+        raise ValueError(
+            f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}"
+        )
+    weights = {
+        name: not_negative(weights.get(name, 0.0), f"plan: the weight of {name}")
+        for name in OBJECTIVES
+    }
     if not any(weights.values()):
         raise ValueError("plan: one weight of the objective must be > 0")
     return weights
@@ -265,5 +311,7 @@ def box(value: object, name: str) -> tuple:
     """Rule: ((x low, x high), (y low, y high)); ValueError for anything else."""
     found = finite_numbers(value, name)
     if found.shape != (2, 2) or (found[:, 0] >= found[:, 1]).any():
-        raise ValueError(f"{name} must be ((x low, x high), (y low, y high)), finite, not {shown(value)}")
+        raise ValueError(
+            f"{name} must be ((x low, x high), (y low, y high)), finite, not {shown(value)}"
+        )
     return tuple(map(tuple, found.tolist()))

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 MOST_ITERATIONS = 200
-NEAR_STOP = 0.1  # of the coordinates' units: of the poses that a stop leaves open the one that is meant
+NEAR_STOP = (
+    0.1  # of the coordinates' units: of the poses that a stop leaves open the one that is meant
+)
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
 
 
@@ -42,9 +44,14 @@ class Solution:
 
 
 def solve(
-    problem: Problem, mesh: list[np.ndarray], durations: np.ndarray, guess: Guess, max_time: float,
-    elastic: bool = False, iterations: int | None = None,
-) -> Solution:  # fmt: skip
+    problem: Problem,
+    mesh: list[np.ndarray],
+    durations: np.ndarray,
+    guess: Guess,
+    max_time: float,
+    elastic: bool = False,
+    iterations: int | None = None,
+) -> Solution:
     """Solve on a mesh. Gives a Solution, solved or not.
 
     problem: what is asked.
@@ -70,18 +77,26 @@ def solve(
             "g": ca.vertcat(*program.constraints),
         },
         {
-            "show_eval_warnings": False, "ipopt.max_iter": iterations or MOST_ITERATIONS,
-            "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),  # which is that of all threads
+            "show_eval_warnings": False,
+            "ipopt.max_iter": iterations or MOST_ITERATIONS,
+            "ipopt.max_cpu_time": max(max_time, 1e-3)
+            * threading.active_count(),  # which is that of all threads
             "ipopt.acceptable_iter": 0,
-            "ipopt.mu_strategy": "adaptive", "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
+            "ipopt.mu_strategy": "adaptive",
+            "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
         },
-        x0=program.values(durations, guess), lbx=low, ubx=high,
-        lbg=np.concatenate(program.lower), ubg=np.concatenate(program.upper),
-    )  # fmt: skip
+        x0=program.values(durations, guess),
+        lbx=low,
+        ubx=high,
+        lbg=np.concatenate(program.lower),
+        ubg=np.concatenate(program.upper),
+    )
     unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
     solution = [matrix.full().T for matrix in unpack(found["x"])]
     objective = float(found["f"]) * program.cost_unit
-    return Solution(*program.in_si(solution), objective, stats["return_status"], int(stats["iter_count"]))
+    return Solution(
+        *program.in_si(solution), objective, stats["return_status"], int(stats["iter_count"])
+    )
 
 
 class Program:
@@ -101,7 +116,9 @@ class Program:
         self.coordinates = problem.coordinates
         size = self.coordinates.size
         self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
-        self.at_points = [ca.MX.sym(name, size, int(points)) for name in ("c_c", "c_dot_c", "c_ddot_c")]
+        self.at_points = [
+            ca.MX.sym(name, size, int(points)) for name in ("c_c", "c_dot_c", "c_ddot_c")
+        ]
         self.at_points.append(ca.MX.sym("controls", 2, int(points)))
         self.phases, self.slack = ca.MX.sym("phases", len(mesh)), ca.MX.sym("slack", len(LIMITS))
         self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
@@ -112,7 +129,9 @@ class Program:
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
         robot = _point(self).map(int(points))
-        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot, self.kept = robot(*self.at_points)
+        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot, self.kept = robot(
+            *self.at_points
+        )
         self.constraints, self.lower, self.upper = [], [], []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
@@ -130,11 +149,20 @@ class Program:
         """Each interval begins where the last one ends, points lie on its polynomials, and the robot obeys there."""
         (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = self.at_knots, self.at_points
         interval = _interval(self.rule, self.coordinates.size).map(self.count)
-        on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat])
+        on_xi, on_xi_dot, end, end_dot = interval(
+            xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat]
+        )
         # A point that two intervals share belongs to the later one.
-        own = (self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]).tolist()
+        own = (
+            self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]
+        ).tolist()
         ends = xi[:, 1:] - end, xi_dot[:, 1:] - end_dot
-        for difference in (*ends, xi_c - on_xi[:, own], xi_dot_c - on_xi_dot[:, own], self.dynamics):
+        for difference in (
+            *ends,
+            xi_c - on_xi[:, own],
+            xi_dot_c - on_xi_dot[:, own],
+            self.dynamics,
+        ):
             self.keep(difference)
 
     def keep_limits(self):
@@ -148,10 +176,19 @@ class Program:
             part = ca.diag(self.torque / ca.DM(limits.torque)) @ self.rows(rule.to_bezier, self.tau)
             self.keep(part, -1.0, 1.0, "torque")
         if limits.joint_speed is not None:
-            self.keep(ca.diag(1 / (self.time * ca.DM(limits.joint_speed))) @ self.q_dot, -1.0, 1.0, "joint_speed")
+            self.keep(
+                ca.diag(1 / (self.time * ca.DM(limits.joint_speed))) @ self.q_dot,
+                -1.0,
+                1.0,
+                "joint_speed",
+            )
         if limits.acceleration is not None:
-            part = self.rows(rule.to_bezier, self.xi_ddot) * (self.length / self.time**2 / limits.acceleration)
-            self.keep(ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf)
+            part = self.rows(rule.to_bezier, self.xi_ddot) * (
+                self.length / self.time**2 / limits.acceleration
+            )
+            self.keep(
+                ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf
+            )
         if self.kept.numel():
             self.keep(self.kept, 0.0, np.inf)
         if limits.workspace is not None:
@@ -159,13 +196,16 @@ class Program:
 
     def keep_stops(self):
         """Accelerations and times that are given (positions and velocities are among the bounds); no jump for jerk."""
-        starts, ends = (self.rows(row[None], self.xi_ddot) for row in self.rule.powers((0.0, 1.0))[0])
+        starts, ends = (
+            self.rows(row[None], self.xi_ddot) for row in self.rule.powers((0.0, 1.0))[0]
+        )
         units = self.coordinates.units(self.problem)
         for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
             for order, rows, value in self.coordinates.at(self.problem, conditions):
                 if rows is not None:
                     self.keep(
-                        ca.DM(rows * units) @ (self.at_knots[order][:, k] - ca.DM(value * self.time**order / units))
+                        ca.DM(rows * units)
+                        @ (self.at_knots[order][:, k] - ca.DM(value * self.time**order / units))
                     )
             if 2 in conditions:
                 value = ca.DM(conditions[2]) * self.time**2 / self.length
@@ -196,11 +236,18 @@ class Program:
             "jerk": lambda: integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
         }
         weights, units = self.problem.weights, self.cost_units
-        return sum(weights[name] * units[name] * terms[name]() for name in terms if weights[name]) / self.cost_unit
+        return (
+            sum(weights[name] * units[name] * terms[name]() for name in terms if weights[name])
+            / self.cost_unit
+        )
 
     @property
     def cost_units(self):
-        return {"effort": self.torque**2 * self.time, "time": self.time, "jerk": self.length**2 / self.time**5}
+        return {
+            "effort": self.torque**2 * self.time,
+            "time": self.time,
+            "jerk": self.length**2 / self.time**5,
+        }
 
     @property
     def cost_unit(self):
@@ -224,13 +271,17 @@ class Program:
             for k, (conditions, _) in zip(self.first, self.problem.stops):
                 for order, rows, value in self.coordinates.at(self.problem, conditions):
                     about = sign * (0.0 if rows is None else NEAR_STOP if order == 0 else np.inf)
-                    parts[order][k] = value * self.time**order / self.coordinates.units(self.problem) + about
+                    parts[order][k] = (
+                        value * self.time**order / self.coordinates.units(self.problem) + about
+                    )
             if sign < 0:
                 parts[-2][:], parts[-1][:] = 1e-6, 0.0
             elif not self.elastic:
                 parts[-1][:] = 0.0
             else:
-                parts[-1][:, LIMITS.index("serial")] = 0.9 * (self.problem.limits.serial or 0.0)  # B stays regular
+                parts[-1][:, LIMITS.index("serial")] = 0.9 * (
+                    self.problem.limits.serial or 0.0
+                )  # B stays regular
             sides.append(np.concatenate([*map(np.ravel, parts)]))
         return sides
 
@@ -239,37 +290,57 @@ class Program:
         c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
         units, durations = self.coordinates.units(self.problem), self.time * phases.ravel()
         pieces = Pieces(
-            self.rule, knots_of(self.mesh, durations), units * c[:-1], units / self.time * c_dot[:-1],
-            units / self.time**2 * c_ddot[self.index], self.torque * tau[self.index],
-        )  # fmt: skip
+            self.rule,
+            knots_of(self.mesh, durations),
+            units * c[:-1],
+            units / self.time * c_dot[:-1],
+            units / self.time**2 * c_ddot[self.index],
+            self.torque * tau[self.index],
+        )
         return pieces, durations, self.coordinates.control(self) * controls, slack.ravel()
 
 
 def knots_of(mesh, durations):
     starts = np.concatenate([[0.0], np.cumsum(durations)])
-    inner = [start + duration * knots[:-1] for start, duration, knots in zip(starts, durations, mesh)]
+    inner = [
+        start + duration * knots[:-1] for start, duration, knots in zip(starts, durations, mesh)
+    ]
     return np.concatenate([*inner, starts[-1:]])
 
 
 def _interval(rule, size):
     """(c, c', h, c'' at the points size x s) -> (c, c' at the points, both at the end), scaled."""
-    x, v, h, a = ca.SX.sym("x", size), ca.SX.sym("v", size), ca.SX.sym("h"), ca.SX.sym("a", size, len(rule.c))
+    x, v, h, a = (
+        ca.SX.sym("x", size),
+        ca.SX.sym("v", size),
+        ca.SX.sym("h"),
+        ca.SX.sym("a", size, len(rule.c)),
+    )
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
     vs = [v + h * (a @ ca.DM(row)) for row in single]
-    return ca.Function("interval", [x, v, h, a], [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]])
+    return ca.Function(
+        "interval", [x, v, h, a], [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]]
+    )
 
 
 def _point(program):
     """(c, c', c'', controls) -> residual of the motion, tau, the sines that limits speak of, q', xi, xi'', scaled."""
     problem, own, length, time = program.problem, program.coordinates, program.length, program.time
     units = ca.DM(own.units(problem))
-    scaled = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")] + [ca.SX.sym("controls", 2)]
+    scaled = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")] + [
+        ca.SX.sym("controls", 2)
+    ]
     residual, tau, acc = own.point(
         program, [units / time**k * symbol for k, symbol in enumerate(scaled[:3])], scaled[3]
     )
     sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
     rooms = problem.keep.smooth(acc.rates.pose, length) if problem.keep else []
-    motion = time * acc.rates.q_dot, acc.rates.pose.xi / length, acc.xi_ddot * (time**2 / length), ca.vertcat(*rooms)
+    motion = (
+        time * acc.rates.q_dot,
+        acc.rates.pose.xi / length,
+        acc.xi_ddot * (time**2 / length),
+        ca.vertcat(*rooms),
+    )
     return ca.Function("point", scaled, ca.cse([residual, tau / program.torque, sines, *motion]))

@@ -21,14 +21,25 @@ WIDE = 5.0  # m: coordinates without a unit that reach so far may be in mm
 SLOW = 1.0  # s: samples without a unit that are so far apart may be so many ms
 WITHIN = np.linspace(0, 1, 14)[:-1]  # of each interval, where a curve is compared with its chord
 TRIES = 14  # of a smoothing whose spline is within a deviation
-CORNER = 3 / 16  # of what the velocity changes by, times half of the time that it takes: how far a corner is cut
+CORNER = (
+    3 / 16
+)  # of what the velocity changes by, times half of the time that it takes: how far a corner is cut
 
 
-@takes(smoothing=not_negative, kind=one_of("spline", "polyline"), deviation=optional(positive), units=units_named)
+@takes(
+    smoothing=not_negative,
+    kind=one_of("spline", "polyline"),
+    deviation=optional(positive),
+    units=units_named,
+)
 def from_csv(
-    path: TextFile, smoothing: float = 0.0, *, kind: str = "spline", deviation: float | None = None,
+    path: TextFile,
+    smoothing: float = 0.0,
+    *,
+    kind: str = "spline",
+    deviation: float | None = None,
     units: Mapping[str, str] | Sequence[str] = (),
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """A motion from a CSV file with columns t (s), x, y (m): Trajectory.
 
     kind: "spline", of degree 5 (SciPy's make_splrep), or "polyline": straight from sample to sample at constant speed,
@@ -43,11 +54,17 @@ def from_csv(
     could be in one unit or in another.
     """
     if smoothing and (deviation or kind == "polyline"):
-        raise ValueError("from_csv: smoothing is of a spline, and without deviation: leave one of them")
+        raise ValueError(
+            "from_csv: smoothing is of a spline, and without deviation: leave one of them"
+        )
     if kind == "polyline" and not deviation:
-        raise ValueError("from_csv: kind=polyline needs a deviation, m, within which its corners are cut")
+        raise ValueError(
+            "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
+        )
     table = read(path, PLACES, units)
-    needs = (6, 'a quintic spline (kind="polyline" takes 2)') if kind == "spline" else (2, "a motion")
+    needs = (
+        (6, 'a quintic spline (kind="polyline" takes 2)') if kind == "spline" else (2, "a motion")
+    )
     t, points = _samples(table, *needs)
     with named(table.name), np.errstate(all="ignore"):  # `_compared` refuses what overflows
         if kind == "polyline":
@@ -56,8 +73,8 @@ def from_csv(
             motion = _within(t, points, deviation)
         else:
             motion = _spline(t, points, smoothing)
-        said = _compared(motion, t, points, table.lines)
-    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*said, *table.said))
+        notes = _compared(motion, t, points, table.lines)
+    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*notes, *table.notes))
 
 
 def refuse_unclear_lengths(table: Columns) -> None:
@@ -67,7 +84,9 @@ def refuse_unclear_lengths(table: Columns) -> None:
         return
     if stated:
         other = "".join({"x", "y"} - stated)
-        raise ValueError(f"{table.name}: {''.join(stated)} has a unit in its heading, but {other} has none: name it")
+        raise ValueError(
+            f"{table.name}: {''.join(stated)} has a unit in its heading, but {other} has none: name it"
+        )
     far = max(float(np.nanmax(np.abs(table.values[name]), initial=0.0)) for name in "xy")
     if far > WIDE:
         raise ValueError(
@@ -88,7 +107,9 @@ def _samples(table, least, what):
         raise table.error(early[0], f"time must not be negative, but is {t[early[0]]:g}")
     late = np.flatnonzero(np.diff(t) <= 0) + 1
     if len(late):
-        raise table.error(late[0], f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}")
+        raise table.error(
+            late[0], f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}"
+        )
     if len(t) < least:
         raise ValueError(f"{table.name}: {what} needs at least {least} rows, not {len(t)}")
     refuse_unclear_lengths(table)
@@ -107,19 +128,29 @@ def _spline(t, points, smoothing):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
-            splines = [make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T]
+            splines = [
+                make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T
+            ]
     except RuntimeWarning:
         what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
         raise ValueError(what) from None
     except ValueError as error:  # SciPy's, of times that are too close to one another
-        raise ValueError(f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}") from None
-    splines = [spline.derivative(order) if order else spline for order in range(3) for spline in splines]
+        raise ValueError(
+            f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}"
+        ) from None
+    splines = [
+        spline.derivative(order) if order else spline for order in range(3) for spline in splines
+    ]
     return lambda times: np.stack([spline(times) for spline in splines], axis=-1)
 
 
 def _within(t, points, deviation):
     """The smoothest spline that keeps within the deviation of all samples."""
-    low, high, best = 0.0, deviation, None  # a root-mean-square distance is none larger than the largest
+    low, high, best = (
+        0.0,
+        deviation,
+        None,
+    )  # a root-mean-square distance is none larger than the largest
     smoothing = deviation
     for _ in range(TRIES):
         try:
@@ -148,7 +179,12 @@ def _polyline(t, points, deviation):
     def motion(times):
         k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
         found = np.concatenate(
-            [points[k] + slopes[k] * (times - t[k])[..., None], slopes[k], np.zeros((*np.shape(times), 2))], axis=-1
+            [
+                points[k] + slopes[k] * (times - t[k])[..., None],
+                slopes[k],
+                np.zeros((*np.shape(times), 2)),
+            ],
+            axis=-1,
         )
         for corner in (k, k + 1):  # those at the interval's start and end
             inner = (corner > 0) & (corner < len(t) - 1)
@@ -158,7 +194,9 @@ def _polyline(t, points, deviation):
             w = (times - t[corner]) / half[j]
             near = inner & (np.abs(w) < 1)
             w = np.where(near, w, 0.0)
-            after = np.maximum(w, 0.0) if corner is k else np.zeros_like(w)  # what the chord has of it already
+            after = (
+                np.maximum(w, 0.0) if corner is k else np.zeros_like(w)
+            )  # what the chord has of it already
             place = half[j] * (3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4) - after)
             rate = 3 / 4 * (w - w**3 / 3 + 2 / 3) - (1.0 if corner is k else 0.0)
             bend = 3 / 4 * (1 - w**2) / half[j]
@@ -184,13 +222,19 @@ def _compared(motion, t, points, lines):
     k = int(off.argmax())
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
     if not np.isfinite(values).all() or not np.isfinite(reached):
-        raise ValueError(f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all bounds")
+        raise ValueError(
+            f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all bounds"
+        )
     rounding = 1e-13 * np.abs(points).max()
     away = 1e3 * off[k] * (off[k] > rounding)
-    said = [f"it leaves the chords between samples by up to {away:.3g} mm (lines {lines[k]} to {lines[k + 1]})"]
+    notes = [
+        f"it leaves the chords between samples by up to {away:.3g} mm (lines {lines[k]} to {lines[k + 1]})"
+    ]
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
         own = np.linalg.norm(own, axis=1).max()
         reached, own = (each * (each > rounding / step.min() ** 2) for each in (reached, own))
-        said.append(f"its acceleration reaches {reached:.3g} m/s², second differences of the samples {own:.3g} m/s²")
-    return said
+        notes.append(
+            f"its acceleration reaches {reached:.3g} m/s², second differences of the samples {own:.3g} m/s²"
+        )
+    return notes

@@ -18,7 +18,11 @@ from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
 from .problem import PlanError, timed
 
-IMAGES, DIRECT, ROUTES = 30, 8, 6  # turns of the goal's bars that are tried, straight ways, and routes, at most
+IMAGES, DIRECT, ROUTES = (
+    30,
+    8,
+    6,
+)  # turns of the goal's bars that are tried, straight ways, and routes, at most
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
@@ -46,13 +50,17 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         images = [end + 2 * np.pi * np.array(turns) for turns in product((-1, 0, 1), repeat=4)]
         images.sort(key=lambda image: np.abs(image - begin).sum())
     else:
-        images = [end + 2 * np.pi * np.array([0, first, 0, second]) for first, second in product((0, -1, 1), repeat=2)]
+        images = [
+            end + 2 * np.pi * np.array([0, first, 0, second])
+            for first, second in product((0, -1, 1), repeat=2)
+        ]
     found = _routes(robot, start, goal)
     if found == ():
         raise PlanError(
             "plan: no motion joins start and goal: the aspects that they are in are not connected, whatever "
-            "singularity is crossed", {},
-        )  # fmt: skip
+            "singularity is crossed",
+            {},
+        )
     direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
     paths = list(islice((path for path in direct if path is not None), DIRECT))
     by_way = (_path(robot, _waypoints(robot, route, begin, end)) for route in found or ())
@@ -74,7 +82,9 @@ def _distinct(robot, paths):
     return kept[:MOST]
 
 
-def ways_between(robot: Robot, start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
+def ways_between(
+    robot: Robot, start: object, goal: object, duration: float | None, via: Iterable
+) -> list[tuple]:
     """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
     stops = timed(start, goal, duration, via)
     choices = [_poses(robot, given, name) for name, _, given in stops]
@@ -90,7 +100,10 @@ def ways_between(robot: Robot, start: object, goal: object, duration: float | No
         raise apart
     found.sort(key=lambda legs: sum(way.length for way in legs))
     times = [t for _, t, _ in stops]
-    return [(*_stops([way.path for way in legs], times), sum(way.length for way in legs)) for legs in found]
+    return [
+        (*_stops([way.path for way in legs], times), sum(way.length for way in legs))
+        for legs in found
+    ]
 
 
 def _stops(paths, times):
@@ -112,7 +125,9 @@ def _poses(robot, given, name):
     if given.robot != robot:
         raise ValueError(f"plan: {name} is a Pose of another robot: {given.robot}, not {robot}")
     if np.shape(given.xi) != (2,) or not np.isfinite(bars(given)).all():
-        raise ValueError(f"plan: {name} must be one Pose that closes, not a batch or one out of reach")
+        raise ValueError(
+            f"plan: {name} must be one Pose that closes, not a batch or one out of reach"
+        )
     gap = float(np.hypot(*loop_gap(bars_pose(robot, tuple(bars(given).tolist())))))
     if gap > CLOSES * max(robot.distal):
         raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
@@ -196,7 +211,9 @@ def _embedded(robot, a):
     lever = size if robot.turns else 1.0
     own, m = [abs(each) for each in robot.inertias], abs(robot.m)  # what is grouped may be negative
     light = LIGHT * (m * size**2 + sum(own) * (size / lever) ** 2)
-    roots = np.sqrt([*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2])
+    roots = np.sqrt(
+        [*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2]
+    )
     c = tuple(np.moveaxis(a, -1, 0))
     x, y = bars_pose(robot, c).point
     return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
@@ -211,7 +228,9 @@ def _lengths(robot, a):
 def _even(robot, path):
     """POINTS points of a path in even steps, on the closed loop again."""
     along = _lengths(robot, path)
-    even = np.stack([np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1)
+    even = np.stack(
+        [np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1
+    )
     return _closed(robot, even, NEWTON)
 
 

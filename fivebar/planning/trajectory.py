@@ -26,12 +26,14 @@ class Trajectory:
     start: float
     duration: float
     _motion: Callable[[np.ndarray], np.ndarray]  # times (n,) inside -> (n, 6)
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         end = self.start + self.duration
-        places = [vector(name, tuple(self(t)[0]), "m") for name, t in (("from", self.start), ("to", end))]
-        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places, *self.said[:2])
+        places = [
+            vector(name, tuple(self(t)[0]), "m") for name, t in (("from", self.start), ("to", end))
+        ]
+        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places, *self.notes[:2])
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
@@ -47,7 +49,9 @@ def refuse_nan(t: np.ndarray) -> None:
     """ValueError for times of which one is nan, with its index."""
     if np.isnan(t).any():
         index = ", ".join(map(str, np.argwhere(np.isnan(t))[0]))
-        raise ValueError(f"t must be a number of seconds, but t{f'[{index}]' if index else ''} is nan")
+        raise ValueError(
+            f"t must be a number of seconds, but t{f'[{index}]' if index else ''} is nan"
+        )
 
 
 def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Trajectory:
@@ -58,7 +62,9 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
     polynomials of a time scaled to [-1, 1], where it is well conditioned.
     """
     try:
-        conditions = [(number(t, "the time of each of conditions"), dict(given)) for t, given in conditions]
+        conditions = [
+            (number(t, "the time of each of conditions"), dict(given)) for t, given in conditions
+        ]
     except (TypeError, ValueError) as error:
         what = f"polynomial: conditions must be [(t, {{order: (x, y), ...}}), ...], not {shown(conditions)}: {error}"
         raise ValueError(what) from None
@@ -70,7 +76,9 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
     for t, given in conditions:
         for order, value in given.items():
             if type(order) is not int or order not in (0, 1, 2):
-                raise ValueError(f"polynomial: the order at t = {t:g} s must be 0, 1 or 2, not {order!r}")
+                raise ValueError(
+                    f"polynomial: the order at t = {t:g} s must be 0, 1 or 2, not {order!r}"
+                )
             two_numbers(value, f"polynomial: order {order} at t = {t:g} s")
     half = (times[-1] - times[0]) / 2
     degree = sum(len(given) for _, given in conditions) - 1
@@ -85,7 +93,9 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
             values.append(np.asarray(value, float) * half**order)
     rows = np.array(rows)
     if np.linalg.matrix_rank(rows) <= degree:
-        raise ValueError("polynomial: these conditions do not determine a polynomial (a position is missing?)")
+        raise ValueError(
+            "polynomial: these conditions do not determine a polynomial (a position is missing?)"
+        )
     coefficients = np.linalg.solve(rows, np.array(values))
     # One table for position, velocity and acceleration: they are evaluated together.
     table = np.zeros((degree + 1, 6))
@@ -107,7 +117,10 @@ def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
     duration = seconds(duration, "line: duration")
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     return polynomial(
-        [(0.0, {0: two_numbers(a, "line: a"), **rest}), (duration, {0: two_numbers(b, "line: b"), **rest})]
+        [
+            (0.0, {0: two_numbers(a, "line: a"), **rest}),
+            (duration, {0: two_numbers(b, "line: b"), **rest}),
+        ]
     )
 
 
@@ -120,6 +133,8 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     def motion(t):
         u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
         v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
-        return np.concatenate([center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1)
+        return np.concatenate(
+            [center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1
+        )
 
     return Trajectory(0.0, period, motion)

@@ -66,14 +66,18 @@ CASES = {
     "torque-limit": _torque_limit,
     "mass": lambda: _task_1("task 1, mass 20 % larger than known", plant=FiveBar(m=0.6)),
     "delay": lambda: _task_1("task 1, delay 10 ms", options={"delay": 1}),
-    "encoder": lambda: _task_1("task 1, encoders of 4096 steps", options={"encoder_resolution": ENCODER}),
+    "encoder": lambda: _task_1(
+        "task 1, encoders of 4096 steps", options={"encoder_resolution": ENCODER}
+    ),
     "crossing": _crossing,
 }
 
 
 def _mpc(case):
     told = ("control_period", "torque_limit", "delay", "encoder_resolution")
-    options = {name.removeprefix("control_"): value for name, value in case.options.items() if name in told}
+    options = {
+        name.removeprefix("control_"): value for name, value in case.options.items() if name in told
+    }
     return Tracker(case.model, **options)
 
 

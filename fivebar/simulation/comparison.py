@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     pass
 
 COLUMNS = (
-    ("rms_error_m", "RMS error (µm)", 1e6), ("max_error_m", "largest (µm)", 1e6),
+    ("rms_error_m", "RMS error (µm)", 1e6),
+    ("max_error_m", "largest (µm)", 1e6),
     ("final_error_m", "at the end (µm)", 1e6),
-    ("peak_torque_Nm", "peak torque (mN m)", 1e3), ("peak_force_N", "peak force (N)", 1.0),
+    ("peak_torque_Nm", "peak torque (mN m)", 1e3),
+    ("peak_force_N", "peak force (N)", 1.0),
     ("saturated_s", "saturated (s)", 1.0),
-    ("median_solve_s", "solve, median (ms)", 1e3), ("p99_solve_s", "99 % (ms)", 1e3), ("fallbacks", "fallbacks", 1),
-)  # fmt: skip
+    ("median_solve_s", "solve, median (ms)", 1e3),
+    ("p99_solve_s", "99 % (ms)", 1e3),
+    ("fallbacks", "fallbacks", 1),
+)
 
 
 def compare(runs: Mapping[str, Run]) -> Comparison:
@@ -58,12 +62,15 @@ class Comparison(Plotted):
         return {name: _figures(run) for name, run in self.runs.items()}
 
     def __str__(self) -> str:
-        used = [c for c in COLUMNS if not all(np.isnan(np.max(row.get(c[0], np.nan))) for row in self.figures.values())]
+        used = [
+            c
+            for c in COLUMNS
+            if not all(np.isnan(np.max(row.get(c[0], np.nan))) for row in self.figures.values())
+        ]
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
             lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
         return "\n".join(aligned(lines, 1))
-
 
 
 def peak_name(robot: Robot) -> str:
@@ -77,11 +84,15 @@ def _figures(run):
     size = size[np.isfinite(size)] if run.measured is not None else size  # not in the gaps of a log
     nan = float("nan")
     figures = {
-        "rms_error_m": float(np.sqrt(np.mean(size**2))), "max_error_m": float(size.max()),
-        "final_error_m": float(size[-1]), peak_name(run.robot): _peaks(run),
+        "rms_error_m": float(np.sqrt(np.mean(size**2))),
+        "max_error_m": float(size.max()),
+        "final_error_m": float(size[-1]),
+        peak_name(run.robot): _peaks(run),
         "saturated_s": nan,
-        "median_solve_s": nan, "p99_solve_s": nan, "fallbacks": nan,
-    }  # fmt: skip
+        "median_solve_s": nan,
+        "p99_solve_s": nan,
+        "fallbacks": nan,
+    }
     if run.torque_limit is not None:
         figures["saturated_s"] = float(np.diff(run.t)[run.saturated[:-1].any(axis=1)].sum())
     if log is not None:

@@ -29,7 +29,9 @@ def meets(margins: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     return ((low * high <= 0) | dips).any(axis=(-1, -2))
 
 
-def crossings(robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | None = None) -> tuple[Event, ...]:
+def crossings(
+    robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | None = None
+) -> tuple[Event, ...]:
     """The crossings of Type 1 and Type 2 on times t (n,) with observations (n, columns), in order.
 
     after: (k, length) -> the three sines and their rates `length` s after row k, by the motion itself: then times are
@@ -37,7 +39,9 @@ def crossings(robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | N
     """
     margins, rates, step = rows[:, MARGINS], rows[:, MARGIN_RATES], t[1] - t[0]
     modes = -sign(margins, 0.0)
-    for k in np.flatnonzero((modes == 0).any(axis=1)):  # a step that ends on a singularity has not crossed it yet
+    for k in np.flatnonzero(
+        (modes == 0).any(axis=1)
+    ):  # a step that ends on a singularity has not crossed it yet
         modes[k] = np.where(modes[k] == 0, modes[k - 1] if k else 0, modes[k])
     found = []  # (time, column, step)
     for column in range(3):
@@ -52,9 +56,15 @@ def crossings(robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | N
                 found.append((t[k] + step * place, column, k))
     events, now = [], modes[0].copy()
     for when, column, k in sorted(found):
-        before = np.where(now == 0, modes[k], now)  # what began on a singularity has a mode from its first step on
+        before = np.where(
+            now == 0, modes[k], now
+        )  # what began on a singularity has a mode from its first step on
         now[column] = -now[column] if now[column] else modes[k + 1, column]
-        events.append(Event(float(when), KINDS[column], robot.words.sines[column], _plain(before), _plain(now)))
+        events.append(
+            Event(
+                float(when), KINDS[column], robot.words.sines[column], _plain(before), _plain(now)
+            )
+        )
     return tuple(events)
 
 
@@ -86,7 +96,10 @@ def _zero(ends, look, low=0.0, high=1.0):
     bottom, top, place = low, high, (low + high) / 2
     rising = k0 + high * (k1 + high * (k2 + high * k3)) > 0
     for _ in range(60):  # Newton's steps, bisection's where these leave the bracket
-        value, rate = k0 + place * (k1 + place * (k2 + place * k3)), k1 + place * (2 * k2 + place * 3 * k3)
+        value, rate = (
+            k0 + place * (k1 + place * (k2 + place * k3)),
+            k1 + place * (2 * k2 + place * 3 * k3),
+        )
         bottom, top = (bottom, place) if (value > 0) == rising else (place, top)
         better = place - value / rate if rate else top
         if not bottom < better < top:
@@ -116,7 +129,9 @@ def _there_and_back(ends, look):
     if side * (k0 + low * (k1 + low * (k2 + low * k3))) > DIP * min(abs(ends[0]), abs(ends[1])):
         return ()
     if look is not None:
-        for _ in range(3):  # the cubic's turn is good to third order; then secants of the motion's own rate
+        for _ in range(
+            3
+        ):  # the cubic's turn is good to third order; then secants of the motion's own rate
             slope = (look(low + NEARBY)[1] - look(low - NEARBY)[1]) / (2 * NEARBY)
             low = min(max(low - look(low)[1] / slope, NEARBY), 1 - NEARBY) if slope else low
     value = look(low)[0] if look else k0 + low * (k1 + low * (k2 + low * k3))

@@ -8,13 +8,13 @@ from functools import lru_cache
 import numpy as np
 
 from ..base.errors import SingularityError
-from ..models.charts import Bars
+from ..models.charts import BarAngles
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import bars_rates, closed
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
 from ..models.physics import loads_of, physics_of
-from ..models.robots import beside
+from ..models.robots import nearest_equivalent_angle
 from .steps import (
     COLUMNS,
     ENERGY,
@@ -29,12 +29,20 @@ from .steps import (
     model_functions,
     motion_of,
     observation,
-)  # fmt: skip
+)
 
-MOST_STEPS, MOST_PER_SECOND = 20_000, 2_000  # of steps that are chosen, in one call: a fraction of a second of work
+MOST_STEPS, MOST_PER_SECOND = (
+    20_000,
+    2_000,
+)  # of steps that are chosen, in one call: a fraction of a second of work
 SHORTEST = 1e-11  # s, where nothing else says how short a step may become
 FIRST = 0.01  # s
-GROWTH, SHRINKING, SAFETY, ORDER = 8.0, 0.2, 0.9, 8  # of the steps' length, as usual for this method
+GROWTH, SHRINKING, SAFETY, ORDER = (
+    8.0,
+    0.2,
+    0.9,
+    8,
+)  # of the steps' length, as usual for this method
 LOST_ENERGY = 1e-3  # of the energy that a fixed step turns over: to lose more is a jump, not an integration error
 ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing moves
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
@@ -48,10 +56,14 @@ class Plant:
 
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
-        self.robot, self.tolerance, self.parameters = robot, tolerance, np.array(parameters_of(robot))
+        self.robot, self.tolerance, self.parameters = (
+            robot,
+            tolerance,
+            np.array(parameters_of(robot)),
+        )
         self._step = self._call(free_step, jit)
         self.length, self.t = FIRST, 0.0
-        c, c_dot, _ = Bars().coordinates(start)
+        c, c_dot, _ = BarAngles().coordinates(start)
         self.state = np.array([*c, *c_dot])
         self._pieces = []  # (t, length, state, polynomial)
 
@@ -85,7 +97,11 @@ class Plant:
         count, most = len(self._pieces), MOST_STEPS + int(MOST_PER_SECOND * (until - self.t))
         while self.moves and until - self.t > 1e-12 * (abs(until) + 1e-9):
             rest = until - self.t
-            length = self.length if 2 * self.length < rest else rest / max(math.ceil(rest / self.length), 1)
+            length = (
+                self.length
+                if 2 * self.length < rest
+                else rest / max(math.ceil(rest / self.length), 1)
+            )
             after, error, polynomial = self._tried(tau, length)
             error = error.item()
             if error <= 1:
@@ -98,7 +114,9 @@ class Plant:
             elif length < SHORTEST:
                 self._refuse(tau, f"a step of {length:.2g} s is too long")
             factor = SAFETY * error ** (-1 / ORDER) if error > 0 else GROWTH
-            self.length = length * (min(max(factor, SHRINKING), GROWTH) if math.isfinite(error) else SHRINKING)
+            self.length = length * (
+                min(max(factor, SHRINKING), GROWTH) if math.isfinite(error) else SHRINKING
+            )
 
     def _tried(self, tau, length):
         return self._step(self.state, tau, length, self.tolerance, self.parameters)
@@ -173,7 +191,9 @@ class FixedPlant:
         self.robot, self.chart, self.step, self.t, self.k = robot, chart, step, 0.0, 0
         c, c_dot, modes = chart.coordinates(start)
         self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
-        self._block = lambda count: Buffered(compiled(block_function(robot, chart, method, step, count), jit))
+        self._block = lambda count: Buffered(
+            compiled(block_function(robot, chart, method, step, count), jit)
+        )
         self._calls, self._rows, self._states, self._torques = {}, [], [], []
         self._last = model_functions(robot, chart)[1](self.state, self.modes).full().ravel()
 
@@ -193,7 +213,7 @@ class FixedPlant:
             self._rows.append(rows.reshape(-1, COLUMNS).copy())
             self._torques += [tau] * count
             if self.chart.wraps:
-                last[Q] = beside(self.robot, last[Q], self._last[Q])
+                last[Q] = nearest_equivalent_angle(self.robot, last[Q], self._last[Q])
             self.state, self._last = states[-1].copy(), last.copy()
             self.k, steps = self.k + count, steps - count
         self.t = until
@@ -230,13 +250,18 @@ def refuse_losses(robot, rows, tau, chart, step):
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     if physics_of(robot) is not None:
         seen = motion_of(robot, rows)
-        high, power = potential(seen.pose) + 0.0 * rows[:, ENERGY], lost_power(seen) + 0.0 * rows[:, ENERGY]
+        high, power = (
+            potential(seen.pose) + 0.0 * rows[:, ENERGY],
+            lost_power(seen) + 0.0 * rows[:, ENERGY],
+        )
         lost = step * (power[1:] + power[:-1]) / 2
         gained, turned = gained + np.diff(high) + lost, turned + np.abs(np.diff(high)) + lost
     bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
-    bad |= (margins * (margins + AHEAD * step * rows[:-1, MARGIN_RATES][:, columns]) <= 0).any(axis=1)
+    bad |= (margins * (margins + AHEAD * step * rows[:-1, MARGIN_RATES][:, columns]) <= 0).any(
+        axis=1
+    )
     if not bad.any():
         return
     k = int(np.argmax(bad))
@@ -250,5 +275,6 @@ def refuse_losses(robot, rows, tau, chart, step):
         )
     raise SingularityError(
         f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the {chart.name} "
-        f'chart ({words.sines[nearest]} = {sines[nearest]:.3g}): chart="auto" has none', float(sines[nearest]),
-    )  # fmt: skip
+        f'chart ({words.sines[nearest]} = {sines[nearest]:.3g}): chart="auto" has none',
+        float(sines[nearest]),
+    )

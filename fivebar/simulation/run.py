@@ -11,7 +11,7 @@ import numpy as np
 from ..base.presentation import Animated
 from ..base.representation import one_line
 from ..base.tables import TextFile, opened, write
-from ..models.four_joints import seen_rates
+from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
 from ..models.joint_positions import elbows, joints
 from ..models.loads import potential
@@ -47,12 +47,12 @@ class Measured(NamedTuple):
     was logged, and not differentiated. At each gap there is a row of nan."""
 
     gaps: tuple = ()
-    said: tuple = ()
+    notes: tuple = ()
     rates: bool = False
 
 
 def has_friction(robot: Robot) -> bool:
-    return loads_of(robot).rubs
+    return loads_of(robot).has_friction
 
 
 def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
@@ -93,9 +93,19 @@ class Run(Animated):
 
     def __repr__(self) -> str:
         tracked = self.xi_ref is not None
-        error = f"error at most {1e6 * np.nanmax(np.linalg.norm(self.error, axis=1)):.4g} um" if tracked else ""
+        error = (
+            f"error at most {1e6 * np.nanmax(np.linalg.norm(self.error, axis=1)):.4g} um"
+            if tracked
+            else ""
+        )
         crossings = f"{len(self.events)} crossings" if self.events else ""
-        return one_line("Run", self.robot.words.title, f"{self.t[-1]:g} s in {len(self.t)} rows", error, crossings)
+        return one_line(
+            "Run",
+            self.robot.words.title,
+            f"{self.t[-1]:g} s in {len(self.t)} rows",
+            error,
+            crossings,
+        )
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -107,12 +117,14 @@ class Run(Animated):
     def q_error(self) -> np.ndarray:
         """q - q_ref (n, 2), rad (m), in the working modes in which the run begins; nan where xi_ref is out of reach."""
         self._needs_reference()
-        return self.robot.differ(self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q)
+        return self.robot.joint_difference(
+            self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q
+        )
 
     def _working_at_start(self):
         modes = [(left, right) for left in (-1, 1) for right in (-1, 1)]
         poses = igm(self.robot, np.broadcast_to(self.xi[0], (4, 2)), modes, unreachable="nan")
-        away = np.abs(self.robot.differ(poses.q - self.q[0]))
+        away = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
         return modes[int(np.argmin(np.nan_to_num(away, nan=0.0).sum(axis=1)))]
 
     def _needs_reference(self):
@@ -141,7 +153,9 @@ class Run(Animated):
     def potential(self) -> np.ndarray:
         """Potential energy (n,) J, 0 without gravity."""
         rest = (0.0, 0.0)
-        return potential(seen_rates(self.robot, self.q.T, self.xi.T, rest, rest).pose) + np.zeros(len(self.t))
+        return potential(
+            rates_from_joint_state(self.robot, self.q.T, self.xi.T, rest, rest).pose
+        ) + np.zeros(len(self.t))
 
     @cached_property
     def loop_gap(self) -> np.ndarray:
@@ -171,8 +185,16 @@ class Run(Animated):
         if self.xi_ref is not None:
             table += [*self.xi_ref.T]
         if has_friction(self.robot):
-            table.append(np.full(len(self.t), np.nan) if self.friction_loss is None else self.friction_loss)
-        write(path, "run", about, columns(self.robot, self.xi_ref is not None), np.column_stack(table).tolist())
+            table.append(
+                np.full(len(self.t), np.nan) if self.friction_loss is None else self.friction_loss
+            )
+        write(
+            path,
+            "run",
+            about,
+            columns(self.robot, self.xi_ref is not None),
+            np.column_stack(table).tolist(),
+        )
 
     @classmethod
     @classmethod
@@ -184,10 +206,16 @@ class Run(Animated):
             values = table.numbers(columns(about["robot"], has_reference), finite=False)
         t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
         return cls(
-            t=t[:, 0], q=q, q_dot=q_dot, xi=xi, tau=tau, energy=energy[:, 0],
+            t=t[:, 0],
+            q=q,
+            q_dot=q_dot,
+            xi=xi,
+            tau=tau,
+            energy=energy[:, 0],
             xi_ref=rest[:, :2] if has_reference else None,
-            friction_loss=rest[:, -1] if has_friction(about["robot"]) else None, **about,
-        )  # fmt: skip
+            friction_loss=rest[:, -1] if has_friction(about["robot"]) else None,
+            **about,
+        )
 
 
 def _known(about):
@@ -207,11 +235,13 @@ def _known(about):
     }
 
 
-def _measured(gaps, said, rates):
+def _measured(gaps, notes, rates):
     gaps = tuple((float(low), float(high), str(why)) for low, high, why in gaps)
-    return Measured(gaps, tuple(map(str, said)), bool(rates))
+    return Measured(gaps, tuple(map(str, notes)), bool(rates))
 
 
 def _control(t, **pairs):
     t = np.array(t, dtype=float).reshape(-1)
-    return Control(t, **{name: np.array(pair, dtype=float).reshape(len(t), 2) for name, pair in pairs.items()})
+    return Control(
+        t, **{name: np.array(pair, dtype=float).reshape(len(t), 2) for name, pair in pairs.items()}
+    )

@@ -26,24 +26,48 @@ from .steps import ENERGY, METHODS, Q_DOT, XI, Q
 from .stick_slip import plant_of
 
 TOLERANCE = 1e-12  # rad, of a step where nothing is asked
-COARSER, FINER = 10, 1e5  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
+COARSER, FINER = (
+    10,
+    1e5,
+)  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
 LEAST_TOLERANCE, FINEST = 1e-12, 1e-14  # rad: below, a step's error is rounding
 MOST_DELAY = 10_000  # samples
 MOST_ROWS, BYTES = 10**7, 400  # of a run; what a row takes while it is made
 
 
 @takes(
-    robot=must_be_robot, controller=optional(a_callable), reference=optional(a_callable), start=optional(some_rates),
-    duration=optional(positive), control_period=positive, step=positive, torque_limit=optional(positive),
-    delay=whole(0, MOST_DELAY), encoder_resolution=optional(positive), chart=one_of(*CHARTS),
-    method=one_of(None, *METHODS), tolerance=optional(positive), jit=must_be_jit,
-)  # fmt: skip
+    robot=must_be_robot,
+    controller=optional(a_callable),
+    reference=optional(a_callable),
+    start=optional(some_rates),
+    duration=optional(positive),
+    control_period=positive,
+    step=positive,
+    torque_limit=optional(positive),
+    delay=whole(0, MOST_DELAY),
+    encoder_resolution=optional(positive),
+    chart=one_of(*CHARTS),
+    method=one_of(None, *METHODS),
+    tolerance=optional(positive),
+    jit=must_be_jit,
+)
 def simulate(
-    robot: Robot, controller: Callable | None = None, reference: Callable | None = None, *,
-    duration: float | None = None, start: Rates | None = None, control_period: float = 0.01, step: float = 0.001,
-    torque_limit: float | None = None, delay: int = 0, encoder_resolution: float | None = None, chart: str = "auto",
-    method: str | None = None, tolerance: float | None = None, jit: bool | str = False,
-) -> Run:  # fmt: skip
+    robot: Robot,
+    controller: Callable | None = None,
+    reference: Callable | None = None,
+    *,
+    duration: float | None = None,
+    start: Rates | None = None,
+    control_period: float = 0.01,
+    step: float = 0.001,
+    torque_limit: float | None = None,
+    delay: int = 0,
+    encoder_resolution: float | None = None,
+    chart: str = "auto",
+    method: str | None = None,
+    tolerance: float | None = None,
+    jit: bool | str = False,
+) -> Run:
     """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
 
     controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
@@ -68,9 +92,13 @@ def simulate(
     """
     if tolerance is not None:
         if tolerance < LEAST_TOLERANCE:
-            raise ValueError(f"tolerance = {tolerance:g} is below rounding: at least {LEAST_TOLERANCE:g}")
+            raise ValueError(
+                f"tolerance = {tolerance:g} is below rounding: at least {LEAST_TOLERANCE:g}"
+            )
         if method is not None or chart != "auto":
-            raise ValueError('tolerance chooses the steps: it goes with method=None and chart="auto"')
+            raise ValueError(
+                'tolerance chooses the steps: it goes with method=None and chart="auto"'
+            )
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
     start = start_with(robot, reference, controller) if start is None else start
 
@@ -79,7 +107,9 @@ def simulate(
             plant = plant_of(robot, start, tolerance, jit)
         else:
             plant = FixedPlant(robot, start, CHARTS[chart], method or "rk4", grid.step, jit)
-        return _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution)
+        return _closed_loop(
+            plant, grid, controller, reference, torque_limit, delay, encoder_resolution
+        )
 
     if tolerance is None:
         return run(TOLERANCE)
@@ -89,7 +119,9 @@ def simulate(
 
 def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution):
     period = grid.block * grid.step
-    loop = _Loop(plant.robot.words, controller, reference, torque_limit, delay, encoder_resolution, period)
+    loop = _Loop(
+        plant.robot.words, controller, reference, torque_limit, delay, encoder_resolution, period
+    )
     t, torques = np.arange(grid.steps + 1) * grid.step, []
     try:
         for k in range(0, grid.steps, grid.block):
@@ -124,13 +156,17 @@ class Grid(NamedTuple):
             ratio = control_period / step
             block = max(round(min(ratio, 1e18)), 1)
             if abs(ratio - block) > 1e-6 * ratio:
-                raise ValueError(f"control_period = {control_period:g} s must be a multiple of step = {step:g} s")
+                raise ValueError(
+                    f"control_period = {control_period:g} s must be a multiple of step = {step:g} s"
+                )
         if duration is None:
             if not (hasattr(reference, "start") and hasattr(reference, "duration")):
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
         count = positive(duration, "duration") / step
-        bounded(count, MOST_ROWS, f"duration = {duration:g} s is {count:.3g} steps of {step:g} s", BYTES)
+        bounded(
+            count, MOST_ROWS, f"duration = {duration:g} s is {count:.3g} steps of {step:g} s", BYTES
+        )
         steps = max(math.ceil(count - 1e-6), 1)
         return cls(steps, step, min(block or steps, steps))
 
@@ -149,9 +185,15 @@ def start_with(robot, reference, controller):
         if reference.robot == robot:
             return rates
         return dkm(dgm(robot, rates.pose.q, int(rates.pose.assembly)), rates.q_dot)
-    modes = [tuple(own.working) for own in (reference, controller) if getattr(own, "working", None) is not None]
+    modes = [
+        tuple(own.working)
+        for own in (reference, controller)
+        if getattr(own, "working", None) is not None
+    ]
     if len(set(modes)) > 1:
-        raise ValueError(f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same")
+        raise ValueError(
+            f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same"
+        )
     xi, xi_dot, _ = begin_of(reference)
     return ikm(igm(robot, xi, modes[0] if modes else (-1, -1)), xi_dot)
 
@@ -159,16 +201,29 @@ def start_with(robot, reference, controller):
 def begin_of(reference):
     """(xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,); ValueError where it gives something else."""
     answer = reference(0.0)
-    if not isinstance(answer, (tuple, list)) or len(answer) != 3 or any(np.shape(each) != (2,) for each in answer):
-        raise ValueError(f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}")
+    if (
+        not isinstance(answer, (tuple, list))
+        or len(answer) != 3
+        or any(np.shape(each) != (2,) for each in answer)
+    ):
+        raise ValueError(
+            f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
+        )
     return answer
 
 
 class _Loop:
     """The controller's side: what it measures, when its torque arrives, and how much of it."""
 
-    def __init__(self, words, controller, reference, torque_limit, delay, encoder_resolution, period):
-        self.words, self.controller, self.reference, self.limit = words, controller, reference, torque_limit
+    def __init__(
+        self, words, controller, reference, torque_limit, delay, encoder_resolution, period
+    ):
+        self.words, self.controller, self.reference, self.limit = (
+            words,
+            controller,
+            reference,
+            torque_limit,
+        )
         self.resolution, self.period = encoder_resolution, period
         self.pending = [np.zeros(2)] * delay
         self.log = []
@@ -202,15 +257,36 @@ class _Loop:
         return applied
 
 
-def assemble(robot, t, rows, torques, xi_ref, control, torque_limit, log=None, after=None, crosses=True, lost=None):
+def assemble(
+    robot,
+    t,
+    rows,
+    torques,
+    xi_ref,
+    control,
+    torque_limit,
+    log=None,
+    after=None,
+    crosses=True,
+    lost=None,
+):
     """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as `crossings` has it.
 
     crosses: whether crossings are looked for. lost: () -> what friction has taken (n + 1,), None: by the rows.
     """
     lost = lost or partial(loss_by_rows, robot, t, rows)
     return Run(
-        robot=robot, t=t, q=robot.continuous(rows[:, Q]), q_dot=rows[:, Q_DOT], xi=rows[:, XI], energy=rows[:, ENERGY],
-        tau=np.vstack([torques, torques[-1]]), xi_ref=xi_ref, torque_limit=torque_limit, control=control,
-        events=crossings(robot, t, rows, after) if crosses else (), log=log,
+        robot=robot,
+        t=t,
+        q=robot.continuous(rows[:, Q]),
+        q_dot=rows[:, Q_DOT],
+        xi=rows[:, XI],
+        energy=rows[:, ENERGY],
+        tau=np.vstack([torques, torques[-1]]),
+        xi_ref=xi_ref,
+        torque_limit=torque_limit,
+        control=control,
+        events=crossings(robot, t, rows, after) if crosses else (),
+        log=log,
         friction_loss=lost() if has_friction(robot) else None,
-    )  # fmt: skip
+    )

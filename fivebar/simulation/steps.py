@@ -13,15 +13,21 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from ..base.backend import pack
-from ..models.charts import Bars, halves
+from ..models.charts import BarAngles, halves
 from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
-from ..models.four_joints import bars_rates, closed, seen_rates
+from ..models.four_joints import bars_rates, closed, rates_from_joint_state
 from ..models.parameters import count_of, with_parameters
 
 # Columns of an observation.
 Q, Q_DOT, XI, XI_DOT, MARGINS, MARGIN_RATES, ENERGY = (
-    slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 8), slice(8, 11), slice(11, 14), 14,
-)  # fmt: skip
+    slice(0, 2),
+    slice(2, 4),
+    slice(4, 6),
+    slice(6, 8),
+    slice(8, 11),
+    slice(11, 14),
+    14,
+)
 COLUMNS = 15
 METHODS = ("rk4", "dop8")
 
@@ -73,7 +79,9 @@ def propagate(robot, chart, modes, method, step, count, torque):
     given accuracy: nothing else is computed.
     """
     state, t = casadi.SX.sym("state", 2 * chart.size), casadi.SX.sym("t")
-    begin, first = _closed(robot, chart, state, modes)  # here, as the first stage needs the same directions
+    begin, first = _closed(
+        robot, chart, state, modes
+    )  # here, as the first stage needs the same directions
 
     def slope(stage, fraction):
         rates = first if stage is begin else chart.turned(robot, *halves(stage, chart), modes)
@@ -95,7 +103,7 @@ def free_step(kind, names=()):
     between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
     Where dry friction is among the names there is one more input: how the drives slip (`loads.asked_for`).
     """
-    chart, parameters = Bars(), casadi.SX.sym("parameters", count_of(kind, names))
+    chart, parameters = BarAngles(), casadi.SX.sym("parameters", count_of(kind, names))
     state, tau, _ = _symbols(chart)
     length, tolerance = casadi.SX.sym("length"), casadi.SX.sym("tolerance")
     robot = with_parameters(kind, parameters, names)
@@ -109,29 +117,43 @@ def free_step(kind, names=()):
         [_slope(chart, chart.turned(robot, *halves(whole, chart), None), whole, tau, slip)],
     )
     slopes = []
-    after = runge_kutta("dop8", length, state, lambda stage, _: model(stage, tau, parameters, *sticks), slopes)
+    after = runge_kutta(
+        "dop8", length, state, lambda stage, _: model(stage, tau, parameters, *sticks), slopes
+    )
     end, _ = _closed(robot, chart, after, None, slip)
     scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
-    fifth, third = (sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3))
+    fifth, third = (
+        sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3)
+    )
     fifth, third = casadi.sumsqr(fifth), casadi.sumsqr(third)
-    error = length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)) / tolerance
+    error = (
+        length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)) / tolerance
+    )
     slopes.append(model(end, tau, parameters, *sticks))
     for row in DOP853.A_EXTRA:
         stage = state + length * sum(w * k for w, k in zip(row, slopes) if w)
         slopes.append(model(stage, tau, parameters, *sticks))
     change = end - state
-    polynomial = [change, length * slopes[0] - change, 2 * change - length * (slopes[DOP853.n_stages] + slopes[0])]
+    polynomial = [
+        change,
+        length * slopes[0] - change,
+        2 * change - length * (slopes[DOP853.n_stages] + slopes[0]),
+    ]
     polynomial += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
     inputs = [state, tau, length, tolerance, parameters, *sticks]
-    return casadi.Function("free_step", inputs, casadi.cse([end, error, casadi.horzcat(*polynomial)]))
+    return casadi.Function(
+        "free_step", inputs, casadi.cse([end, error, casadi.horzcat(*polynomial)])
+    )
 
 
 @lru_cache(maxsize=8)
 def holding(kind, names):
     """(state (8), tau, parameters, slip) -> the friction that drives which stick need to stay, N m."""
-    state, tau, slip = (casadi.SX.sym(name, n) for name, n in (("state", 8), ("tau", 2), ("slip", 2)))
+    state, tau, slip = (
+        casadi.SX.sym(name, n) for name, n in (("state", 8), ("tau", 2), ("slip", 2))
+    )
     parameters = casadi.SX.sym("parameters", count_of(kind, names))
-    rates = bars_rates(with_parameters(kind, parameters, names), *halves(state, Bars()))
+    rates = bars_rates(with_parameters(kind, parameters, names), *halves(state, BarAngles()))
     _, held = held_by(rates, (tau[0], tau[1]), (slip[0], slip[1]))
     return casadi.Function("holding", [state, tau, parameters, slip], [casadi.vertcat(*held)])
 
@@ -180,7 +202,7 @@ def observation(rates):
 
 def motion_of(robot, rows):
     """The motion of which observations (n, columns) are, as Rates."""
-    return seen_rates(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
+    return rates_from_joint_state(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
 
 
 def _symbols(chart, kind=casadi.SX):
@@ -188,7 +210,11 @@ def _symbols(chart, kind=casadi.SX):
 
 
 def _slope(chart, rates, state, tau, slip=None):
-    acc = forward_dynamics(rates, tau) if slip is None else slipping_dynamics(rates, (tau[0], tau[1]), slip)
+    acc = (
+        forward_dynamics(rates, tau)
+        if slip is None
+        else slipping_dynamics(rates, (tau[0], tau[1]), slip)
+    )
     return casadi.vertcat(state[chart.size :], *chart.accelerations(acc))
 
 

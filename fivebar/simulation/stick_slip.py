@@ -76,7 +76,9 @@ class StickSlip(Plant):
         self.slip = np.array(slip_of(rates, tuple(tau.tolist()), held_by))
         if not self.moves:
             if np.abs(self.state[4:]).max() > 1e-9:
-                self._refuse(tau, "both drives stick while the distal bars, in one line, still move")
+                self._refuse(
+                    tau, "both drives stick while the distal bars, in one line, still move"
+                )
             self.state = np.concatenate([self.state[:4], np.zeros(4)])
 
     def _kept(self, tau, length, after, polynomial):
@@ -84,7 +86,9 @@ class StickSlip(Plant):
         if place is None:
             return super()._kept(tau, length, after, polynomial)
         stops = self.slip[drive] != 0
-        after, polynomial, cut = self._cut(tau, place * length, length, drive if stops else None, polynomial)
+        after, polynomial, cut = self._cut(
+            tau, place * length, length, drive if stops else None, polynomial
+        )
         super()._kept(tau, cut, after, polynomial)
         if stops:
             self._stop(drive)
@@ -117,7 +121,9 @@ class StickSlip(Plant):
         state[4 + 2 * drive] = 0.0
         free = tuple(float(state[4 + 2 * k] != 0) for k in (0, 1))
         if any(free):
-            c, c_dot, _ = closed(self.robot, tuple(state[:4].tolist()), tuple(state[4:].tolist()), free)
+            c, c_dot, _ = closed(
+                self.robot, tuple(state[:4].tolist()), tuple(state[4:].tolist()), free
+            )
             state = np.array([*c, *c_dot])
         self.state = state
 
@@ -125,7 +131,11 @@ class StickSlip(Plant):
         """(place in (0, 1], drive) where a drive first stops or lets go in a step; (None, None)."""
         found = []
         for k in np.flatnonzero(self.dry):
-            place = self._stops_at(k, polynomial) if self.slip[k] else self._lets_go_at(k, tau, polynomial)
+            place = (
+                self._stops_at(k, polynomial)
+                if self.slip[k]
+                else self._lets_go_at(k, tau, polynomial)
+            )
             if place is not None:
                 found.append((place, k))
         return min(found) if found else (None, None)
@@ -139,7 +149,11 @@ class StickSlip(Plant):
         values = np.polynomial.polynomial.polyval(PLACES, coefficients) * self.slip[k]
         if values.min() > FAR * values.max():
             return None
-        roots = np.polynomial.polynomial.polyroots(np.trim_zeros(coefficients, "b")) if coefficients.any() else []
+        roots = (
+            np.polynomial.polynomial.polyroots(np.trim_zeros(coefficients, "b"))
+            if coefficients.any()
+            else []
+        )
         places = sorted(root.real for root in roots if abs(root.imag) < 1e-9 and 0 < root.real <= 1)
         slope = coefficients[1:] * np.arange(1, len(coefficients))
         for place in places:
@@ -150,7 +164,9 @@ class StickSlip(Plant):
     def _lets_go_at(self, k, tau, polynomial):
         def over(place):
             state = between(self.state[None], polynomial[None], np.array([place]))[0]
-            return abs(self._held(state, tau, self.parameters, self.slip)[0][k]) - self.dry[k] * (1 + OVER)
+            return abs(self._held(state, tau, self.parameters, self.slip)[0][k]) - self.dry[k] * (
+                1 + OVER
+            )
 
         low = 0.0
         for place in PLACES:
@@ -167,7 +183,9 @@ class StickSlip(Plant):
 
     def _free(self, states, polynomials):
         moving = (states[:, 4:7:2] != 0) | (polynomials[:, :, 4:7:2] != 0).any(axis=1)
-        moving |= ~moving.any(axis=1, keepdims=True)  # where both stand, so does what is between them
+        moving |= ~moving.any(
+            axis=1, keepdims=True
+        )  # where both stand, so does what is between them
         return tuple(moving.T.astype(float))
 
     def rows(self, t):

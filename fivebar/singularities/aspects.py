@@ -21,13 +21,15 @@ from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
 from .mirror import Mirror
-from .regions import Arc, beside, crossings, inside, off_border, roomiest
+from .regions import Arc, beside, crossings, inside, off_border, points_of_largest_clearance
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
 ROUNDING = 1e-13  # of det A and the sines
 LONG = 0.02  # of the robot's size: of an arc that bounds more than a sliver
-SEPARATE = 3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
+SEPARATE = (
+    3e-8  # of the robot's size: a singular point that is nearer to an end of a locus is no puncture
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,8 +55,12 @@ class Aspect:
 
     @cached_property
     def _middle(self):
-        found = roomiest(self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES)
-        exact = found and inside(self.boundary, np.array([found[0][0]]))[0]  # of slivers the samples may tell it wrong
+        found = points_of_largest_clearance(
+            self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES
+        )
+        exact = (
+            found and inside(self.boundary, np.array([found[0][0]]))[0]
+        )  # of slivers the samples may tell it wrong
         return found[0] if exact else off_border(self.boundary, size_of(self.robot))
 
     @property
@@ -115,7 +121,10 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         for working in MODES
         if working not in loci.everywhere
     ]
-    if areas and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * size_of(robot) ** 2:
+    if (
+        areas
+        and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * size_of(robot) ** 2
+    ):
         # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
@@ -129,8 +138,14 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 def aspect(robot: FiveBar, number: int) -> Aspect:
     """The aspect of that number; ValueError where there is none."""
     found = aspects(robot)
-    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not 1 <= number <= len(found):
-        raise ValueError(f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1")
+    if (
+        isinstance(number, bool)
+        or not isinstance(number, (int, np.integer))
+        or not 1 <= number <= len(found)
+    ):
+        raise ValueError(
+            f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1"
+        )
     return found[number - 1]
 
 
@@ -145,7 +160,11 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
 
     def rank(part):
         # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then the one to the right.
-        place = tuple(-round(each / size, 7) for each in part.point[::-1]) if often[area[id(part)]] > 1 else ()
+        place = (
+            tuple(-round(each / size, 7) for each in part.point[::-1])
+            if often[area[id(part)]] > 1
+            else ()
+        )
         return (*area[id(part)], *place)
 
     found.sort(key=rank)
@@ -154,7 +173,9 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
     return tuple(found)
 
 
-def parts(kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, **levels: float) -> Iterator[Aspect]:
+def parts(
+    kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, **levels: float
+) -> Iterator[Aspect]:
     """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`, without numbers.
 
     active: working mode -> its boundaries, a list of Locus, or None where it has no part; touches: vertices of circles
@@ -166,7 +187,9 @@ def parts(kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, 
         if pieces is None:
             continue
         mirror = Mirror(pieces)
-        for assembly, area, boundary, punctures in _in_mode(robot, pieces, touches, working, **levels):
+        for assembly, area, boundary, punctures in _in_mode(
+            robot, pieces, touches, working, **levels
+        ):
             yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
             image, other = mirror.loops(boundary), (-working[0], -working[1])
             yield kind(robot, 0, other, -assembly, area, image, pairs(punctures.conj()), **levels)
@@ -176,7 +199,9 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
     """The parts of one working mode: assembly mode, area, boundary, punctures."""
     size = size_of(robot)
     edges = _edges([piece for piece in pieces if len(piece.points) > 1], touches)
-    isolated = np.unique([piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]).astype(complex)
+    isolated = np.unique(
+        [piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]
+    ).astype(complex)
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
@@ -190,7 +215,9 @@ def _proved(robot, edges, working, det_A, sin):
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
-        room = np.min([np.abs(pose.det_A) - det_A, *(np.abs(sine) - sin for sine in pose.sines)], axis=0)
+        room = np.min(
+            [np.abs(pose.det_A) - det_A, *(np.abs(sine) - sin for sine in pose.sines)], axis=0
+        )
         if not (room > SINGULAR).any():  # nan in the faces that are holes of the workspace
             continue
         signs = -np.sign(pose.det_A[~(np.abs(room) <= ROUNDING)])
@@ -206,7 +233,9 @@ def _proved(robot, edges, working, det_A, sin):
     if det_A:  # of a curve of det A one side is inside, the other is not
         for arc, *_ in edges:
             sides = levels.get((id(arc.locus), arc.start), 0)
-            if not arc.locus.circle and (sides > 1 or (sides < 1 and np.abs(np.diff(arc.z)).sum() > LONG * size)):
+            if not arc.locus.circle and (
+                sides > 1 or (sides < 1 and np.abs(np.diff(arc.z)).sum() > LONG * size)
+            ):
                 raise ArithmeticError(
                     f"in working modes {working} a region at the curve of det A around ({arc.z[0].real:.6g}, "
                     f"{arc.z[0].imag:.6g}) m was lost or is two; please report this robot"
@@ -228,7 +257,9 @@ def _edges(pieces, touches):
                 continue
             circles.append(whole)
             passed = [vertex for vertex in ends - {first, last} if piece.circle in vertex.circles]
-            cuts += [(s, vertex) for vertex in passed if (s := _parameter(whole, vertex.z)) is not None]
+            cuts += [
+                (s, vertex) for vertex in passed if (s := _parameter(whole, vertex.z)) is not None
+            ]
             cuts.sort(key=lambda cut: cut[0])
         for (low, one), (high, other) in zip(cuts, cuts[1:]):
             if high - low <= SEPARATE**2:

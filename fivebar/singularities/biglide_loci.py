@@ -56,7 +56,9 @@ class BiglideLoci:
                     families.append((f"{('left', 'right')[leg]} {way}", Singularity.SERIAL, *bars))
         for kind, reach, side in (("stretched", l1 + l2, -1), ("folded", l1 - l2, 1)):
             if abs(reach) > 8 * EPS * (l1 + l2):
-                families += [(kind, Singularity.PARALLEL, u, side * u) for u in _directions(d, reach)]
+                families += [
+                    (kind, Singularity.PARALLEL, u, side * u) for u in _directions(d, reach)
+                ]
         return families
 
     @property
@@ -69,7 +71,10 @@ class BiglideLoci:
     def task(self) -> tuple[Locus, ...]:
         found = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
-            modes, line = _signs(u1, u2), Line(complex(-self.robot.d / 2 + self.robot.l1 * u1.real), 1j)
+            modes, line = (
+                _signs(u1, u2),
+                Line(complex(-self.robot.d / 2 + self.robot.l1 * u1.real), 1j),
+            )
             working = MODES if own == Singularity.SERIAL else modes_of(modes[:2])
             found.setdefault(kind, (_type(own, modes), set(), line))[1].update(working)
         return tuple(
@@ -87,13 +92,19 @@ class BiglideLoci:
             line = Line(1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag), 1 + 1j)
             pieces.append(self._line(_type(own, modes), kind, modes_of((s1, s2)), assembly, line))
         if self.everywhere:
-            pieces.append(self._line(Singularity.PARALLEL, "self-motion", self.everywhere, (1, -1), Line(0j, 1 + 1j)))
+            pieces.append(
+                self._line(
+                    Singularity.PARALLEL, "self-motion", self.everywhere, (1, -1), Line(0j, 1 + 1j)
+                )
+            )
         return tuple(pieces)
 
     def _line(self, type_, kind, working, assembly, line):
         parameters = np.array([-1.0, 1.0]) * sum(self.robot.distal)
         points = pairs(line(parameters)[0])
-        return Locus(type_, kind, working, assembly, points, parameters, False, line, unbounded=True)
+        return Locus(
+            type_, kind, working, assembly, points, parameters, False, line, unbounded=True
+        )
 
     @property
     def type3(self) -> TypeThree:

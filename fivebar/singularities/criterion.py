@@ -9,7 +9,7 @@ import numpy as np
 from ..models.dyads import SINGULAR, cross
 from ..models.geometry import Pose, igm
 from ..models.kinematics import ikm, ikm2
-from ..models.loads import asked_for
+from ..models.loads import forces_and_torques
 from ..models.physics import loads_of, physics_of
 from ..models.robots import Robot
 
@@ -25,10 +25,12 @@ def force_at(pose: Pose, xi_dot: np.ndarray, xi_ddot: np.ndarray) -> tuple:
     robot = pose.robot
     if physics_of(robot) is None or np.min(np.abs(pose.sines)) < SINGULAR:
         return tuple(robot.m * np.moveaxis(xi_ddot - np.array(loads_of(robot).gravity), -1, 0))
-    return asked_for(ikm2(ikm(pose, xi_dot), xi_ddot))[0]
+    return forces_and_torques(ikm2(ikm(pose, xi_dot), xi_ddot))[0]
 
 
-def largest_force(robot: Robot, path: Callable, working: tuple[int, int], acceleration: float) -> float:
+def largest_force(
+    robot: Robot, path: Callable, working: tuple[int, int], acceleration: float
+) -> float:
     """The largest of these on a path with this largest acceleration (m/s^2), N."""
     if physics_of(robot) is None:
         return robot.m * acceleration
@@ -48,7 +50,10 @@ def crossing_acceleration(pose: Pose, xi_dot: np.ndarray, along: float) -> tuple
     if physics_of(pose.robot) is None:
         return along * x, along * y
     none, one = (
-        cross(pose.u2[0], force_at(pose, xi_dot, np.array([along * x - part * y, along * y + part * x])))
+        cross(
+            pose.u2[0],
+            force_at(pose, xi_dot, np.array([along * x - part * y, along * y + part * x])),
+        )
         for part in (0.0, 1.0)
     )
     if one == none:

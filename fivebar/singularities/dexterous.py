@@ -54,7 +54,9 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
         return None if working in singular else [*circles.pieces, *levels.pieces(working)]
 
     try:
-        return numbered(parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin))
+        return numbered(
+            parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin)
+        )
     except ArithmeticError as error:
         if any(0 < margin < LEAST for margin in (det_A, sin)):
             raise ArithmeticError(f"{error}; margins of 0 or above {LEAST:g} may help") from None

@@ -47,7 +47,10 @@ def locus_distance(
         distance, kind = (np.concatenate(each) for each in zip(*found)) if found else empty
     for mode in everywhere:
         inside = ~np.isnan(igm(robot, pairs(points), mode, unreachable="nan").q[:, 0])
-        distance, kind = np.where(inside, 0.0, distance), np.where(inside, int(Singularity.PARALLEL), kind)
+        distance, kind = (
+            np.where(inside, 0.0, distance),
+            np.where(inside, int(Singularity.PARALLEL), kind),
+        )
     if np.ndim(x) == 0:
         return float(distance[0]), Singularity(int(kind[0]))
     return distance.reshape(np.shape(x)), kind.reshape(np.shape(x))
@@ -77,11 +80,17 @@ class _Segments:
         # Roughly by the squares of the distances to all starts, then each by its own length: a segment that turns by
         # less than 1 degree is hardly longer than its chord.
         product = pairs(points) @ pairs(self.start).T
-        square = np.abs(self.start) ** 2 - 2 * product  # less that of the point itself, the same for all
+        square = (
+            np.abs(self.start) ** 2 - 2 * product
+        )  # less that of the point itself, the same for all
         least = square.argmin(axis=1)
-        more = 1.02 * self.chord.max() + 1e-7 * (self.size + np.abs(points))  # 1e-7: rounding of the root of a square
+        more = 1.02 * self.chord.max() + 1e-7 * (
+            self.size + np.abs(points)
+        )  # 1e-7: rounding of the root of a square
         more *= more + 2 * np.abs(points - self.start[least])
-        row, k = np.nonzero(square <= square[np.arange(len(points)), least][:, None] + more[:, None])
+        row, k = np.nonzero(
+            square <= square[np.arange(len(points)), least][:, None] + more[:, None]
+        )
         near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
         best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
         keep = near - 0.51 * self.chord[k] <= best[row]
@@ -110,10 +119,14 @@ def _active(robot, working):
 
 def _nearest_line(pieces, points):
     """Distances and types of points (n,) from lines, whose tangents have length 1."""
-    start, along = (np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces)))
+    start, along = (
+        np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces))
+    )
     distance = np.abs((along.conj() * (points - start)).imag)
     nearest = distance.argmin(axis=0)
-    return distance[nearest, np.arange(len(points))], np.array([int(piece.type) for piece in pieces])[nearest]
+    return distance[nearest, np.arange(len(points))], np.array(
+        [int(piece.type) for piece in pieces]
+    )[nearest]
 
 
 @lru_cache(maxsize=32)
@@ -121,7 +134,9 @@ def _segments(robot, working):
     pieces, parts = _active(robot, working)[0], []
     for k, piece in enumerate(pieces):
         z, t = piece.points @ (1, 1j), piece.parameters
-        first, last = (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
+        first, last = (
+            (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
+        )
         parts.append((z[first], z[last], t[first], t[last], np.full(len(t[first]), k)))
     return _Segments(pieces, *(np.concatenate(each) for each in zip(*parts)))
 

@@ -20,7 +20,9 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     """
     numbers: dict = {}
     corners = [numbers.setdefault(vertex, len(numbers)) for _, *ends in edges for vertex in ends]
-    links = coo_array((np.ones(len(edges)), (corners[::2], corners[1::2])), shape=(len(numbers),) * 2)
+    links = coo_array(
+        (np.ones(len(edges)), (corners[::2], corners[1::2])), shape=(len(numbers),) * 2
+    )
     parts = connected_components(links)[1]
     sides = [
         side for arc, *_ in edges for side in (arc, arc.reversed)
@@ -44,7 +46,11 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     inner = [0.0] * len(outer)
     for area, part, loop in holes:
         start = loop[0].z[:1]
-        around = [k for k, other in enumerate(outer) if other[1] != part and inside(other[2][:1], start)[0]]
+        around = [
+            k
+            for k, other in enumerate(outer)
+            if other[1] != part and inside(other[2][:1], start)[0]
+        ]
         if around:
             owner = min(around, key=lambda k: outer[k][0])
             outer[owner][2].append(loop)
@@ -85,9 +91,15 @@ def _around(sides, outgoing, size):
     if len(outgoing) < 3:
         return outgoing
     curves = [k for k in outgoing if not sides[k].locus.circle]
-    if len(outgoing) == 3 and len(curves) == 1 and len({sides[k].locus.circle for k in outgoing}) == 2:
+    if (
+        len(outgoing) == 3
+        and len(curves) == 1
+        and len({sides[k].locus.circle for k in outgoing}) == 2
+    ):
         # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a stretched one, inside.
-        back, ahead = sorted((k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end)
+        back, ahead = sorted(
+            (k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end
+        )
         between = curves if sides[ahead].locus.circle[1] > 0 else []
         return [ahead, *between, back, *(curves if not between else [])]
     # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are told apart.

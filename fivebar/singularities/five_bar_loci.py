@@ -35,7 +35,9 @@ class CouplerCurve:
     def _bars(self, t, count=4):
         """Unit vectors u11, u12, u21, u22, or the first of them, and their rates."""
         directions, rates = self.motion(t)
-        return [sign * directions[k] for k, sign in self.bars[:count]], [rates[k] for k, _ in self.bars[:count]]
+        return [sign * directions[k] for k, sign in self.bars[:count]], [
+            rates[k] for k, _ in self.bars[:count]
+        ]
 
     def task(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position x + i y of the end-effector and its derivative."""
@@ -71,13 +73,18 @@ class CouplerCurve:
         """Per leg, at the edges: +1 where it is stretched, -1 where it is folded, 0 where it is not in line."""
         bars, _ = self._bars(self.edges)
         cosines = [u1.conj() * u2 for u1, u2 in (bars[:2], bars[2:])]
-        return [np.where(np.abs(each.imag) <= SHORTEST, np.sign(each.real), 0).astype(int) for each in cosines]
+        return [
+            np.where(np.abs(each.imag) <= SHORTEST, np.sign(each.real), 0).astype(int)
+            for each in cosines
+        ]
 
     @cached_property
     def corners(self) -> np.ndarray:
         """The end-effector at the edges, from the leg in line there: within its reach to the last digits."""
         (bars, _), xi = self._bars(self.edges), self.task(self.edges)[0]
-        for drive, bar, u1, sides in zip(self.robot.drives, self.robot.distal, bars[::2], self._in_line):
+        for drive, bar, u1, sides in zip(
+            self.robot.drives, self.robot.distal, bars[::2], self._in_line
+        ):
             xi = np.where(sides == 0, xi, drive.x + (drive.length + sides * bar) * u1)
         return xi
 
@@ -118,7 +125,9 @@ class FiveBarLoci:
     @cached_property
     def everywhere(self) -> tuple:
         differences = self.robot.d, self.robot.l11 - self.robot.l21, self.robot.l12 - self.robot.l22
-        return ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self.circles.scale else ()
+        return (
+            ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self.circles.scale else ()
+        )
 
     @cached_property
     def circles(self) -> LegCircles:
@@ -135,9 +144,18 @@ class FiveBarLoci:
         for kind, chain in self._chains:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
-            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ()) for m in chain.modes]
-            vertices = chain.vertices(self.touches, NEAR * self.circles.scale) if chain.motion.aligned else None
-            pieces += pieces_of(chain.task, chain.edges, label, self.circles.scale, chain.corners, vertices=vertices)
+            label = [
+                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ())
+                for m in chain.modes
+            ]
+            vertices = (
+                chain.vertices(self.touches, NEAR * self.circles.scale)
+                if chain.motion.aligned
+                else None
+            )
+            pieces += pieces_of(
+                chain.task, chain.edges, label, self.circles.scale, chain.corners, vertices=vertices
+            )
         return tuple(pieces)
 
     @cached_property
@@ -150,14 +168,26 @@ class FiveBarLoci:
                     label = []
                     for m in chain.modes:
                         working = [0, m[1]] if leg == 0 else [m[0], 0]
-                        label.append((type_of(m[2:], Singularity.SERIAL), kind, modes_of(working), values_of(m[2])))
+                        label.append(
+                            (
+                                type_of(m[2:], Singularity.SERIAL),
+                                kind,
+                                modes_of(working),
+                                values_of(m[2]),
+                            )
+                        )
                     pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         for kind, chain in self._chains:
-            label = [(type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1)) for m in chain.modes]
+            label = [
+                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1))
+                for m in chain.modes
+            ]
             if kind == "self-motion" and not self.everywhere:
                 working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
                 label = [(Singularity.PARALLEL, kind, working, (1, -1))]
-                pieces += pieces_of(chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True)
+                pieces += pieces_of(
+                    chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True
+                )
             else:
                 pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         return tuple(pieces)
@@ -175,7 +205,9 @@ class FiveBarLoci:
         return TypeThree(*map(np.concatenate, (xi, q, working)))
 
 
-def distal_chains(robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1) -> list[tuple[str, CouplerCurve]]:
+def distal_chains(
+    robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1
+) -> list[tuple[str, CouplerCurve]]:
     """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions included.
 
     side: of the distal bars, 1 where they lie back on each other, -1 where they go on in line, turned from there.
@@ -193,18 +225,29 @@ def distal_chains(robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1) 
     first = elbows.conjugate() / abs(elbows)
     bars = (0, 1), (2, first), (1, 1), (2, first * turn)
     kind += f" {'+' if sign > 0 else '-'}" if det_A else ""
-    return [(kind, CouplerCurve(robot, each, bars)) for each in closures(robot.d, robot.l11, apart, robot.l21)]
+    return [
+        (kind, CouplerCurve(robot, each, bars))
+        for each in closures(robot.d, robot.l11, apart, robot.l21)
+    ]
 
 
 def _serial_chains(robot, leg, side):
     """Chains in which a leg is in line, stretched (side 1) or folded (-1), and the other leg closes."""
     proximal, distal, other1, other2 = (
-        (robot.l11, robot.l12, robot.l21, robot.l22) if leg == 0 else (robot.l21, robot.l22, robot.l11, robot.l12)
+        (robot.l11, robot.l12, robot.l21, robot.l22)
+        if leg == 0
+        else (robot.l21, robot.l22, robot.l11, robot.l12)
     )
     reach = proximal + side * distal
     sign = -1 if reach < 0 else 1
     if leg == 0:
-        motions, bars = closures(robot.d, abs(reach), other2, other1), ((0, sign), (0, side * sign), (1, 1), (2, -1))
+        motions, bars = (
+            closures(robot.d, abs(reach), other2, other1),
+            ((0, sign), (0, side * sign), (1, 1), (2, -1)),
+        )
     else:
-        motions, bars = closures(robot.d, other1, other2, abs(reach)), ((0, 1), (2, 1), (1, sign), (1, side * sign))
+        motions, bars = (
+            closures(robot.d, other1, other2, abs(reach)),
+            ((0, 1), (2, 1), (1, sign), (1, side * sign)),
+        )
     return [CouplerCurve(robot, motion, bars) for motion in motions]

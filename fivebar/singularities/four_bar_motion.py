@@ -27,7 +27,10 @@ class Turning:
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
         turn = np.exp(1j * t)
-        directions = [e * turn if turns else _as_long(t, complex(e)) for e, turns in zip(self.start, self.turns)]
+        directions = [
+            e * turn if turns else _as_long(t, complex(e))
+            for e, turns in zip(self.start, self.turns)
+        ]
         return directions, [_as_long(t, float(turns)) for turns in self.turns]
 
     @property
@@ -47,7 +50,9 @@ class Turning:
         for crank, turn in ways:
             angle = np.angle(turn * self.start[crank] / self.start[2])
             once = self.turns[crank] != self.turns[2]
-            found.append([float((angle if self.turns[2] else -angle) % (2 * math.pi))] if once else [])
+            found.append(
+                [float((angle if self.turns[2] else -angle) % (2 * math.pi))] if once else []
+            )
         return found
 
     @property
@@ -72,7 +77,9 @@ class FourBarMotion:
     c: float
     r2: float
     span: float  # hi^2 - lo^2
-    slack: tuple  # per triangle (lo^2 - its own low, its own high - hi^2), 0 where it sets the limit
+    slack: (
+        tuple  # per triangle (lo^2 - its own low, its own high - hi^2), 0 where it sets the limit
+    )
     signs: tuple
     period: float
     mirrored: bool  # the sides are those of the mirror image, with the cranks exchanged
@@ -84,14 +91,20 @@ class FourBarMotion:
         e1, e2, u = (x + 1j * y for x, y in directions)
         rates = rates[0], _as_long(t, rates[1]), rates[2]
         if self.mirrored:
-            return (-e2.conjugate(), -e1.conjugate(), u.conjugate()), (-rates[1], -rates[0], -rates[2])
+            return (-e2.conjugate(), -e1.conjugate(), u.conjugate()), (
+                -rates[1],
+                -rates[0],
+                -rates[2],
+            )
         return (e1, e2, u), rates
 
     @property
     def aligned(self) -> list[float]:
         """Values of t at which a crank and the coupler are in line."""
         below, above = self.slack[1]
-        own = ([0.0, math.pi] if below == 0 else []) + ([math.pi / 2, 1.5 * math.pi] if above == 0 else [])
+        own = ([0.0, math.pi] if below == 0 else []) + (
+            [math.pi / 2, 1.5 * math.pi] if above == 0 else []
+        )
         # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its direction.
         guesses = []
         for bar in (self.r2 - self.c, self.r2 + self.c):
@@ -131,7 +144,9 @@ class FourBarMotion:
             (e1, e2, u), rates = motion(t)
             relative = u / (np.where(cranks == 0, e1, e2) * turns)
             off = np.where(relative.real > 0, np.abs(relative.imag), np.inf)
-            better = off < least  # where two values are one the slope is 0, and Newton's steps lead away in the end
+            better = (
+                off < least
+            )  # where two values are one the slope is 0, and Newton's steps lead away in the end
             if not better.any():
                 break
             best, least = np.where(better, t, best), np.minimum(off, least)
@@ -139,7 +154,8 @@ class FourBarMotion:
             step = np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
             t = np.where(better, t - step, best)
         return [
-            sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]}) for k in range(len(ways))
+            sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]})
+            for k in range(len(ways))
         ]
 
     def _times(self, w):
@@ -158,7 +174,9 @@ class FourBarMotion:
         cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
         cosine = min(max(cosine, -1.0), 1.0)
         e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
-        return [abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())]
+        return [
+            abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())
+        ]
 
     @property
     def flat(self) -> list[float]:
@@ -179,7 +197,9 @@ def _as_long(t, value):
     return np.full(t.shape, value) if isinstance(t, np.ndarray) else value
 
 
-def four_bar_directions(sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any) -> tuple[tuple, tuple]:
+def four_bar_directions(
+    sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any
+) -> tuple[tuple, tuple]:
     """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that `FourBarMotion` says.
 
     sides: base, r1, c, r2; the others as there, CasADi symbols too.
@@ -198,7 +218,9 @@ def four_bar_directions(sides: tuple, span: Any, slack: tuple, signs: tuple, t: 
     e1 = x * scale, y * scale
     u = e1[0] * passive[0] - e1[1] * passive[1], e1[0] * passive[1] + e1[1] * passive[0]
     w = 2.0 * (dx * dx + dy * dy)
-    rate1 = (0.5 + (r2 - base) * (r2 + base) / w) * rate2 - (0.5 + (c - r1) * (c + r1) / w) * passive_rate
+    rate1 = (0.5 + (r2 - base) * (r2 + base) / w) * rate2 - (
+        0.5 + (c - r1) * (c + r1) / w
+    ) * passive_rate
     return (e1, e2, u), (rate1, rate2, rate1 + passive_rate)
 
 
@@ -251,18 +273,37 @@ def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion 
         together = zero == [True, False, True, False] and abs(r1 - r2) <= tolerance
         return [Turning((1, 1, 1), (1, 1, 0))] if together else []
     if base <= tolerance:
-        return [Turning((1, _unit(r1 + c * u), u), (1, 1, 1)) for u in _triangle(r1, c, r2, tolerance)]
+        return [
+            Turning((1, _unit(r1 + c * u), u), (1, 1, 1)) for u in _triangle(r1, c, r2, tolerance)
+        ]
     if c <= tolerance:
-        return [Turning((_unit(base + r2 * e), e, 1), (0, 0, 1)) for e in _triangle(base, r2, r1, tolerance)]
+        return [
+            Turning((_unit(base + r2 * e), e, 1), (0, 0, 1))
+            for e in _triangle(base, r2, r1, tolerance)
+        ]
     if r1 <= tolerance:
-        return [Turning((1, e, _unit(base + r2 * e)), (1, 0, 0)) for e in _triangle(base, r2, c, tolerance)]
+        return [
+            Turning((1, e, _unit(base + r2 * e)), (1, 0, 0))
+            for e in _triangle(base, r2, c, tolerance)
+        ]
     if r2 <= tolerance:
-        return [Turning((-e, 1, _unit(base + r1 * e)), (0, 1, 0)) for e in _triangle(base, r1, c, tolerance)]
+        return [
+            Turning((-e, 1, _unit(base + r1 * e)), (0, 1, 0))
+            for e in _triangle(base, r1, c, tolerance)
+        ]
     sides = [(base, r1, c, r2), (base, r2, c, r1)]
     shortest = [max(abs(s[0] - s[3]), abs(s[1] - s[2])) for s in sides]
-    if max(shortest) <= tolerance:  # a rhombus: it folds about either diagonal, or turns as a parallelogram
-        return [Turning((1, 1, 1), (1, 1, 0)), Turning((1, -1, -1), (1, 0, 1)), Turning((1, 1, 1), (0, 1, 1))]
-    mirrored = shortest[1] > shortest[0]  # the longer a diagonal stays, the better its direction is known
+    if (
+        max(shortest) <= tolerance
+    ):  # a rhombus: it folds about either diagonal, or turns as a parallelogram
+        return [
+            Turning((1, 1, 1), (1, 1, 0)),
+            Turning((1, -1, -1), (1, 0, 1)),
+            Turning((1, 1, 1), (0, 1, 1)),
+        ]
+    mirrored = (
+        shortest[1] > shortest[0]
+    )  # the longer a diagonal stays, the better its direction is known
     return _components(*sides[mirrored], mirrored, tolerance)
 
 
@@ -273,7 +314,11 @@ def _components(base, r1, c, r2, mirrored, tolerance):
         return []
     if high - low <= tolerance:  # it closes in one flat pose
         # The triangle of the shorter sum is stretched, the other one folded.
-        e1, e2 = (math.copysign(1, r1 - c), 1) if highs[0] < highs[1] else (math.copysign(1, base - r2), -1)
+        e1, e2 = (
+            (math.copysign(1, r1 - c), 1)
+            if highs[0] < highs[1]
+            else (math.copysign(1, base - r2), -1)
+        )
         flat = (e1, e2, -e1 * e2)
         return [Turning((-e2, -e1, flat[2]) if mirrored else flat, (0, 0, 0))]
     below, above = (

@@ -80,14 +80,18 @@ class LegCircles:
                     if abs(x - y) <= tolerance:
                         found[(0, one), (1, other)] = x
         return tuple(
-            Vertex(complex(x), own) for own, x in found.items() if not any(set(own) < set(more) for more in found)
+            Vertex(complex(x), own)
+            for own, x in found.items()
+            if not any(set(own) < set(more) for more in found)
         )
 
     @cached_property
     def pieces(self) -> tuple[Locus, ...]:
         """The arcs that both legs reach, and, where they cross, one Vertex for both."""
         corners: dict = {}
-        return tuple(arc for leg, side in product((0, 1), (1, -1)) for arc in self._arcs(leg, side, corners))
+        return tuple(
+            arc for leg, side in product((0, 1), (1, -1)) for arc in self._arcs(leg, side, corners)
+        )
 
     def _arcs(self, leg, side, corners):
         """The arcs of a leg's circle that the other leg reaches.
@@ -110,13 +114,22 @@ class LegCircles:
                 z = complex(circle.task(np.array([t]))[0][0])
                 circles = tuple(sorted(((leg, side), (1 - leg, reach))))
                 vertices.append(corners.setdefault((circles, z.imag > 0), Vertex(z, circles)))
-            return pieces_of(circle.task, np.array(span), [label], self.scale, vertices=vertices, circle=(leg, side))
+            return pieces_of(
+                circle.task,
+                np.array(span),
+                [label],
+                self.scale,
+                vertices=vertices,
+                circle=(leg, side),
+            )
 
         if radius <= tolerance:
             return arc((0.0, 0.0))
         if d <= tolerance:
             return arc((0, 2 * np.pi))
-        if high - low <= tolerance:  # the other leg's reach only touches it, in a point on the line of the bases
+        if (
+            high - low <= tolerance
+        ):  # the other leg's reach only touches it, in a point on the line of the bases
             angle = math.pi if low > abs(d - radius) + tolerance else 0.0
             return arc((angle, angle))
         first, last = (turn_to(r, d, radius) for r in (low, min(high, d + radius)))

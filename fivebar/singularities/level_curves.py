@@ -47,7 +47,9 @@ class LevelCurves:
 
     def pieces(self, working: tuple[int, int]) -> list[Locus]:
         """Those of a working mode, from circle to circle."""
-        return [piece for kind, chain in self.chains for piece in self._of_chain(kind, chain, working)]
+        return [
+            piece for kind, chain in self.chains for piece in self._of_chain(kind, chain, working)
+        ]
 
     def _of_chain(self, kind, chain, working):
         t, vertices = self._cuts(kind, chain, working)
@@ -62,18 +64,28 @@ class LevelCurves:
             piece
             for span, own in (each for each, kept in zip(zip(spans, ends), inside) if kept)
             for piece in pieces_of(
-                chain.task, np.array(span), [label], self.circles.scale,
-                np.array([v.z for v in own]) if own else None, vertices=list(own), period=period,
+                chain.task,
+                np.array(span),
+                [label],
+                self.circles.scale,
+                np.array([v.z for v in own]) if own else None,
+                vertices=list(own),
+                period=period,
             )
             if len(piece.points) > 1
-        ]  # fmt: skip
+        ]
 
     def _cuts(self, kind, chain, working):
         """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
         found = [(t, ()) for t in chain.motion.flat]
         circles = list(product((0, 1), (1, -1)))
-        ways = [(leg, self._turn(working, leg, side) / chain.bars[1::2][leg][1]) for leg, side in circles]
-        found += [(each, circle) for circle, own in zip(circles, chain.motion.meets(ways)) for each in own]
+        ways = [
+            (leg, self._turn(working, leg, side) / chain.bars[1::2][leg][1])
+            for leg, side in circles
+        ]
+        found += [
+            (each, circle) for circle, own in zip(circles, chain.motion.meets(ways)) for each in own
+        ]
         if not found:
             return [], []
         found.sort()
@@ -88,7 +100,9 @@ class LevelCurves:
                 groups.append([k])
         if len(groups) > 1 and self._one(found, places, groups[0][0], groups[-1][-1], period):
             groups[0] += groups.pop()
-        vertices = [self._vertex(kind, places[g[0]], {found[k][1] for k in g} - {()}) for g in groups]
+        vertices = [
+            self._vertex(kind, places[g[0]], {found[k][1] for k in g} - {()}) for g in groups
+        ]
         return [float(t[g[0]]) for g in groups], vertices
 
     def _turn(self, working, leg, side):
@@ -100,7 +114,9 @@ class LevelCurves:
         apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
         if found[k][1] == found[m][1]:
             return abs(apart) <= SHORTEST * period
-        return abs(apart) <= 1e-3 * period and abs(places[k] - places[m]) <= SAME * self.circles.scale
+        return (
+            abs(apart) <= 1e-3 * period and abs(places[k] - places[m]) <= SAME * self.circles.scale
+        )
 
     def _places(self, chain, t, circles, working):
         """The end-effector there, from the leg that is on its circle: within its reach to the last digits."""
@@ -109,7 +125,9 @@ class LevelCurves:
             if circle:
                 leg, side = circle
                 drive, bar = self.robot.drives[leg], self.robot.distal[leg]
-                z[k] = drive.x + bars[2 * leg][k] * (drive.length + bar * self._turn(working, leg, side))
+                z[k] = drive.x + bars[2 * leg][k] * (
+                    drive.length + bar * self._turn(working, leg, side)
+                )
         return z
 
     def _vertex(self, kind, z, circles):
@@ -136,4 +154,8 @@ class LevelCurves:
 def _extreme(motion):
     """Whether the robot turns as a whole with its elbows as far apart as they can be, or as near: all around det A is
     on one side of what it is there."""
-    return isinstance(motion, Turning) and all(motion.turns) and all(complex(e).imag == 0 for e in motion.start)
+    return (
+        isinstance(motion, Turning)
+        and all(motion.turns)
+        and all(complex(e).imag == 0 for e in motion.start)
+    )

@@ -13,5 +13,7 @@ def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
     Gosselin and Angeles 1990 (the types), Liu, Wang and Pritschow 2006 (the loci of symmetric five-bars).
     """
     if not isinstance(robot, KINDS):
-        raise TypeError(f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}, as its robot")
+        raise TypeError(
+            f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}, as its robot"
+        )
     return FiveBarLoci(robot) if robot.turns else BiglideLoci(robot)

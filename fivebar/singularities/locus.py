@@ -150,11 +150,17 @@ def pieces_of(
     ends = zip(vertices, vertices[1:]) if vertices else [()] * len(labels)
     return [
         Locus(
-            *label, points[i : j + 1], t[i : j + 1], bool(closes and len(labels) == 1), curve, angles, vertices=own,
+            *label,
+            points[i : j + 1],
+            t[i : j + 1],
+            bool(closes and len(labels) == 1),
+            curve,
+            angles,
+            vertices=own,
             circle=circle,
         )
         for label, i, j, own in zip(labels, where, where[1:], ends)
-    ]  # fmt: skip
+    ]
 
 
 def trace(
@@ -177,7 +183,9 @@ def trace(
         # A cusp, always an edge, has a direction on either side but no derivative to tell it.
         cusp = np.zeros(len(t), dtype=bool)
         at = np.searchsorted(t, edges)
-        cusp[at] = speed[at] < 1e-5 * np.maximum(speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)])
+        cusp[at] = speed[at] < 1e-5 * np.maximum(
+            speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)]
+        )
         turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
         counts = np.minimum(np.ceil(turn / TURN), 64).astype(int)
         bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
@@ -197,4 +205,6 @@ def trace(
 def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """t with its intervals divided evenly into counts parts; the old values are kept to the last bit."""
     part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.append(np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1])
+    return np.append(
+        np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1]
+    )

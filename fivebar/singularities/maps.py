@@ -34,13 +34,24 @@ from .margins import Singularity, singularity_margins
 
 BLOCK = 8192  # nodes computed together: what they need stays in the processor's cache
 SHARE = 0.5  # of the machine's memory that a map may fill
-MOST_TURNS = 100  # squares of a turn in a window of joint space: in each a picture draws the loci again
+MOST_TURNS = (
+    100  # squares of a turn in a window of joint space: in each a picture draws the loci again
+)
 
 FIELDS = {
     "parallel": ("sin(φ2 − φ1), signed, 0 at Type 2", lambda m: m.parallel),
-    "serial_left": ("sin {passive[0]}, signed, 0 at Type 1 of the left leg", lambda m: m.pose.sines[0]),
-    "serial_right": ("sin {passive[1]}, signed, 0 at Type 1 of the right leg", lambda m: m.pose.sines[1]),
-    "transmission_angle": ("acute angle between the distal bars, rad", lambda m: m.transmission_angle),
+    "serial_left": (
+        "sin {passive[0]}, signed, 0 at Type 1 of the left leg",
+        lambda m: m.pose.sines[0],
+    ),
+    "serial_right": (
+        "sin {passive[1]}, signed, 0 at Type 1 of the right leg",
+        lambda m: m.pose.sines[1],
+    ),
+    "transmission_angle": (
+        "acute angle between the distal bars, rad",
+        lambda m: m.transmission_angle,
+    ),
     "manipulability": ("|det J|, scaled, inf at Type 2", lambda m: m.manipulability),
     "sigma_min_A": ("smallest singular value of A", lambda m: m.sigma_min.A),
     "sigma_min_B": ("smallest singular value of B, scaled", lambda m: m.sigma_min.B),
@@ -72,14 +83,22 @@ class Map(Paged):
     def __repr__(self) -> str:
         nodes = f"{len(self.x)} x {len(self.y)} nodes"
         return one_line(
-            "Map", self.description, f"{self.space} space", nodes, f"{len(self.modes)} modes", self.robot.words.title
+            "Map",
+            self.description,
+            f"{self.space} space",
+            nodes,
+            f"{len(self.modes)} modes",
+            self.robot.words.title,
         )
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
         own = ("x", "y") if self.space == "task" else self.robot.words.joints
-        return *own, *(f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})" for mode in self.modes)
+        return *own, *(
+            f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})"
+            for mode in self.modes
+        )
 
     @property
     def description(self) -> str:
@@ -87,7 +106,12 @@ class Map(Paged):
         return FIELDS[self.field][0].format(passive=self.robot.words.passive)
 
     def _about(self):
-        return {"robot": self.robot.parameters, "field": self.field, "space": self.space, "modes": self.modes}
+        return {
+            "robot": self.robot.parameters,
+            "field": self.field,
+            "space": self.space,
+            "modes": self.modes,
+        }
 
     def to_csv(self, path: TextFile) -> None:
         """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""
@@ -99,7 +123,9 @@ class Map(Paged):
     def to_npz(self, path: BinaryFile) -> None:
         """Write the whole map, compressed."""
         with written(path, binary=True) as file:
-            np.savez_compressed(file, x=self.x, y=self.y, values=self.values, about=json.dumps(self._about()))
+            np.savez_compressed(
+                file, x=self.x, y=self.y, values=self.values, about=json.dumps(self._about())
+            )
 
     @classmethod
     def from_npz(cls, path: FilePath) -> Map:
@@ -107,11 +133,22 @@ class Map(Paged):
         file_or_path(path, "read")
         try:
             data = arrays_in(path)
-            about, x, y, values = json.loads(str(data["about"])), data["x"], data["y"], data["values"]
-            modes = tuple(tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"])
+            about, x, y, values = (
+                json.loads(str(data["about"])),
+                data["x"],
+                data["y"],
+                data["values"],
+            )
+            modes = tuple(
+                tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"]
+            )
             if about["field"] not in FIELDS or values.shape != (len(modes), *y.shape, *x.shape):
-                raise ValueError(f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes")
-            return cls(robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values)
+                raise ValueError(
+                    f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes"
+                )
+            return cls(
+                robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values
+            )
         except (*STRANGE, SystemError) as error:  # of letters beyond Unicode's
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
@@ -202,7 +239,9 @@ def _checked_shape(shape, layers):
         if (nx, ny) != tuple(shape) or min(nx, ny) < 2:
             raise ValueError
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}") from None
+        raise ValueError(
+            f"shape must be two whole numbers (nx, ny) of at least 2, not {shape!r}"
+        ) from None
     needed = 8 * layers * nx * ny
     if needed > SHARE * _memory():
         raise ValueError(
@@ -224,9 +263,15 @@ def _checked_window(window, turns):
     try:
         x_min, x_max, y_min, y_max = map(float, window)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}") from None
-    if not ((np.abs([x_min, x_max, y_min, y_max]) < HUGE).all() and x_min < x_max and y_min < y_max):
-        raise ValueError(f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}")
+        raise ValueError(
+            f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}"
+        ) from None
+    if not (
+        (np.abs([x_min, x_max, y_min, y_max]) < HUGE).all() and x_min < x_max and y_min < y_max
+    ):
+        raise ValueError(
+            f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}"
+        )
     wide, high = (x_max - x_min) / (2 * np.pi), (y_max - y_min) / (2 * np.pi)
     if turns and wide * high > MOST_TURNS * (1 + 1e-6):
         raise ValueError(

@@ -48,7 +48,11 @@ class Margins:
 
     def __repr__(self) -> str:
         names = self.pose.robot.words.sines
-        return one_line("Margins", vector(", ".join(names), (*self.pose.sines, self.pose.det_A), ""), repr(self.pose))
+        return one_line(
+            "Margins",
+            vector(", ".join(names), (*self.pose.sines, self.pose.det_A), ""),
+            repr(self.pose),
+        )
 
     @cached_property
     def _b(self):
@@ -105,7 +109,9 @@ class Margins:
     def _stretch(self):
         """sigma_max |det A| of J."""
         b1, b2 = self._b
-        return np.sqrt((b1 * b1 + b2 * b2 + np.hypot((b1 - b2) * (b1 + b2), 2 * self._cosine * b1 * b2)) / 2)
+        return np.sqrt(
+            (b1 * b1 + b2 * b2 + np.hypot((b1 - b2) * (b1 + b2), 2 * self._cosine * b1 * b2)) / 2
+        )
 
     def _sigma_min_j(self):
         b1, b2 = self._b
@@ -151,13 +157,17 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     _numeric(pose, "singularity")
     s1, s2 = pose.sines
     serial = (np.abs(s1) <= tol) | (np.abs(s2) <= tol)
-    kind = serial * int(Singularity.SERIAL) + (np.abs(pose.det_A) <= tol) * int(Singularity.PARALLEL)
+    kind = serial * int(Singularity.SERIAL) + (np.abs(pose.det_A) <= tol) * int(
+        Singularity.PARALLEL
+    )
     return Singularity(int(kind)) if np.ndim(kind) == 0 else kind
 
 
 def _numeric(pose, name):
     if not isinstance(pose, Pose):
-        raise TypeError(f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose")
+        raise TypeError(
+            f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose"
+        )
     if is_symbolic(pose.point[0]):
         raise TypeError(f"{name} needs a pose of numbers, not CasADi symbols")
     return pose

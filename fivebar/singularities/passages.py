@@ -102,7 +102,10 @@ def _shared_place(robot, one, other, leg):
         for b in _arcs(other, wanted, leg):
             if a.locus is not b.locus:
                 continue
-            low, high = max(min(a.start, a.end), min(b.start, b.end)), min(max(a.start, a.end), max(b.start, b.end))
+            low, high = (
+                max(min(a.start, a.end), min(b.start, b.end)),
+                min(max(a.start, a.end), max(b.start, b.end)),
+            )
             if high - low <= SHORTEST * abs(a.end - a.start):
                 continue
             z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
@@ -132,7 +135,10 @@ def _folds(robot, everything):
         meeting = [aspect for aspect in everything if aspect.contains(centre + bar * around).any()]
         for k, one in enumerate(meeting):
             for other in meeting[k + 1 :]:
-                same = one.working[1 - leg] == other.working[1 - leg] and one.assembly == other.assembly
+                same = (
+                    one.working[1 - leg] == other.working[1 - leg]
+                    and one.assembly == other.assembly
+                )
                 if same and one.working[leg] != other.working[leg]:
                     yield Passage((one.number, other.number), Singularity.SERIAL, leg, centre, True)
 
@@ -144,11 +150,17 @@ def aspect_of(pose: Pose) -> Aspect:
         if aspect.working == working and aspect.contains(pose.xi):
             return aspect
     x, y = pose.xi
-    raise ValueError(f"this pose is in no aspect, as it is singular: xi = ({x:.9g}, {y:.9g}) m, modes {working}")
+    raise ValueError(
+        f"this pose is in no aspect, as it is singular: xi = ({x:.9g}, {y:.9g}) m, modes {working}"
+    )
 
 
-@takes(robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose, folds=flag, most=whole(0, 10**6))
-def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8) -> tuple[Route, ...]:
+@takes(
+    robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose, folds=flag, most=whole(0, 10**6)
+)
+def routes(
+    robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8
+) -> tuple[Route, ...]:
     """Ways from start to goal through the aspects, those with fewest crossings first; () where none joins them.
 
     start, goal: regular poses (ValueError otherwise). folds: whether a leg of equal bars may fold on its base joint.
@@ -158,7 +170,9 @@ def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: in
         if np.shape(pose.xi) != (2,) or not np.isfinite(pose.xi).all():
             raise ValueError(f"routes: {name} must be one Pose that closes, of numbers")
         if pose.robot != robot:
-            raise ValueError(f"routes: {name} is a pose of another robot: {pose.robot}, not {robot}")
+            raise ValueError(
+                f"routes: {name} is a pose of another robot: {pose.robot}, not {robot}"
+            )
     first, last = aspect_of(start).number, aspect_of(goal).number
     neighbours: dict[int, list] = {}
     for passage in passages(robot):
@@ -172,7 +186,11 @@ def routes(robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: in
         if way[-1] == last:
             found.append(Route(way, taken))
             continue
-        waiting += [((*way, there), (*taken, p)) for there, p in neighbours.get(way[-1], ()) if there not in way]
+        waiting += [
+            ((*way, there), (*taken, p))
+            for there, p in neighbours.get(way[-1], ())
+            if there not in way
+        ]
     return tuple(found)
 
 

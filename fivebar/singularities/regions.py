@@ -17,7 +17,9 @@ from .locus import Locus
 from .roots import rising_zeros
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
-TAIL = (np.polynomial.legendre.legvander(NODES, 11) * WEIGHTS[:, None] * (np.arange(12) + 0.5))[:, 10:]
+TAIL = (np.polynomial.legendre.legvander(NODES, 11) * WEIGHTS[:, None] * (np.arange(12) + 0.5))[
+    :, 10:
+]
 HALVINGS = 60  # of a panel where speed and direction change in a small part of it, at most
 SHORT = 1e-6  # of the robot's size: arcs beside which nothing is asked
 PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated together
@@ -54,13 +56,17 @@ class Arc:
     @property
     def reversed(self) -> Arc:
         twin = Arc(self.locus, self.end, self.start)
-        twin.__dict__.update(_samples=tuple(each[::-1] for each in self._samples), moment=-self.moment)
+        twin.__dict__.update(
+            _samples=tuple(each[::-1] for each in self._samples), moment=-self.moment
+        )
         return twin
 
     def curve(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and their derivative by the parameter, turned into the running direction."""
         s = np.asarray(s, dtype=float)
-        z, dz = self.locus._curve(s.item() if s.size == 1 else s)  # of a float in a fifth of the time
+        z, dz = self.locus._curve(
+            s.item() if s.size == 1 else s
+        )  # of a float in a fifth of the time
         return np.reshape(z, s.shape), np.reshape(dz if self.start <= self.end else -dz, s.shape)
 
     def at(self, s: float | np.ndarray) -> np.ndarray:
@@ -181,8 +187,12 @@ def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
 def _crosses(a, b, z):
     """Whether rays from points z (n,) along x cross an odd number of the chords from a to b."""
     order = np.argsort(z.imag)
-    first, last = (np.searchsorted(z.imag[order], ends(a.imag, b.imag)) for ends in (np.minimum, np.maximum))
-    k = np.repeat(np.arange(len(a)), last - first)  # each chord as often as there are points beside it
+    first, last = (
+        np.searchsorted(z.imag[order], ends(a.imag, b.imag)) for ends in (np.minimum, np.maximum)
+    )
+    k = np.repeat(
+        np.arange(len(a)), last - first
+    )  # each chord as often as there are points beside it
     rows = order[np.arange(len(k)) - np.repeat(np.cumsum(last - first) - last, last - first)]
     x = a.real[k] + (z.imag[rows] - a.imag[k]) / (b.imag[k] - a.imag[k]) * (b.real[k] - a.real[k])
     return np.bincount(rows[x > z.real[rows]], minlength=len(z)) % 2 == 1
@@ -209,7 +219,9 @@ def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     doubtful = 0.02 * max(arc.step for arc in arcs)
     near = np.zeros(len(z), dtype=bool)
     for arc in arcs:
-        distance = np.concatenate([np.abs(arc.z - part[:, None]).min(axis=1) for part in _batches(z)])
+        distance = np.concatenate(
+            [np.abs(arc.z - part[:, None]).min(axis=1) for part in _batches(z)]
+        )
         near |= distance <= doubtful + 0.51 * arc.step
     return found, near
 
@@ -226,7 +238,7 @@ def _left_of_nearest(arcs, z):
     return left
 
 
-def roomiest(
+def points_of_largest_clearance(
     loops: tuple,
     obstacles: np.ndarray,
     area: float,
@@ -249,7 +261,10 @@ def roomiest(
     except QhullError:  # a face so flat that it has no inside
         return []
     # Any ridge names two samples and the vertices equally far from them.
-    vertices, points = np.array(diagram.ridge_vertices), np.repeat(diagram.ridge_points[:, :1], 2, axis=1)
+    vertices, points = (
+        np.array(diagram.ridge_vertices),
+        np.repeat(diagram.ridge_points[:, :1], 2, axis=1),
+    )
     points, vertices = points[vertices >= 0], vertices[vertices >= 0]
     z = diagram.vertices @ (1, 1j)
     distance = np.zeros(len(z))
@@ -272,8 +287,12 @@ def beside(loops: tuple, size: float) -> np.ndarray:
     for loop in loops:
         for arc in loop:
             length = np.abs(np.diff(arc.z)).sum()
-            if length > SHORT * size:  # at a corner where circles touch, rounding is as large as what is between them
-                on, tangent = arc.curve(arc.start + np.array([0.2, 0.5, 0.8]) * (arc.end - arc.start))
+            if (
+                length > SHORT * size
+            ):  # at a corner where circles touch, rounding is as large as what is between them
+                on, tangent = arc.curve(
+                    arc.start + np.array([0.2, 0.5, 0.8]) * (arc.end - arc.start)
+                )
                 found.append(on + 0.05j * length * tangent / np.abs(tangent))
     z = np.concatenate(found)
     within, near = roughly_inside(loops, z)
@@ -283,7 +302,9 @@ def beside(loops: tuple, size: float) -> np.ndarray:
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:
     """A point inside the loops, off the middle of an arc, and its distance from them: of a face however thin."""
-    arcs = sorted((arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum())
+    arcs = sorted(
+        (arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum()
+    )
     for arc in arcs:
         on, tangent = arc.curve((arc.start + arc.end) / 2)
         z = on + 1j * tangent / np.abs(tangent) * size * 0.25 ** np.arange(1, 24)

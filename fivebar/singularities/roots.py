@@ -11,7 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 
-def rising_zeros(f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+def rising_zeros(
+    f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.ndarray
+) -> np.ndarray:
     """Parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan where they do not.
 
     f: (indices (m,) of the functions, parameters (m,)) -> values (m,);

@@ -23,11 +23,17 @@ def posed(pose: Pose) -> dict[str, ca.SX]:
     parallel, across = pose.det_A, dot(*pose.u2)
     seen = ca.vertcat(*pose.point, *pose.sines, parallel)
     return {
-        "xi": pose.xi, "q": pose.q, "elbows": pose.elbows, "serial": ca.vertcat(*pose.sines), "parallel": parallel,
-        "working": pose.working, "assembly": pose.assembly, "gap": -pose.reach_margin,
+        "xi": pose.xi,
+        "q": pose.q,
+        "elbows": pose.elbows,
+        "serial": ca.vertcat(*pose.sines),
+        "parallel": parallel,
+        "working": pose.working,
+        "assembly": pose.assembly,
+        "gap": -pose.reach_margin,
         "transmission": ca.atan2(ca.fabs(parallel), ca.fabs(across)),
         "closes": ca.fabs(ca.sum1(seen)) < ca.inf,
-    }  # fmt: skip
+    }
 
 
 def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
@@ -39,7 +45,10 @@ def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
     with as_numbers():
         reached = task_pose(robot, (point[0], point[1]), (modes[0], modes[1]))
         driven = joint_pose(robot, (point[0], point[1]), mode)
-        found = [named("igm", posed(reached), point, modes, *more), named("dgm", posed(driven), point, mode, *more)]
+        found = [
+            named("igm", posed(reached), point, modes, *more),
+            named("dgm", posed(driven), point, mode, *more),
+        ]
     return found
 
 

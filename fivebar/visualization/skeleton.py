@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.four_joints import four_joint_pose
-from ..models.joint_positions import elbows, joints
+from ..models.joint_positions import elbows
+from ..models.joint_positions import joints as joint_points
 from .style import LEGS, LINKS
 
 if TYPE_CHECKING:
@@ -45,12 +46,16 @@ class Skeleton:
     def __post_init__(self):
         count = self.points.shape[1]
         groups = {"bars": self.bars, "rails": self.rails, "blocks": self.blocks}
-        named = [(f"{name}[{k}]", each) for name, group in groups.items() for k, each in enumerate(group)]
+        named = [
+            (f"{name}[{k}]", each) for name, group in groups.items() for k, each in enumerate(group)
+        ]
         named += [("grounded", self.grounded), ("actuated", self.actuated)]
         for name, joints in [*named, ("traced", () if self.traced is None else (self.traced,))]:
             for joint in joints:
                 if joint not in range(count):
-                    raise ValueError(f"{name} names joint {joint}, but points has joints 0 to {count - 1}")
+                    raise ValueError(
+                        f"{name} names joint {joint}, but points has joints 0 to {count - 1}"
+                    )
 
     def at(self, samples: np.ndarray | slice) -> Skeleton:
         """The body in some of its poses."""
@@ -91,11 +96,18 @@ class Skeleton:
     @cached_property
     def legs(self) -> list:
         """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and which one that is."""
-        fixed = [j for j in dict.fromkeys([*self.grounded, *self.actuated]) if any(j in bar for bar in self.bars)]
+        fixed = [
+            j
+            for j in dict.fromkeys([*self.grounded, *self.actuated])
+            if any(j in bar for bar in self.bars)
+        ]
         roots = fixed or dict.fromkeys(bar[0] for bar in self.bars)
         reached, legs = {joint: (0, leg) for leg, joint in enumerate(roots)}, {}
-        while wave := {b: min(reached[joint] for joint in bar if joint in reached) for b, bar in enumerate(self.bars)
-                       if b not in legs and not reached.keys().isdisjoint(bar)}:  # fmt: skip
+        while wave := {
+            b: min(reached[joint] for joint in bar if joint in reached)
+            for b, bar in enumerate(self.bars)
+            if b not in legs and not reached.keys().isdisjoint(bar)
+        }:
             legs |= wave
             for b, (depth, leg) in wave.items():
                 for joint in self.bars[b]:
@@ -143,18 +155,32 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
 
     Guides, which have no ends, are as long as these poses need.
     """
-    points = joints(robot, pivots, xi)
+    points = joint_points(robot, pivots, xi)
     if robot.turns:
-        return Skeleton(points, ((0, 1), (1, 2), (4, 3), (3, 2)), grounded=(0, 4), actuated=(0, 4), traced=2)
+        return Skeleton(
+            points, ((0, 1), (1, 2), (4, 3), (3, 2)), grounded=(0, 4), actuated=(0, 4), traced=2
+        )
     bar = max(robot.distal)
-    low, high = np.fmin.reduce(pivots[..., 1].ravel()) - 0.3 * bar, np.fmax.reduce(pivots[..., 1].ravel()) + 0.3 * bar
-    rails = [np.broadcast_to((drive.x, end), xi.shape) for drive in robot.drives for end in (low, high)]
-    blocks = [foot + (0, side * 0.07 * bar) for foot in np.moveaxis(pivots, 1, 0) for side in (-1, 1)]
+    low, high = (
+        np.fmin.reduce(pivots[..., 1].ravel()) - 0.3 * bar,
+        np.fmax.reduce(pivots[..., 1].ravel()) + 0.3 * bar,
+    )
+    rails = [
+        np.broadcast_to((drive.x, end), xi.shape) for drive in robot.drives for end in (low, high)
+    ]
+    blocks = [
+        foot + (0, side * 0.07 * bar) for foot in np.moveaxis(pivots, 1, 0) for side in (-1, 1)
+    ]
     points = np.concatenate([points, np.stack([*rails, *blocks], axis=1)], axis=1)
     return Skeleton(
-        points, ((0, 1), (2, 1)), grounded=(3, 4, 5, 6), actuated=(0, 2), traced=1, rails=((3, 4), (5, 6)),
+        points,
+        ((0, 1), (2, 1)),
+        grounded=(3, 4, 5, 6),
+        actuated=(0, 2),
+        traced=1,
+        rails=((3, 4), (5, 6)),
         blocks=((7, 8, 0), (9, 10, 2)),
-    )  # fmt: skip
+    )
 
 
 def run_body(run: Run) -> Skeleton:
@@ -166,7 +192,9 @@ def pose_body(poses: Iterable[Pose]) -> Skeleton:
     """The body of one robot in poses or batches of poses, one after the other."""
     poses = list(poses)
     pivots = np.concatenate([pose.elbows.reshape(-1, 2, 2) for pose in poses])
-    return robot_body(poses[0].robot, pivots, np.concatenate([pose.xi.reshape(-1, 2) for pose in poses]))
+    return robot_body(
+        poses[0].robot, pivots, np.concatenate([pose.xi.reshape(-1, 2) for pose in poses])
+    )
 
 
 def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
@@ -181,13 +209,21 @@ def study_body(study: Study) -> Skeleton:
     """The body of a linkage at all samples of its Study."""
     chain, known = study.motion.chain, study.motion.points
     begins = [chain.points[first] for first, _ in chain.bars]
-    called = [name for begin in begins for name, link in chain.links.items() if link.origin is begin]
+    called = [
+        name for begin in begins for name, link in chain.links.items() if link.origin is begin
+    ]
 
     def index(names):
         return tuple(map(known.index, names))
 
     return Skeleton(
-        study.points(), tuple(map(index, chain.bars)), index(chain.grounded), index(chain.actuated),
-        known.index(chain.traced), tuple(map(index, chain.rails)), tuple(map(index, chain.blocks)),
-        tuple("" if name in chain.marks else name for name in known), tuple(dict.fromkeys(called)),
-    )  # fmt: skip
+        study.points(),
+        tuple(map(index, chain.bars)),
+        index(chain.grounded),
+        index(chain.actuated),
+        known.index(chain.traced),
+        tuple(map(index, chain.rails)),
+        tuple(map(index, chain.blocks)),
+        tuple("" if name in chain.marks else name for name in known),
+        tuple(dict.fromkeys(called)),
+    )

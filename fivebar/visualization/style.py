@@ -21,12 +21,20 @@ COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = COLOURS
 DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
-LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")  # a hue for each leg, its bars dark and light by turns
+LEGS = (
+    (BLUE, SKY),
+    (ORANGE, AMBER),
+    (GREEN, "#7FCEB9"),
+)  # a hue for each leg, its bars dark and light by turns
 LINKS = BLUE, ORANGE, GREEN, AMBER, SKY, BLACK  # of a linkage; pink is left to the path
 PATH, REFERENCE = PINK, GREEN
 INK, BASE, GUIDE, PALE = "#222222", "#888888", "#d9d9d9", "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
-PREFIXES = ((1e-6, 1e9, "n"), (1e-3, 1e6, "µ"), (1.0, 1e3, "m"))  # below so many units, so many of these to one
+PREFIXES = (
+    (1e-6, 1e9, "n"),
+    (1e-3, 1e6, "µ"),
+    (1.0, 1e3, "m"),
+)  # below so many units, so many of these to one
 
 TYPE_1, ACROSS, TYPE_3 = "Type 1: a leg in line", "Type 1: a bar across its guide", "Type 3"
 TYPE_2 = {
@@ -70,7 +78,9 @@ def field_scale(data: Map) -> Scale:
         return Scale("rising", 1.0, 100.0, logarithmic=True, words=words)
     finite = data.values[np.isfinite(data.values)]
     high = float(np.quantile(finite, 0.95)) if finite.size else 0.0
-    return Scale("rising" if field == "manipulability" else "falling", 0.0, high or 1.0, words=words)
+    return Scale(
+        "rising" if field == "manipulability" else "falling", 0.0, high or 1.0, words=words
+    )
 
 
 def largest_of(values: np.ndarray) -> float:
@@ -80,7 +90,10 @@ def largest_of(values: np.ndarray) -> float:
 
 def readable(largest: float, unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which numbers up to `largest` read well."""
-    return next(((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit), (1.0, unit))
+    return next(
+        ((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit),
+        (1.0, unit),
+    )
 
 
 def length(metres: float) -> str:
@@ -92,7 +105,11 @@ def length(metres: float) -> str:
 def robot_title(robot: Robot) -> str:
     """What a robot is called over a picture, with its lengths in mm."""
     *bars, base = (1e3 * value for name, value in robot.parameters.items() if name in LENGTHS)
-    each = f"all bars {bars[0]:.4g}" if len(set(bars)) == 1 else f"bars {', '.join(f'{bar:.4g}' for bar in bars)}"
+    each = (
+        f"all bars {bars[0]:.4g}"
+        if len(set(bars)) == 1
+        else f"bars {', '.join(f'{bar:.4g}' for bar in bars)}"
+    )
     return f"{robot.words.title}, {each} mm, base {base:.4g} mm"
 
 
@@ -105,6 +122,8 @@ def finish(axes: Axes, columns: int, **words) -> None:
     """Labels, title and limits of a panel, a pale grid, and its legend under it."""
     axes.set(**words)
     axes.grid(alpha=0.25)
-    pad = 5 if axes.get_xlabel() else 2.5  # in letters, so that it clears the labels whatever the panel's height
+    pad = (
+        5 if axes.get_xlabel() else 2.5
+    )  # in letters, so that it clears the labels whatever the panel's height
     place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
     axes.legend(ncols=columns, fontsize=8, frameon=False, **place)

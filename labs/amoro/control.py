@@ -55,7 +55,10 @@ def main(args=None):
         robot.apply_efforts(0.0, 0.0)  # the lab's simulation begins with the first step
         while True:
             if robot.data_updated():
-                q, q_dot = np.array([left.position, right.position]), np.array([left.velocity, right.velocity])
+                q, q_dot = (
+                    np.array([left.position, right.position]),
+                    np.array([left.velocity, right.velocity]),
+                )
                 target, target_dot, target_ddot = trajectory[index]
                 errors.append(target - q)
                 for scope, wanted, measured in zip(scopes, target, q):
@@ -65,12 +68,16 @@ def main(args=None):
                 joints = q[0], q12, q[1], q22
                 q12D, q22D = model.dkm_passive(*joints, *q_dot, *model.dkm(*joints, *q_dot))
                 M, c = model.dynamic_model(*joints, q_dot[0], q12D, q_dot[1], q22D)
-                tau = np.dot(M, target_ddot + KD * (target_dot - q_dot) + KP * (target - q)) + np.ravel(c)
+                tau = np.dot(
+                    M, target_ddot + KD * (target_dot - q_dot) + KP * (target - q)
+                ) + np.ravel(c)
                 robot.apply_efforts(tau[0], tau[1])
                 index = min(index + 1, len(trajectory) - 1)
     except KeyboardInterrupt:
         size = np.abs(errors)
-        print(f"largest errors of the joints {size.max(axis=0)}, root mean square {np.sqrt(np.mean(size**2, axis=0))}")
+        print(
+            f"largest errors of the joints {size.max(axis=0)}, root mean square {np.sqrt(np.mean(size**2, axis=0))}"
+        )
     rclpy.shutdown()
 
 

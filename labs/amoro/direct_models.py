@@ -20,8 +20,12 @@ def main(args=None):
     QtGui.QApplication([])
     size = 0.1 if name == "five_bar" else 0.05
     position = {title: Scope(f"Position {title}", 0, size) for title in ("x", "y", "q12", "q22")}
-    velocity = {title: Scope(f"Velocity {title}", -size, size) for title in ("x", "y", "q12", "q22")}
-    acceleration = {title: Scope(f"Acceleration {title}", -size, size) for title in ("x", "y", "q12", "q22")}
+    velocity = {
+        title: Scope(f"Velocity {title}", -size, size) for title in ("x", "y", "q12", "q22")
+    }
+    acceleration = {
+        title: Scope(f"Acceleration {title}", -size, size) for title in ("x", "y", "q12", "q22")
+    }
     left, right, end = robot.active_left_joint, robot.active_right_joint, robot.end_effector
     passive_left, passive_right = robot.passive_left_joint, robot.passive_right_joint
 
@@ -36,20 +40,35 @@ def main(args=None):
                 q11, q21 = left.position, right.position
                 xy = model.dgm(q11, q21, ASSEMBLY)
                 q12, q22 = model.dgm_passive(q11, q21, ASSEMBLY)
-                measured = end.position_x, end.position_y, passive_left.position, passive_right.position
+                measured = (
+                    end.position_x,
+                    end.position_y,
+                    passive_left.position,
+                    passive_right.position,
+                )
                 show(position, measured, (*xy, q12, q22))
 
                 q11D, q21D = left.velocity, right.velocity
                 xD, yD = model.dkm(q11, q12, q21, q22, q11D, q21D)
                 q12D, q22D = model.dkm_passive(q11, q12, q21, q22, q11D, q21D, xD, yD)
-                measured = end.velocity_x, end.velocity_y, passive_left.velocity, passive_right.velocity
+                measured = (
+                    end.velocity_x,
+                    end.velocity_y,
+                    passive_left.velocity,
+                    passive_right.velocity,
+                )
                 show(velocity, measured, (xD, yD, q12D, q22D))
 
                 motion = q11, q12, q21, q22, q11D, q12D, q21D, q22D
                 q11DD, q21DD = left.acceleration, right.acceleration
                 xDD, yDD = model.dkm2(*motion, q11DD, q21DD)
                 passive = model.dkm2_passive(*motion, q11DD, q21DD, xDD, yDD)
-                measured = end.acceleration_x, end.acceleration_y, passive_left.acceleration, passive_right.acceleration
+                measured = (
+                    end.acceleration_x,
+                    end.acceleration_y,
+                    passive_left.acceleration,
+                    passive_right.acceleration,
+                )
                 show(acceleration, measured, (xDD, yDD, *passive))
 
                 robot.continue_oscillations()

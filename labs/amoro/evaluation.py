@@ -55,7 +55,9 @@ def main(args=None):
         try:
             if robot.data_updated():
                 for quantity, measured, computed in compare(robot, model):
-                    errors.setdefault(quantity, []).append(np.abs(np.subtract(measured, np.ravel(computed))))
+                    errors.setdefault(quantity, []).append(
+                        np.abs(np.subtract(measured, np.ravel(computed)))
+                    )
                 robot.continue_oscillations()
         except KeyboardInterrupt:
             break

@@ -5,6 +5,15 @@ from fivebar.grading.labs import find_lab
 from fivebar.grading.ten_models import exercises
 
 ROBOT = FiveBar(zz1=0.002025, zz2=0.002025)  # as the lab's files have it, 1.0 * 0.045**2
-ALSO = ({"zz1": 0.002, "zz2": 0.002}, {"zz1": 0.002025, "zz2": 0.002025})  # as its handout has it; right, too
-CONSTANTS = {"l": ("l11", "l12", "l21", "l22"), "d": ("d",), "ZZ1R": ("zz1",), "ZZ2R": ("zz2",), "mR": ("m",)}
+ALSO = (
+    {"zz1": 0.002, "zz2": 0.002},
+    {"zz1": 0.002025, "zz2": 0.002025},
+)  # as its handout has it; right, too
+CONSTANTS = {
+    "l": ("l11", "l12", "l21", "l22"),
+    "d": ("d",),
+    "ZZ1R": ("zz1",),
+    "ZZ2R": ("zz2",),
+    "mR": ("m",),
+}
 EXERCISES = exercises(FiveBar, *(find_lab(f"lab{k}").exercises() for k in (1, 2, 3, 5)))

@@ -12,7 +12,9 @@ def opened(robot, draw, n):
     """Active angles for which the elbows are too far apart."""
     q = draw.uniform(-np.pi, np.pi, (400, 2))
     x = robot.d + robot.l21 * np.cos(q[:, 1]) - robot.l11 * np.cos(q[:, 0])
-    gap = np.hypot(x, robot.l21 * np.sin(q[:, 1]) - robot.l11 * np.sin(q[:, 0])) / (robot.l12 + robot.l22)
+    gap = np.hypot(x, robot.l21 * np.sin(q[:, 1]) - robot.l11 * np.sin(q[:, 0])) / (
+        robot.l12 + robot.l22
+    )
     return q[gap > 1.01][:n]
 
 
@@ -65,7 +67,11 @@ def test_igm_modes(ask, robot, draw):
     """igm: all four working modes"""
     modes = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     parts = [poses(robot, draw, 4, working=mode) for mode in modes]
-    ask("igm", *np.concatenate([p.xi for p in parts]).T, *np.concatenate([p.working for p in parts]).T)
+    ask(
+        "igm",
+        *np.concatenate([p.xi for p in parts]).T,
+        *np.concatenate([p.working for p in parts]).T,
+    )
 
 
 @pytest.mark.points(1)
@@ -93,7 +99,9 @@ def test_igm_unreachable(ask, robot, draw):
     span = far * (np.where(side > 0, robot.l11 + robot.l12, robot.l21 + robot.l22))
     x, y = side * (span * np.cos(angle) - robot.d / 2), span * np.sin(angle)
     modes = np.concatenate([pose.working, np.tile([[1, -1], [-1, -1]], (4, 1))])
-    ask("igm", np.r_[pose.xi[:, 0], x], np.r_[pose.xi[:, 1], y], *modes.T, refuse=np.arange(16) >= 8)
+    ask(
+        "igm", np.r_[pose.xi[:, 0], x], np.r_[pose.xi[:, 1], y], *modes.T, refuse=np.arange(16) >= 8
+    )
 
 
 @pytest.mark.points(2)

@@ -55,7 +55,9 @@ A_EXERCISE = Exercise(
             lambda robot, *q: A(robot, *q) @ QUARTER.T,
         ),
         Misconception(
-            "legs exchanged", "The first row belongs to the left leg.", lambda robot, *q: A(robot, *q)[:, ::-1]
+            "legs exchanged",
+            "The first row belongs to the left leg.",
+            lambda robot, *q: A(robot, *q)[:, ::-1],
         ),
         Misconception(
             "sign of the right leg's row",
@@ -102,7 +104,9 @@ B_EXERCISE = Exercise(
             lambda robot, q11, q12, q21, q22: B(robot, q11, q11 + q12, q21, q21 + q22),
         ),
         Misconception(
-            "legs exchanged", "The first row belongs to the left leg.", lambda robot, *q: B(robot, *q)[:, ::-1, ::-1]
+            "legs exchanged",
+            "The first row belongs to the left leg.",
+            lambda robot, *q: B(robot, *q)[:, ::-1, ::-1],
         ),
         Misconception(
             "multiplied by the distal bars",
@@ -175,12 +179,16 @@ DKM_PASSIVE = Exercise(
         Misconception(
             "absolute rate instead of relative",
             "You have the rate of the distal bar. Which part of it comes from the motor?",
-            lambda robot, *row: tuple(own + q for own, q in zip(dkm_passive(robot, *row), row[4:6])),
+            lambda robot, *row: tuple(
+                own + q for own, q in zip(dkm_passive(robot, *row), row[4:6])
+            ),
         ),
         Misconception(
             "active rate added instead of subtracted",
             "The distal bar turns at q11' + q12'. Solve that for q12'.",
-            lambda robot, *row: tuple(own + 2 * q for own, q in zip(dkm_passive(robot, *row), row[4:6])),
+            lambda robot, *row: tuple(
+                own + 2 * q for own, q in zip(dkm_passive(robot, *row), row[4:6])
+            ),
         ),
         Misconception(
             "u instead of v for the distal bar",
@@ -188,7 +196,10 @@ DKM_PASSIVE = Exercise(
             lambda robot, *row: tuple(
                 (along - share) / bar - q
                 for along, share, bar, q in zip(
-                    times(A(robot, *row[:4]), *row[6:]), times(B(robot, *row[:4]), *row[4:6]), robot.distal, row[4:6]
+                    times(A(robot, *row[:4]), *row[6:]),
+                    times(B(robot, *row[:4]), *row[4:6]),
+                    robot.distal,
+                    row[4:6],
                 )
             ),
         ),
@@ -196,7 +207,8 @@ DKM_PASSIVE = Exercise(
             "+90 degrees turned the other way for both bars",
             "Print your v at the angle 0. Is it (0, 1) or (0, -1)?",
             lambda robot, *row: tuple(
-                own - 2 * part for own, part in zip(dkm_passive(robot, *row), with_standing_pivots(robot, *row))
+                own - 2 * part
+                for own, part in zip(dkm_passive(robot, *row), with_standing_pivots(robot, *row))
             ),
         ),
     ),

@@ -59,13 +59,16 @@ BIAS = [
     with_d(
         "proximal centripetal term not projected",
         "The elbow's centripetal acceleration points along u11. Which part of it lies along u12?",
-        lambda robot, *row: distal(robot, *row) + proximal(robot, row[0], 0 * row[1], row[2], 0 * row[3], *row[4:]),
+        lambda robot, *row: (
+            distal(robot, *row) + proximal(robot, row[0], 0 * row[1], row[2], 0 * row[3], *row[4:])
+        ),
     ),
     with_d(
         "v in place of u in the proximal centripetal term",
         "Which way does the elbow's acceleration point when q11' is constant?",
         lambda robot, *row: (
-            distal(robot, *row) + proximal(robot, row[0], row[1] - np.pi / 2, row[2], row[3] - np.pi / 2, *row[4:])
+            distal(robot, *row)
+            + proximal(robot, row[0], row[1] - np.pi / 2, row[2], row[3] - np.pi / 2, *row[4:])
         ),
     ),
     with_rates(
@@ -76,7 +79,12 @@ BIAS = [
     with_rates(
         "sum of squares instead of square of the sum",
         "(a + b)^2 has a third term.",
-        lambda q11D, q12D, q21D, q22D: (q11D, np.hypot(q11D, q12D) - q11D, q21D, np.hypot(q21D, q22D) - q21D),
+        lambda q11D, q12D, q21D, q22D: (
+            q11D,
+            np.hypot(q11D, q12D) - q11D,
+            q21D,
+            np.hypot(q21D, q22D) - q21D,
+        ),
     ),
 ]
 
@@ -95,13 +103,16 @@ DKM2 = Exercise(
             "A transposed",
             "Does the first row of your A xi'' give u12 . xi''?",
             lambda robot, *row: times(
-                inverse(parts(robot, *row[:8])[0]).swapaxes(1, 2) @ parts(robot, *row[:8])[0], *dkm2(robot, *row)
+                inverse(parts(robot, *row[:8])[0]).swapaxes(1, 2) @ parts(robot, *row[:8])[0],
+                *dkm2(robot, *row),
             ),
         ),
         Misconception(
             "d not multiplied by the inverse of A",
             "A xi'' = B q'' + d: what happens to d when you bring A to the other side?",
-            lambda robot, *row: tuple(dkm2(robot, *row, parts=without_d) + parts(robot, *row[:8])[2].T),
+            lambda robot, *row: tuple(
+                dkm2(robot, *row, parts=without_d) + parts(robot, *row[:8])[2].T
+            ),
         ),
     ),
 )
@@ -114,7 +125,9 @@ IKM2 = Exercise(
         Misconception(
             "d not divided by B",
             "B q'' = A xi'' - d: what happens to d when you bring B to the other side?",
-            lambda robot, *row: tuple(ikm2(robot, *row, parts=without_d) - parts(robot, *row[:8])[2].T),
+            lambda robot, *row: tuple(
+                ikm2(robot, *row, parts=without_d) - parts(robot, *row[:8])[2].T
+            ),
         ),
     ),
 )
@@ -124,7 +137,9 @@ def swung(robot, *row, centripetal):
     """The passive accelerations with the elbows' centripetal terms times this factor."""
     right, bars = dkm2_passive(robot, *row), ((robot.l11, robot.l12), (robot.l21, robot.l22))
     legs = zip(right, bars, row[1:4:2], row[4:8:2])
-    return tuple(own - (centripetal - 1) * l1 / l2 * np.sin(q) * rate**2 for own, (l1, l2), q, rate in legs)
+    return tuple(
+        own - (centripetal - 1) * l1 / l2 * np.sin(q) * rate**2 for own, (l1, l2), q, rate in legs
+    )
 
 
 DKM2_PASSIVE = Exercise(
@@ -135,12 +150,16 @@ DKM2_PASSIVE = Exercise(
         Misconception(
             "absolute acceleration instead of relative",
             "You have the acceleration of the distal bar. Which part of it comes from the motor?",
-            lambda robot, *row: tuple(own + q for own, q in zip(dkm2_passive(robot, *row), row[8:10])),
+            lambda robot, *row: tuple(
+                own + q for own, q in zip(dkm2_passive(robot, *row), row[8:10])
+            ),
         ),
         Misconception(
             "active acceleration added instead of subtracted",
             "The distal bar accelerates at q11'' + q12''. Solve that for q12''.",
-            lambda robot, *row: tuple(own + 2 * q for own, q in zip(dkm2_passive(robot, *row), row[8:10])),
+            lambda robot, *row: tuple(
+                own + 2 * q for own, q in zip(dkm2_passive(robot, *row), row[8:10])
+            ),
         ),
         Misconception(
             "centripetal term missing",

@@ -5,7 +5,14 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading.columns import batch, joint_motion, resting
-from fivebar.grading.samples import accelerated, beside_type_1, beside_type_2, moving, poses, unequal_robot
+from fivebar.grading.samples import (
+    accelerated,
+    beside_type_1,
+    beside_type_2,
+    moving,
+    poses,
+    unequal_robot,
+)
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.2, -3, 12)
 LOOSE = 1e-9 + 1e-14 / NEAR**2
@@ -67,7 +74,10 @@ def test_ikm2_unequal(ask, draw):
 @pytest.mark.points(1)
 def test_ikm2_near_singularity(ask, robot, draw):
     """ikm2: close to a Type-1 singularity"""
-    rates = [fb.dkm(beside_type_1(robot, draw, NEAR, leg), draw.uniform(-3, 3, (12, 2))) for leg in (0, 1)]
+    rates = [
+        fb.dkm(beside_type_1(robot, draw, NEAR, leg), draw.uniform(-3, 3, (12, 2)))
+        for leg in (0, 1)
+    ]
     rows = batch(*(joint_motion(part) for part in rates))
     ask("ikm2", *rows, *draw.uniform(-2, 2, (2, 24)), tolerance=np.tile(LOOSE, 2))
 

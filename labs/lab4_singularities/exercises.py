@@ -43,23 +43,30 @@ TYPE = Exercise(
             "angle compared with 0 instead of its sine",
             "Two bars are in line at more than one angle. At which ones is the sine 0?",
             lambda robot, q11, q12, q21, q22: kind(
-                (np.abs(q12) <= IN_LINE) | (np.abs(q22) <= IN_LINE), np.abs(q21 + q22 - q11 - q12) <= IN_LINE
+                (np.abs(q12) <= IN_LINE) | (np.abs(q22) <= IN_LINE),
+                np.abs(q21 + q22 - q11 - q12) <= IN_LINE,
             ),
         ),
         Misconception(
             "only straight legs, not folded ones",
             "A leg is in line in two ways. Which q12 is the other one?",
-            lambda robot, q11, q12, q21, q22: kind(same_way(q12) | same_way(q22), in_line(q21 + q22 - q11 - q12)),
+            lambda robot, q11, q12, q21, q22: kind(
+                same_way(q12) | same_way(q22), in_line(q21 + q22 - q11 - q12)
+            ),
         ),
         Misconception(
             "parallel distal bars only when they point the same way",
             "Bars that pull against each other in one line are parallel, too.",
-            lambda robot, q11, q12, q21, q22: kind(in_line(q12) | in_line(q22), same_way(q21 + q22 - q11 - q12)),
+            lambda robot, q11, q12, q21, q22: kind(
+                in_line(q12) | in_line(q22), same_way(q21 + q22 - q11 - q12)
+            ),
         ),
         Misconception(
             "Type 1 only when both legs are in line",
             "det B is a product. When is it 0?",
-            lambda robot, q11, q12, q21, q22: kind(in_line(q12) & in_line(q22), in_line(q21 + q22 - q11 - q12)),
+            lambda robot, q11, q12, q21, q22: kind(
+                in_line(q12) & in_line(q22), in_line(q21 + q22 - q11 - q12)
+            ),
         ),
         *(
             Misconception(
@@ -81,9 +88,11 @@ TYPE = Exercise(
             Misconception(
                 name,
                 "What if both conditions hold at once?",
-                lambda robot, *q, said=said: np.array([0, 1, 2, said])[singularity_type(robot, *q)],
+                lambda robot, *q, notes=notes: np.array([0, 1, 2, notes])[
+                    singularity_type(robot, *q)
+                ],
             )
-            for name, said in (("Type 3 never named", 1), ("Type 3 taken as Type 2", 2))
+            for name, notes in (("Type 3 never named", 1), ("Type 3 taken as Type 2", 2))
         ),
         Misconception(
             "negative sines of the legs taken as small",
@@ -96,7 +105,8 @@ TYPE = Exercise(
             "negative sines taken as small",
             "Is -0.5 at most 1e-6? Is it 0?",
             lambda robot, q11, q12, q21, q22: kind(
-                (np.sin(q12) <= IN_LINE) | (np.sin(q22) <= IN_LINE), np.sin(q21 + q22 - q11 - q12) <= IN_LINE
+                (np.sin(q12) <= IN_LINE) | (np.sin(q22) <= IN_LINE),
+                np.sin(q21 + q22 - q11 - q12) <= IN_LINE,
             ),
         ),
     ),
@@ -175,7 +185,9 @@ TYPE2_POINT = Exercise(
         Misconception(
             "end-effector in the middle of the elbows",
             "The two distal bars differ. How far is the end-effector from A12?",
-            lambda robot, *row: type2_point(robot, *row, at=lambda robot: (robot.l12 + robot.l22) / 2),
+            lambda robot, *row: type2_point(
+                robot, *row, at=lambda robot: (robot.l12 + robot.l22) / 2
+            ),
         ),
         Misconception(
             "coupler of one bar",
@@ -195,18 +207,30 @@ FRACTIONS = np.linspace(0, 1, 2001)
 
 def parallel(robot, x0, y0, x1, y1, gamma1, gamma2, s):
     """det A (n, k) at the fractions s (n, k) or (k,) of straight paths, nan out of reach."""
-    x0, y0, x1, y1, gamma1, gamma2 = (np.asarray(v)[:, None] for v in (x0, y0, x1, y1, gamma1, gamma2))
+    x0, y0, x1, y1, gamma1, gamma2 = (
+        np.asarray(v)[:, None] for v in (x0, y0, x1, y1, gamma1, gamma2)
+    )
     xi = np.stack([x0 + (x1 - x0) * s, y0 + (y1 - y0) * s], axis=-1)
     working = np.broadcast_to(np.stack([gamma1, gamma2], axis=-1), xi.shape)
-    return fb.singularity_margins(fb.igm(robot, xi, working.astype(int), unreachable="nan")).parallel
+    return fb.singularity_margins(
+        fb.igm(robot, xi, working.astype(int), unreachable="nan")
+    ).parallel
 
 
 def first_crossing(robot, *path, last=False):
     """By sampling and bisection; nan where there is none."""
     signs = np.sign(parallel(robot, *path, FRACTIONS))
     changes = signs[:, 1:] * signs[:, :-1] < 0
-    k = changes.shape[1] - 1 - np.argmax(changes[:, ::-1], axis=1) if last else np.argmax(changes, axis=1)
-    low, high, before = FRACTIONS[k][:, None], FRACTIONS[k + 1][:, None], signs[np.arange(len(k)), k][:, None]
+    k = (
+        changes.shape[1] - 1 - np.argmax(changes[:, ::-1], axis=1)
+        if last
+        else np.argmax(changes, axis=1)
+    )
+    low, high, before = (
+        FRACTIONS[k][:, None],
+        FRACTIONS[k + 1][:, None],
+        signs[np.arange(len(k)), k][:, None],
+    )
     for _ in range(50):
         middle = (low + high) / 2
         same = np.sign(parallel(robot, *path, middle)) == before
@@ -248,7 +272,9 @@ CROSSING = Exercise(
         Misconception(
             "working modes swapped",
             "gamma1 belongs to the left leg.",
-            lambda robot, x0, y0, x1, y1, gamma1, gamma2: first_crossing(robot, x0, y0, x1, y1, gamma2, gamma1),
+            lambda robot, x0, y0, x1, y1, gamma1, gamma2: first_crossing(
+                robot, x0, y0, x1, y1, gamma2, gamma1
+            ),
         ),
         Misconception(
             "measured from the end",

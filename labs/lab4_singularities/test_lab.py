@@ -5,7 +5,13 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading.columns import batch, joints, pose
-from fivebar.grading.samples import beside_type_1, beside_type_2, poses, straight_paths, unequal_robot
+from fivebar.grading.samples import (
+    beside_type_1,
+    beside_type_2,
+    poses,
+    straight_paths,
+    unequal_robot,
+)
 from fivebar.models.dyads import RRR
 from fivebar.models.geometry import reach
 
@@ -18,9 +24,13 @@ def u(angle):
 
 def chosen(robot, rows, n, kind):
     """n of the joint columns in which exactly this is singular, and the rest is clearly regular."""
-    sines = np.abs([np.sin(rows[1]), np.sin(rows[3]), np.sin(rows[2] + rows[3] - rows[0] - rows[1])])
+    sines = np.abs(
+        [np.sin(rows[1]), np.sin(rows[3]), np.sin(rows[2] + rows[3] - rows[0] - rows[1])]
+    )
     with np.errstate(invalid="ignore"):
-        clear = np.all((sines > 0.2) | (sines < 1e-8), axis=0) & (fb.singularity(pose(robot, *rows), 1e-6) == kind)
+        clear = np.all((sines > 0.2) | (sines < 1e-8), axis=0) & (
+            fb.singularity(pose(robot, *rows), 1e-6) == kind
+        )
     return tuple(column[clear][:n] for column in rows)
 
 
@@ -38,7 +48,9 @@ def straight(robot, draw, n, leg, passive):
     own, passives = draw.uniform(-np.pi, np.pi, 200 * n), np.full(200 * n, passive)
     drive, other = robot.drives[leg], robot.drives[1 - leg]
     end = drive.x + (drive.length + robot.distal[leg] * np.cos(passive)) * u(own)
-    closing = reach(other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n))
+    closing = reach(
+        other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n)
+    )
     found = closing.q, np.arctan2(closing.sine, closing.cosine)
     return chosen(robot, (own, passives, *found) if leg == 0 else (*found, own, passives), n, 1)
 
@@ -50,9 +62,13 @@ def doubly(robot, n):
         own, other = robot.drives[leg], robot.drives[1 - leg]
         for passive in (0.0, np.pi):
             for side in (-1, 1):
-                along = own.length + np.cos(passive) * (robot.distal[leg] - side * robot.distal[1 - leg])
+                along = own.length + np.cos(passive) * (
+                    robot.distal[leg] - side * robot.distal[1 - leg]
+                )
                 for branch in (-1, 1):
-                    dyad = RRR((np.array([other.x - own.x]), np.zeros(1)), along, other.length, branch)
+                    dyad = RRR(
+                        (np.array([other.x - own.x]), np.zeros(1)), along, other.length, branch
+                    )
                     q, q_other = (np.arctan2(y, x) for x, y in (dyad.first, dyad.second))
                     phi = q + passive + (np.pi if side < 0 else 0)
                     row = q, np.full(1, passive), q_other, phi - q_other
@@ -66,7 +82,9 @@ def misread(robot, draw, n, leg):
     passive = own + np.pi * draw.integers(0, 2, 200 * n)
     drive, other = robot.drives[leg], robot.drives[1 - leg]
     end = drive.x + drive.length * u(own) + robot.distal[leg] * u(own + passive)
-    closing = reach(other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n))
+    closing = reach(
+        other, (end.real, end.imag), robot.distal[1 - leg], draw.choice([-1, 1], 200 * n)
+    )
     found = closing.q, np.arctan2(closing.sine, closing.cosine)
     return chosen(robot, (own, passive, *found) if leg == 0 else (*found, own, passive), n, 0)
 
@@ -83,7 +101,12 @@ def of_all_types(robot, draw):
     legs = [straight(robot, draw, 2, leg, passive) for leg in (0, 1) for passive in (0.0, np.pi)]
     misleading = [misread(robot, draw, 2, leg) for leg in (0, 1)]
     return batch(
-        joints(poses(robot, draw, 6)), *misleading, hardly_singular(robot, draw), *lines, *legs, doubly(robot, 4)
+        joints(poses(robot, draw, 6)),
+        *misleading,
+        hardly_singular(robot, draw),
+        *lines,
+        *legs,
+        doubly(robot, 4),
     )
 
 
@@ -109,7 +132,10 @@ def test_margins_regular(ask, robot, draw):
 @pytest.mark.points(2)
 def test_margins_near_singularity(ask, robot, draw):
     """margins: on both sides of singularities"""
-    parts = [beside_type_2(robot, draw, NEAR), *(beside_type_1(robot, draw, NEAR, leg) for leg in (0, 1))]
+    parts = [
+        beside_type_2(robot, draw, NEAR),
+        *(beside_type_1(robot, draw, NEAR, leg) for leg in (0, 1)),
+    ]
     ask("margins", *batch(*(joints(part) for part in parts)))
 
 

@@ -6,10 +6,20 @@ from fivebar import FiveBar
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import inverse, motion, times
 from fivebar.grading.misconceptions.common import c_forgotten, passive_misread
-from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, turned, with_model, wrong_dynamic_model
+from fivebar.grading.misconceptions.dynamics import (
+    M_of,
+    c_of,
+    dynamic_model,
+    turned,
+    with_model,
+    wrong_dynamic_model,
+)
 from fivebar.grading.misconceptions.stepwise import stepwise
 
-ONLY_DIAGONAL = "only the diagonal of M", "Does the left motor feel nothing of the right one's acceleration?"
+ONLY_DIAGONAL = (
+    "only the diagonal of M",
+    "Does the left motor feel nothing of the right one's acceleration?",
+)
 
 DYNAMIC_MODEL = Exercise(
     "dynamic_model(q11, q12, q21, q22, q11D, q12D, q21D, q22D) -> M, c",
@@ -33,12 +43,17 @@ DYNAMIC_MODEL = Exercise(
         Misconception(
             "q12' where q11' + q12' belongs",
             "How fast does the distal bar turn against the fixed frame? Check your d with lab 3.",
-            lambda robot, *row: dynamic_model(robot, *row[:5], row[5] - row[4], row[6], row[7] - row[6]),
+            lambda robot, *row: dynamic_model(
+                robot, *row[:5], row[5] - row[4], row[6], row[7] - row[6]
+            ),
         ),
         with_model(
             "c with J^T M J d",
             "J acts on joint rates, d is an acceleration along the bars.",
-            lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), m * turned(inverse(A) @ B) @ (inverse(A) @ B) @ d),
+            lambda Z, m, A, B, d: (
+                M_of(Z, m, A, B, d),
+                m * turned(inverse(A) @ B) @ (inverse(A) @ B) @ d,
+            ),
         ),
     ),
     shapes={"M": (2, 2), "c": (2,)},
@@ -69,7 +84,11 @@ def J_for_its_transpose(robot, *row):
     to_task = inverse(rates.pose.A)
     J = to_task @ rates.pose.B
     acceleration = np.add(times(J, *row[8:]), times(to_task, *rates.d.T))
-    return tuple(np.add(times(np.diag(robot.inertias), *row[8:]), robot.m * np.array(times(J, *acceleration))))
+    return tuple(
+        np.add(
+            times(np.diag(robot.inertias), *row[8:]), robot.m * np.array(times(J, *acceleration))
+        )
+    )
 
 
 INVERSE = Exercise(
@@ -98,7 +117,11 @@ FORWARD = Exercise(
             "Without torque and in motion: does your robot really keep its motor speeds?",
             lambda M, c, tau: times(inverse(M), *tau),
         ),
-        with_use("c added", "Solve tau = M q'' + c for q''.", lambda M, c, tau: times(inverse(M), *(tau + c))),
+        with_use(
+            "c added",
+            "Solve tau = M q'' + c for q''.",
+            lambda M, c, tau: times(inverse(M), *(tau + c)),
+        ),
         with_use(*ONLY_DIAGONAL, lambda M, c, tau: (tau - c) / np.diagonal(M, axis1=1, axis2=2).T),
         with_use(
             "M not inverted",

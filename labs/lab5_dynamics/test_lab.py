@@ -37,7 +37,11 @@ def test_dynamic_model_unequal(ask, draw):
 @pytest.mark.points(1)
 def test_dynamic_model_near_singularity(ask, robot, draw):
     """dynamic_model: close to a Type-2 singularity"""
-    ask("dynamic_model", *moving(beside_type_2(robot, draw, NEAR), draw), tolerance=1e-9 + 1e-13 / NEAR**2)
+    ask(
+        "dynamic_model",
+        *moving(beside_type_2(robot, draw, NEAR), draw),
+        tolerance=1e-9 + 1e-13 / NEAR**2,
+    )
 
 
 @pytest.mark.points(1)
@@ -69,7 +73,9 @@ def test_forward_dynamics_at_rest(ask, robot, draw):
 @pytest.mark.points(2)
 def test_forward_dynamics_regular(ask, robot, draw):
     """forward_dynamics: regular poses of all modes"""
-    ask("forward_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-0.2, 0.2, (2, 16)))
+    ask(
+        "forward_dynamics", *moving(poses(robot, draw, 16), draw), *draw.uniform(-0.2, 0.2, (2, 16))
+    )
 
 
 @pytest.mark.points(2)
@@ -84,4 +90,9 @@ def test_forward_dynamics_unequal(ask, draw):
 def test_forward_dynamics_near_singularity(ask, robot, draw):
     """forward_dynamics: close to a Type-2 singularity"""
     rows = moving(beside_type_2(robot, draw, NEAR), draw)
-    ask("forward_dynamics", *rows, *draw.uniform(-0.2, 0.2, (2, 12)), tolerance=1e-9 + 1e-14 / NEAR**4)
+    ask(
+        "forward_dynamics",
+        *rows,
+        *draw.uniform(-0.2, 0.2, (2, 12)),
+        tolerance=1e-9 + 1e-14 / NEAR**4,
+    )

@@ -40,23 +40,42 @@ TRAJECTORY = Exercise(
     "trajectory(t, x0, y0, x1, y1, duration) -> x, y, xD, yD, xDD, yDD",
     trajectory,
     (
-        changed("cubic instead of quintic", "Is the acceleration 0 at both ends, too?", profile=cubic),
-        changed("constant speed", "Which speed shall the end-effector have at both ends?", profile=constant),
         changed(
-            "duration forgotten in the derivatives", "You differentiate by t / T. By what shall it be?", rate=0, bend=0
+            "cubic instead of quintic", "Is the acceleration 0 at both ends, too?", profile=cubic
         ),
-        changed("duration only once in the acceleration", "Each derivative brings its own factor.", bend=1),
-        changed("not held after the end", "What does a polynomial do after its last point?", held=False),
+        changed(
+            "constant speed",
+            "Which speed shall the end-effector have at both ends?",
+            profile=constant,
+        ),
+        changed(
+            "duration forgotten in the derivatives",
+            "You differentiate by t / T. By what shall it be?",
+            rate=0,
+            bend=0,
+        ),
+        changed(
+            "duration only once in the acceleration",
+            "Each derivative brings its own factor.",
+            bend=1,
+        ),
+        changed(
+            "not held after the end", "What does a polynomial do after its last point?", held=False
+        ),
         Misconception(
             "end point instead of displacement",
             "s grows from 0 to 1. What must it be multiplied with to end in x1?",
-            lambda robot, t, x0, y0, x1, y1, duration: trajectory(robot, t, x0, y0, x0 + x1, y0 + y1, duration),
+            lambda robot, t, x0, y0, x1, y1, duration: trajectory(
+                robot, t, x0, y0, x0 + x1, y0 + y1, duration
+            ),
         ),
     ),
 )
 
 
-def law(robot, target, measured, kp, kd, velocity=1, position=1, acceleration=1, bias=1, outside=False):
+def law(
+    robot, target, measured, kp, kd, velocity=1, position=1, acceleration=1, bias=1, outside=False
+):
     """M (q_t'' + kd e' + kp e) + c, its terms times these factors; outside: the feedback is not multiplied by M."""
     q, qD, qDD = (np.stack(pair) for pair in (target[:2], target[2:4], target[4:]))
     measured_q, measured_qD = np.stack(measured[0:4:2]), np.stack(measured[4::2])
@@ -104,16 +123,27 @@ COMPUTED_TORQUE = Exercise(
             "A spring without a damper: what does the error do?",
             lambda robot, *row: computed_torque(robot, *row[:15], 0 * row[15]),
         ),
-        other_law("position feedback missing", "What brings the joint back that stands beside its target?", position=0),
-        other_law("target velocity missing", "Do you damp the error, or the motion itself?", velocity=0),
         other_law(
-            "target acceleration missing", "Without any error, which acceleration do you ask for?", acceleration=0
+            "position feedback missing",
+            "What brings the joint back that stands beside its target?",
+            position=0,
+        ),
+        other_law(
+            "target velocity missing", "Do you damp the error, or the motion itself?", velocity=0
+        ),
+        other_law(
+            "target acceleration missing",
+            "Without any error, which acceleration do you ask for?",
+            acceleration=0,
         ),
         Misconception(
             "mass matrix missing",
             "kp e, kd e' and the target's acceleration are in rad/s². What makes a torque of them?",
             lambda robot, *row: tuple(
-                tau + q for tau, q in zip(computed_torque(robot, *row, acceleration=0, outside=True), row[4:6])
+                tau + q
+                for tau, q in zip(
+                    computed_torque(robot, *row, acceleration=0, outside=True), row[4:6]
+                )
             ),
         ),
         other_law("c missing", "tau = M q'' + c.", bias=0),
@@ -138,7 +168,10 @@ def check(robot, *row):
 
 
 def meets(robot, *row):
-    found = [(one.time, int(one.type)) if one.time is not None else (np.nan, 0) for one in check(robot, *row)]
+    found = [
+        (one.time, int(one.type)) if one.time is not None else (np.nan, 0)
+        for one in check(robot, *row)
+    ]
     return tuple(np.array(found, float).T)
 
 
@@ -201,7 +234,8 @@ FORCE = Exercise(
             "along the distal bars instead of across",
             "Bars push and pull along themselves. In which direction can they not, when both point the same way?",
             lambda robot, *row: (
-                robot.m * np.abs((at_crossing(robot, *row)[1] * at_crossing(robot, *row)[0].conj()).real)
+                robot.m
+                * np.abs((at_crossing(robot, *row)[1] * at_crossing(robot, *row)[0].conj()).real)
             ),
         ),
         Misconception(

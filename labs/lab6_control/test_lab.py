@@ -41,14 +41,21 @@ def numbers(ask, exercise, *row):
 def test_trajectory(ask, draw):
     """trajectory: between start and end"""
     duration = draw.uniform(0.5, 5, 16)
-    ask("trajectory", duration * draw.uniform(0.05, 0.95, 16), *draw.uniform(-0.1, 0.1, (4, 16)), duration)
+    ask(
+        "trajectory",
+        duration * draw.uniform(0.05, 0.95, 16),
+        *draw.uniform(-0.1, 0.1, (4, 16)),
+        duration,
+    )
 
 
 @pytest.mark.points(1)
 def test_trajectory_held(ask, draw):
     """trajectory: before its start and after its end"""
     duration = draw.uniform(0.5, 5, 12)
-    u = np.concatenate([draw.uniform(-0.5, -0.1, 4), draw.uniform(0.1, 0.9, 4), draw.uniform(1.1, 1.5, 4)])
+    u = np.concatenate(
+        [draw.uniform(-0.5, -0.1, 4), draw.uniform(0.1, 0.9, 4), draw.uniform(1.1, 1.5, 4)]
+    )
     ask("trajectory", duration * u, *draw.uniform(-0.1, 0.1, (4, 12)), duration)
 
 
@@ -57,7 +64,10 @@ def test_computed_torque(ask, robot, draw):
     """computed_torque: regular poses with tracking errors"""
     pose = poses(robot, draw, 16)
     rates = fb.ikm(pose, draw.uniform(-0.3, 0.3, (16, 2)))
-    target = *(pose.q + draw.uniform(-0.05, 0.05, (16, 2))).T, *(rates.q_dot + draw.uniform(-0.5, 0.5, (16, 2))).T
+    target = (
+        *(pose.q + draw.uniform(-0.05, 0.05, (16, 2))).T,
+        *(rates.q_dot + draw.uniform(-0.5, 0.5, (16, 2))).T,
+    )
     gains = draw.uniform(20, 200, 16), draw.uniform(5, 40, 16)
     ask("computed_torque", *target, *draw.uniform(-5, 5, (2, 16)), *joint_motion(rates), *gains)
 
@@ -82,14 +92,25 @@ def test_closed_loop(ask, robot, draw):
         return numbers(ask, LAW, *(float(row[k]) for k in order), 100.0, 20.0)
 
     try:
-        run = fb.simulate(robot, controller, reference, start=start, control_period=0.02, step=0.004)
+        run = fb.simulate(
+            robot, controller, reference, start=start, control_period=0.02, step=0.004
+        )
     except (ArithmeticError, ValueError) as error:
         where = re.search(r"at t = [\d.e-]+ s", str(error))
-        ask.verdict(0.0, f"the simulated robot runs away under these torques{where and ', ' + where[0] or ''}")
+        ask.verdict(
+            0.0,
+            f"the simulated robot runs away under these torques{where and ', ' + where[0] or ''}",
+        )
     error = float(np.abs(run.error[-1]).max())
     asked = f"from ({x0:.6g}, {y0:.6g}) to ({x1:.6g}, {y1:.6g}) m in 1.6 s, kp = 100, kd = 20, 0.02 rad beside the path"
     right = error < 2e-4
-    ask.verdict(float(right), "" if right else "the robot does not reach its path", asked, f"{error:.3g} m off", error)
+    ask.verdict(
+        float(right),
+        "" if right else "the robot does not reach its path",
+        asked,
+        f"{error:.3g} m off",
+        error,
+    )
 
 
 def decay(kp, kd, period, delay):
@@ -114,7 +135,11 @@ def judge_gains(ask, draw, delay):
         reason = ""
         if not late <= SETTLED:
             grows = not late < 1
-            reason = "the error grows" if grows else f"after {PERIODS} periods {late:.2g} of the error is left"
+            reason = (
+                "the error grows"
+                if grows
+                else f"after {PERIODS} periods {late:.2g} of the error is left"
+            )
         elif over > OVERSHOOT:
             reason = f"the error overshoots by {over:.2g} of itself"
         if reason:
@@ -167,7 +192,9 @@ def leaving_tasks(robot, draw, n):
     pose = fb.igm(robot, start + (away - start) * s, unreachable="nan")
     p = fb.singularity_margins(pose).parallel
     inside = np.logical_and.accumulate(np.isfinite(p), axis=0)
-    clear = np.where(inside, p * np.sign(p[0]), 1).min(axis=0) > 0.4  # it falls like a root towards the limit
+    clear = (
+        np.where(inside, p * np.sign(p[0]), 1).min(axis=0) > 0.4
+    )  # it falls like a root towards the limit
     rows = np.flatnonzero(clear & ~inside[-1])[:n]
     return (*start[rows].T, *away[rows].T, np.full(len(rows), 3.0))
 
@@ -175,7 +202,11 @@ def leaving_tasks(robot, draw, n):
 @pytest.mark.points(2)
 def test_meets(ask, robot, draw):
     """meets: when and which type, task 2 among them"""
-    ask("meets", *batch(crossing_tasks(robot, draw, 6), leaving_tasks(robot, draw, 4)), tolerance=1e-6)
+    ask(
+        "meets",
+        *batch(crossing_tasks(robot, draw, 6), leaving_tasks(robot, draw, 4)),
+        tolerance=1e-6,
+    )
 
 
 @pytest.mark.points(2)
@@ -211,19 +242,32 @@ def wrong_motion(task, motion, beside, pose):
 def wrong_derivative(early, late):
     """Which derivative a motion, shortly before and shortly after some times, is not the derivative of, or ""."""
     slope, mean = (late - early) / (2 * SHORTLY), (late + early) / 2
-    off = [np.abs(slope[k] - mean[k + 1]).max() > 1e-3 * (1e-3 + np.abs(mean[k + 1]).max()) for k in (0, 1)]
+    off = [
+        np.abs(slope[k] - mean[k + 1]).max() > 1e-3 * (1e-3 + np.abs(mean[k + 1]).max())
+        for k in (0, 1)
+    ]
     names = "position", "velocity", "acceleration"
-    return next((f"its {names[k + 1]} is not the derivative of its {names[k]}" for k in (0, 1) if off[k]), "")
+    return next(
+        (f"its {names[k + 1]} is not the derivative of its {names[k]}" for k in (0, 1) if off[k]),
+        "",
+    )
 
 
 def jump(times, motion):
     """Where the motion moves on by more than its own velocity and acceleration account for, or ""."""
     xi, velocity, acceleration = motion
     h, most = np.diff(times)[:, None], 2 * np.abs(acceleration).max() + 1e-3
-    beyond = np.abs(np.diff(xi, axis=0) - h * (velocity[1:] + velocity[:-1]) / 2) > h**2 * most / 4 + 1e-9
+    beyond = (
+        np.abs(np.diff(xi, axis=0) - h * (velocity[1:] + velocity[:-1]) / 2)
+        > h**2 * most / 4 + 1e-9
+    )
     beyond |= np.abs(np.diff(velocity, axis=0)) > h * most + 1e-9
     rows = np.flatnonzero(beyond.any(axis=1))
-    return f"it jumps between t = {times[rows[0]]:.6g} and {times[rows[0] + 1]:.6g} s" if len(rows) else ""
+    return (
+        f"it jumps between t = {times[rows[0]]:.6g} and {times[rows[0] + 1]:.6g} s"
+        if len(rows)
+        else ""
+    )
 
 
 def torques(robot, xi, velocity, acceleration):
@@ -263,21 +307,36 @@ def judge_crossing(ask, robot, draw, task):
     came = f"{tau[largest]:.3g} N m at t = {times[largest]:.6g} s, the crossing at {high:.6g} s"
     right = tau[largest] <= MOST_TORQUE
     if right and (
-        reason := jump(times, motion) or wrong_derivative(*(at(near + shift) for shift in (-SHORTLY, SHORTLY)))
+        reason := jump(times, motion)
+        or wrong_derivative(*(at(near + shift) for shift in (-SHORTLY, SHORTLY)))
     ):
         ask.verdict(0.0, reason, asked)
     ask.verdict(
-        float(right), "" if right else f"more than {MOST_TORQUE:g} N m", asked, came, float(tau[largest]) - MOST_TORQUE
+        float(right),
+        "" if right else f"more than {MOST_TORQUE:g} N m",
+        asked,
+        came,
+        float(tau[largest]) - MOST_TORQUE,
     )
 
 
 @pytest.mark.points(3)
 def test_crossing(ask, robot, draw):
     """crossing_trajectory: task 2 with finite torques"""
-    judge_crossing(ask, robot, draw, [float(column[0]) for column in crossing_tasks(robot, draw, 1, gentle=True)])
+    judge_crossing(
+        ask,
+        robot,
+        draw,
+        [float(column[0]) for column in crossing_tasks(robot, draw, 1, gentle=True)],
+    )
 
 
 @pytest.mark.points(1)
 def test_crossing_elsewhere(ask, robot, draw):
     """crossing_trajectory: another task that crosses"""
-    judge_crossing(ask, robot, draw, [float(column[-1]) for column in crossing_tasks(robot, draw, 2, gentle=True)])
+    judge_crossing(
+        ask,
+        robot,
+        draw,
+        [float(column[-1]) for column in crossing_tasks(robot, draw, 2, gentle=True)],
+    )

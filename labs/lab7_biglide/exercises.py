@@ -8,9 +8,27 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import inverse, times
-from fivebar.grading.misconceptions.common import c_forgotten, legs_exchanged, one_length, with_one_length
-from fivebar.grading.misconceptions.direct import dgm, dgm_passive, over_h, pivots, wrong_dgm, wrong_dgm_passive
-from fivebar.grading.misconceptions.dynamics import M_of, c_of, dynamic_model, with_model, wrong_dynamic_model
+from fivebar.grading.misconceptions.common import (
+    c_forgotten,
+    legs_exchanged,
+    one_length,
+    with_one_length,
+)
+from fivebar.grading.misconceptions.direct import (
+    dgm,
+    dgm_passive,
+    over_h,
+    pivots,
+    wrong_dgm,
+    wrong_dgm_passive,
+)
+from fivebar.grading.misconceptions.dynamics import (
+    M_of,
+    c_of,
+    dynamic_model,
+    with_model,
+    wrong_dynamic_model,
+)
 from fivebar.grading.misconceptions.inverse import igm, igm_with_bases, wrong_igm
 from fivebar.grading.misconceptions.kinematics import (
     dkm,
@@ -138,7 +156,10 @@ COSINES = (
     "sine and cosine exchanged in B",
     "A foot moves along y. Which component of the bar's direction does u . (0, 1) pick?",
 )
-COLUMNS = "sine and cosine exchanged in A", "A bar at angle 0 points along x: what does your row of A say?"
+COLUMNS = (
+    "sine and cosine exchanged in A",
+    "A bar at angle 0 points along x: what does your row of A say?",
+)
 LENGTH = "length of the bars in B", "q' and xi' are both in m/s. Which unit must B have?"
 
 DKM = Exercise(
@@ -183,16 +204,21 @@ DKM_PASSIVE = Exercise(
             "foot's velocity not projected",
             "A foot moves along y, the bar's end along v. Which part of the foot's velocity lies along v?",
             lambda robot, *row: tuple(
-                part - q / bar for part, q, bar in zip(with_standing_pivots(robot, *row), row[4:6], robot.distal)
+                part - q / bar
+                for part, q, bar in zip(with_standing_pivots(robot, *row), row[4:6], robot.distal)
             ),
         ),
         with_one_length(
-            KIND, dkm_passive, "This robot has two bars of different lengths. Which of them turns how fast?"
+            KIND,
+            dkm_passive,
+            "This robot has two bars of different lengths. Which of them turns how fast?",
         ),
         Misconception(
             "foot's speed subtracted as in the five-bar",
             "A foot does not turn: is there anything between the bar's own rate and what is asked?",
-            lambda robot, *row: tuple(rate - q for rate, q in zip(dkm_passive(robot, *row), row[4:6])),
+            lambda robot, *row: tuple(
+                rate - q for rate, q in zip(dkm_passive(robot, *row), row[4:6])
+            ),
         ),
     ),
 )
@@ -231,11 +257,18 @@ BIAS = [
         lambda robot, *row: d_of(one_length(robot), *row),
     ),
     with_parts(
-        *COSINES, lambda robot, *row: (parts(robot, *row)[0], cosines(parts(robot, *row)[0]), d_of(robot, *row))
+        *COSINES,
+        lambda robot, *row: (
+            parts(robot, *row)[0],
+            cosines(parts(robot, *row)[0]),
+            d_of(robot, *row),
+        ),
     ),
 ]
 
-DKM2 = Exercise(f"dkm2({FOUR}, {RATES}, q11DD, q21DD) -> xDD, yDD", dkm2, tuple(direct for direct, _ in BIAS))
+DKM2 = Exercise(
+    f"dkm2({FOUR}, {RATES}, q11DD, q21DD) -> xDD, yDD", dkm2, tuple(direct for direct, _ in BIAS)
+)
 
 IKM2 = Exercise(
     f"ikm2({FOUR}, {RATES}, xDD, yDD) -> q11DD, q21DD",
@@ -262,7 +295,9 @@ DKM2_PASSIVE = Exercise(
         Misconception(
             "foot's acceleration subtracted as in the five-bar",
             "A foot does not turn: is there anything between the bar's own acceleration and what is asked?",
-            lambda robot, *row: tuple(phi - q for phi, q in zip(dkm2_passive(robot, *row), row[8:10])),
+            lambda robot, *row: tuple(
+                phi - q for phi, q in zip(dkm2_passive(robot, *row), row[8:10])
+            ),
         ),
     ),
 )
@@ -276,7 +311,9 @@ DYNAMIC_MODEL = Exercise(
         Misconception(
             "masses of feet and end-effector exchanged",
             "Which mass slides on a guide, and which one do both bars carry?",
-            lambda robot, *row: dynamic_model(replace(robot, mf1=robot.m, mf2=robot.m, m=robot.mf1), *row),
+            lambda robot, *row: dynamic_model(
+                replace(robot, mf1=robot.m, mf2=robot.m, m=robot.mf1), *row
+            ),
         ),
         with_model(
             "both feet added to M as a scalar",
@@ -291,12 +328,16 @@ DYNAMIC_MODEL = Exercise(
         Misconception(
             "feet's masses moved with the end-effector",
             "At which velocity does a foot move, and at which one the end-effector?",
-            lambda robot, *row: dynamic_model(replace(robot, mf1=0, mf2=0, m=robot.m + robot.mf1 + robot.mf2), *row),
+            lambda robot, *row: dynamic_model(
+                replace(robot, mf1=0, mf2=0, m=robot.m + robot.mf1 + robot.mf2), *row
+            ),
         ),
         Misconception(
             "sum of both rates as in the five-bar",
             "q11' is in m/s, q12' in rad/s. How fast does the bar turn against the fixed frame?",
-            lambda robot, *row: dynamic_model(robot, *row[:5], row[4] + row[5], row[6], row[6] + row[7]),
+            lambda robot, *row: dynamic_model(
+                robot, *row[:5], row[4] + row[5], row[6], row[6] + row[7]
+            ),
         ),
         with_model(
             "c with the feet's masses",
@@ -347,6 +388,29 @@ EFFORTS = Exercise(
 )
 
 EXERCISES = stepwise(
-    KIND, DGM, IGM, DGM_PASSIVE, DKM, IKM, DKM_PASSIVE, DKM2, IKM2, DKM2_PASSIVE, DYNAMIC_MODEL, EFFORTS
+    KIND,
+    DGM,
+    IGM,
+    DGM_PASSIVE,
+    DKM,
+    IKM,
+    DKM_PASSIVE,
+    DKM2,
+    IKM2,
+    DKM2_PASSIVE,
+    DYNAMIC_MODEL,
+    EFFORTS,
 )
-USES = {"efforts": ("dgm", "igm", "dgm_passive", "dkm", "ikm", "dkm_passive", "dkm2", "ikm2", "dynamic_model")}
+USES = {
+    "efforts": (
+        "dgm",
+        "igm",
+        "dgm_passive",
+        "dkm",
+        "ikm",
+        "dkm_passive",
+        "dkm2",
+        "ikm2",
+        "dynamic_model",
+    )
+}

@@ -74,4 +74,6 @@ def compliant_crossing(x0, y0, x1, y1, T):
 
 def non_compliant_crossing(x0, y0, x1, y1, T):
     """Coefficients a, b likewise: a crossing at which the efforts grow without bound."""
-    raise NotImplementedError("lab7 task 5: a crossing of Type 2 with efforts that grow without bound (bonus)")
+    raise NotImplementedError(
+        "lab7 task 5: a crossing of Type 2 with efforts that grow without bound (bonus)"
+    )

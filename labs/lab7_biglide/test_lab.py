@@ -8,7 +8,14 @@ from numpy.polynomial import polynomial as power
 
 import fivebar as fb
 from fivebar.grading.columns import batch, joints
-from fivebar.grading.samples import accelerated, beside_type_1, beside_type_2, moving, poses, unequal_biglide
+from fivebar.grading.samples import (
+    accelerated,
+    beside_type_1,
+    beside_type_2,
+    moving,
+    poses,
+    unequal_biglide,
+)
 
 NEAR = np.array([1, -1] * 6) * np.logspace(-1.5, -3.5, 12)
 AT = np.arange(12) >= 8
@@ -40,7 +47,11 @@ def test_dgm_unequal(ask, draw):
 def test_dgm_unreachable(ask, robot, draw):
     """dgm: feet too far apart"""
     some = poses(robot, draw, 8).q
-    apart = np.sqrt((robot.l1 + robot.l2) ** 2 - robot.d**2) * draw.uniform(1.02, 2, 8) * draw.choice([-1, 1], 8)
+    apart = (
+        np.sqrt((robot.l1 + robot.l2) ** 2 - robot.d**2)
+        * draw.uniform(1.02, 2, 8)
+        * draw.choice([-1, 1], 8)
+    )
     left = draw.uniform(-0.3, 0.3, 8)
     q = np.concatenate([some, np.stack([left, left + apart], -1)])
     ask("dgm", *q.T, draw.choice([-1, 1], 16), refuse=np.arange(16) >= 8)
@@ -66,7 +77,10 @@ def test_igm_unreachable(ask, robot, draw):
     """igm: end-effector out of reach of a bar"""
     pose = poses(robot, draw, 8)
     x = draw.choice([-1, 1], 8) * (max(robot.distal) - robot.d / 2 + draw.uniform(0.005, 0.1, 8))
-    rows = (*pose.xi.T, *pose.working.T), (x, draw.uniform(-0.3, 0.3, 8), *draw.choice([-1, 1], (2, 8)))
+    rows = (
+        (*pose.xi.T, *pose.working.T),
+        (x, draw.uniform(-0.3, 0.3, 8), *draw.choice([-1, 1], (2, 8))),
+    )
     ask("igm", *batch(*rows), refuse=np.arange(16) >= 8)
 
 
@@ -106,7 +120,9 @@ def test_ikm_singularity(ask, robot, draw):
     near = [joints(beside_type_1(robot, draw, NEAR[leg:8:2], leg)) for leg in (0, 1)]
     flat = np.array(joints(beside_type_1(robot, draw, NEAR[:4], 0)))
     flat[1] = 0.0  # the left bar lies across its guide
-    limit = np.concatenate([1e-9 + 1e-14 / NEAR[:8:2] ** 2, 1e-9 + 1e-14 / NEAR[1:8:2] ** 2, np.ones(4)])
+    limit = np.concatenate(
+        [1e-9 + 1e-14 / NEAR[:8:2] ** 2, 1e-9 + 1e-14 / NEAR[1:8:2] ** 2, np.ones(4)]
+    )
     ask("ikm", *batch(*near, flat), *velocity(draw, 12), tolerance=limit, refuse=AT)
 
 
@@ -114,7 +130,10 @@ def test_ikm_singularity(ask, robot, draw):
 def test_dkm_passive(ask, draw):
     """dkm_passive: all modes, bars of different lengths, also close to Type 2"""
     other = unequal_biglide(draw)
-    rates = [fb.ikm(pose, velocity(draw, 12).T) for pose in (poses(other, draw, 12), beside_type_2(other, draw, NEAR))]
+    rates = [
+        fb.ikm(pose, velocity(draw, 12).T)
+        for pose in (poses(other, draw, 12), beside_type_2(other, draw, NEAR))
+    ]
     rows = batch(*((*joints(part.pose), *part.q_dot.T, *part.xi_dot.T) for part in rates))
     ask("dkm_passive", *rows, robot=other)
 
@@ -129,7 +148,12 @@ def test_dkm2_regular(ask, robot, draw):
 def test_dkm2_unequal(ask, draw):
     """dkm2: bars of different lengths, also close to Type 2"""
     other = unequal_biglide(draw)
-    rows = batch(*(moving(pose, draw, SPEED) for pose in (poses(other, draw, 8), beside_type_2(other, draw, NEAR[:8]))))
+    rows = batch(
+        *(
+            moving(pose, draw, SPEED)
+            for pose in (poses(other, draw, 8), beside_type_2(other, draw, NEAR[:8]))
+        )
+    )
     limit = 1e-9 + np.concatenate([np.zeros(8), 1e-14 / NEAR[:8] ** 2])
     ask("dkm2", *rows, *draw.uniform(-3, 3, (2, 16)), tolerance=limit, robot=other)
 
@@ -138,7 +162,12 @@ def test_dkm2_unequal(ask, draw):
 def test_ikm2(ask, draw):
     """ikm2: all modes, bars of different lengths"""
     other = unequal_biglide(draw)
-    ask("ikm2", *moving(poses(other, draw, 16), draw, SPEED), *draw.uniform(-3, 3, (2, 16)), robot=other)
+    ask(
+        "ikm2",
+        *moving(poses(other, draw, 16), draw, SPEED),
+        *draw.uniform(-3, 3, (2, 16)),
+        robot=other,
+    )
 
 
 @pytest.mark.points(1)
@@ -179,13 +208,19 @@ def tasks(robot, draw):
     room = robot.l1 - robot.d / 2
     for side in draw.choice([-1, 1], 3).tolist():
         near, far = side * room * draw.uniform(0.4, 0.5), -side * room * draw.uniform(0.65, 0.75)
-        y0, y1 = draw.uniform(0.0, 0.03, 2) * (side, -side)  # never along the bars, where the criterion holds by luck
+        y0, y1 = draw.uniform(0.0, 0.03, 2) * (
+            side,
+            -side,
+        )  # never along the bars, where the criterion holds by luck
         yield tuple(round(float(value), 4) for value in (near, y0, far, y1, draw.uniform(1.5, 2.5)))
 
 
 def coefficients(value):
     """The polynomial (k, 2) of what came, or why it is none."""
-    if not (isinstance(value, list) or isinstance(value, np.ndarray) and value.ndim) or len(value) != 2:
+    if (
+        not (isinstance(value, list) or isinstance(value, np.ndarray) and value.ndim)
+        or len(value) != 2
+    ):
         return None, "two lists are asked: the coefficients of x(t) and of y(t)"
     try:
         a, b = (np.asarray(part).ravel() for part in value)
@@ -209,10 +244,15 @@ def crossing_of(robot, c, task):
     """Time at which the polynomial passes Type 2, or why it is no motion of the kind that is asked."""
     x0, y0, x1, y1, T = task
     for t, point in ((0.0, (x0, y0)), (T, (x1, y1))):
-        for order, (wanted, what) in enumerate([(point, "is not at the point"), (0, "moves"), (0, "accelerates")]):
+        for order, (wanted, what) in enumerate(
+            [(point, "is not at the point"), (0, "moves"), (0, "accelerates")]
+        ):
             off = np.abs(at(c, np.array(t), order) - wanted).max()
             if not off < 1e-6:
-                return None, f"at t = {t:g} s it {what}: {off:.3g} m{('', '/s', '/s²')[order]} too much"
+                return (
+                    None,
+                    f"at t = {t:g} s it {what}: {off:.3g} m{('', '/s', '/s²')[order]} too much",
+                )
     t = np.linspace(0, T, 4004)  # no node where one would choose to cross
     pose = fb.igm(robot, at(c, t), CROSSING, unreachable="nan")
     sines = np.abs(np.array(pose.sines))
@@ -229,7 +269,10 @@ def crossing_of(robot, c, task):
         beyond = fb.igm(robot, at(c, np.array(middle)), CROSSING).det_A * start <= 0
         low, high = (low, middle) if beyond else (middle, high)
     if not SHORTEST < high < T - SHORTEST:
-        return None, f"it meets Type 2 at its very {'start' if high <= SHORTEST else 'end'}, t = {high:.3g} s"
+        return (
+            None,
+            f"it meets Type 2 at its very {'start' if high <= SHORTEST else 'end'}, t = {high:.3g} s",
+        )
     if abs(at(c, np.array(high), 1)[0]) < 0.01:
         return None, "at the crossing it hardly moves: it must pass through"
     return high, ""

@@ -5,7 +5,15 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 
-NOMINAL = 0.09, 0.09, 0.09, 0.09, 0.118, 0.0, 0.0  # what the drawing says: lengths, m, and offsets, rad
+NOMINAL = (
+    0.09,
+    0.09,
+    0.09,
+    0.09,
+    0.118,
+    0.0,
+    0.0,
+)  # what the drawing says: lengths, m, and offsets, rad
 NOISE = 2e-5  # m, of a measured coordinate
 ROWS = 24
 LENGTHS = "l11, l12, l21, l22, d, offset1, offset2"
@@ -21,7 +29,10 @@ def legs(row):
 def from_elbow(row, base=0.5, turn=1):
     """Per leg the vector from the elbow to the measured point, complex."""
     d, point = row[4], row[9] + 1j * row[10]
-    return [point - (side * base * d + l1 * np.exp(1j * (q + turn * o))) for side, l1, _, o, q in legs(row)]
+    return [
+        point - (side * base * d + l1 * np.exp(1j * (q + turn * o)))
+        for side, l1, _, o, q in legs(row)
+    ]
 
 
 def misses(robot, *row, **how):
@@ -55,7 +66,9 @@ MISSES = Exercise(
         Misconception(
             "squares instead of lengths",
             "In which unit is e? What is the difference of two squares of lengths measured in?",
-            lambda robot, *row: tuple(np.abs(bar) ** 2 - leg[2] ** 2 for bar, leg in zip(from_elbow(row), legs(row))),
+            lambda robot, *row: tuple(
+                np.abs(bar) ** 2 - leg[2] ** 2 for bar, leg in zip(from_elbow(row), legs(row))
+            ),
         ),
     ),
 )
@@ -117,7 +130,9 @@ DERIVATIVES = Exercise(
 )
 
 
-def unseen(robot, l11, l12, l21, l22, d, offset1, offset2, scale, factor=-1.0, turning=0.0, unit=True):
+def unseen(
+    robot, l11, l12, l21, l22, d, offset1, offset2, scale, factor=-1.0, turning=0.0, unit=True
+):
     """(n, 8): all lengths and the scale, so that their products stay; of length 1."""
     zero = turning + 0 * offset1
     v = np.stack([l11, l12, l21, l22, d, zero, zero, factor * scale], axis=-1)
@@ -125,7 +140,9 @@ def unseen(robot, l11, l12, l21, l22, d, offset1, offset2, scale, factor=-1.0, t
 
 
 def equal_steps(robot, *row):
-    v = np.stack([np.ones_like(row[0])] * 5 + [np.zeros_like(row[0])] * 2 + [-np.ones_like(row[0])], axis=-1)
+    v = np.stack(
+        [np.ones_like(row[0])] * 5 + [np.zeros_like(row[0])] * 2 + [-np.ones_like(row[0])], axis=-1
+    )
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
@@ -181,5 +198,7 @@ def rows_of(truth, draw, n, noise):
 def HAND_OUT(robot, draw):
     """What a student gets beside student.py: points measured on a robot of his own, whose lengths nobody tells him."""
     rows = rows_of(as_built(robot), draw, ROWS, NOISE)
-    lines = [",".join([*(f"{q:.6f}" for q in row[:2]), *(f"{x:.7f}" for x in row[2:])]) for row in rows]
+    lines = [
+        ",".join([*(f"{q:.6f}" for q in row[:2]), *(f"{x:.7f}" for x in row[2:])]) for row in rows
+    ]
     return {"measured.csv": "\n".join(["q1,q2,x,y", *lines]) + "\n"}

@@ -24,7 +24,9 @@ SIGNATURES = {
 
 def test_exactly_the_labs_signatures():
     lab = amoro.models(fb.FiveBar())
-    assert {name: ", ".join(inspect.signature(f).parameters) for name, f in vars(lab).items()} == SIGNATURES
+    assert {
+        name: ", ".join(inspect.signature(f).parameters) for name, f in vars(lab).items()
+    } == SIGNATURES
 
 
 def test_the_chain_of_a_lab_session(robot, reachable):
@@ -50,7 +52,10 @@ def test_the_chain_of_a_lab_session(robot, reachable):
         M, c = lab.dynamic_model(*motion)
         assert (M.shape, c.shape) == ((2, 2), (2,))
         assert M @ acc.q_ddot + c == pytest.approx([0.01, 0.02], abs=1e-9)
-        assert all(type(value) is float for value in (*lab.dgm(q11, q21, assembly), *lab.dkm(*joints, q11D, q21D)))
+        assert all(
+            type(value) is float
+            for value in (*lab.dgm(q11, q21, assembly), *lab.dkm(*joints, q11D, q21D))
+        )
 
 
 def test_numpy_scalars_and_errors():

@@ -35,7 +35,12 @@ def run(folder, script, *arguments, code=0, **environment):
         script = "script.py"
     command = [sys.executable, "-m", "fivebar", "run", str(script), *map(str, arguments)]
     done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, timeout=120, env={**os.environ, **environment}
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, **environment},
     )
     assert done.returncode == code, done.stderr
     return done
@@ -45,7 +50,9 @@ def run(folder, script, *arguments, code=0, **environment):
 def test_computed_torque_on_task_1_has_the_reference_errors(tmp_path, kind, case):
     run(tmp_path, SCRIPTS / "computed_torque.py", kind, "errors.json", "--until", 2.52)
     errors = np.array(json.loads((tmp_path / "errors.json").read_text()))
-    known = json.loads((DATA / "sampled_control.json").read_text())["computed_torque_lab_task_1"]["runs"][case]
+    known = json.loads((DATA / "sampled_control.json").read_text())["computed_torque_lab_task_1"][
+        "runs"
+    ][case]
     assert len(errors) == 250
     # The lab's home is 5.4e-9 m off the reference's start, which moves the errors by up to 1e-8 rad.
     for found, name in (
@@ -60,7 +67,10 @@ def redundant(t, state, force, robot):
     (x, y, *q), velocity = state[:4], state[4:]
     J, bias = np.zeros((2, 4)), np.zeros(2)
     for k, base in enumerate((-robot.d / 2, robot.d / 2)):
-        r, r_dot = np.array([x - base, y - q[k]]), np.array([velocity[0], velocity[1] - velocity[2 + k]])
+        r, r_dot = (
+            np.array([x - base, y - q[k]]),
+            np.array([velocity[0], velocity[1] - velocity[2 + k]]),
+        )
         J[k, :2], J[k, 2 + k], bias[k] = r, -r[1], -r_dot @ r_dot
     mass = np.diag([robot.m, robot.m, robot.mf1, robot.mf2])
     system = np.block([[mass, J.T], [J, np.zeros((2, 2))]])
@@ -68,7 +78,16 @@ def redundant(t, state, force, robot):
 
 
 def test_computed_torque_on_the_biglide_agrees_with_redundant_coordinates(tmp_path):
-    run(tmp_path, SCRIPTS / "computed_torque.py", "biglide", "errors.json", "--until", 2.2, "--record", "run.csv")
+    run(
+        tmp_path,
+        SCRIPTS / "computed_torque.py",
+        "biglide",
+        "errors.json",
+        "--until",
+        2.2,
+        "--record",
+        "run.csv",
+    )
     motion, robot = fb.Run.from_csv(tmp_path / "run.csv"), fb.Biglide()
     assert motion.robot == robot and motion.t[-1] == 2.2
     state = np.array([0, np.sqrt(robot.l1**2 - robot.d**2 / 4), 0, 0, 0, 0, 0, 0])
@@ -114,14 +133,18 @@ print(json.dumps([(left.velocity - before[0]) / 0.01, (robot.passive_right_joint
     for exact in (False, True):
         done = run(tmp_path, START + script, *(["--exact-acceleration"] if exact else []))
         home, joints, end, last, differences = map(json.loads, done.stdout.splitlines())
-        assert home == pytest.approx([0, 0, 0.8558782490506787, 2.2857144045391147, *HOME, 0], abs=1e-15)
+        assert home == pytest.approx(
+            [0, 0, 0.8558782490506787, 2.2857144045391147, *HOME, 0], abs=1e-15
+        )
         assert last == [0.02, -0.016, 0.25]
         q, q_dot, q_ddot = np.array(joints).T
         rates = fb.dkm(fb.dgm(fb.FiveBar(), q[:2]), q_dot[:2])
         acc = fb.forward_dynamics(rates, (0.02, -0.016))
         assert q[2:] == pytest.approx(rates.pose.q_passive, abs=1e-13)
         assert q_dot[2:] == pytest.approx(rates.q_passive_dot, abs=1e-12)
-        assert end == pytest.approx([*rates.pose.xi, *rates.xi_dot, *acc.xi_ddot], rel=1e-11, abs=1e-12)
+        assert end == pytest.approx(
+            [*rates.pose.xi, *rates.xi_dot, *acc.xi_ddot], rel=1e-11, abs=1e-12
+        )
         true = [*acc.q_ddot, *acc.q_passive_ddot]
         if exact:
             assert q_ddot == pytest.approx(true, rel=1e-10)
@@ -139,7 +162,9 @@ for k in range(150):
     run(tmp_path, START + loop, "--record", "run.csv")
     motion = fb.Run.from_csv(tmp_path / "run.csv")
     own = fb.simulate(
-        fb.FiveBar(), lambda t, *_: np.array([0.02, -0.016]) * np.cos(2 * np.pi * np.round(100 * t) / 100), duration=1.5
+        fb.FiveBar(),
+        lambda t, *_: np.array([0.02, -0.016]) * np.cos(2 * np.pi * np.round(100 * t) / 100),
+        duration=1.5,
     )
     assert np.abs(motion.xi - own.xi).max() < 1e-14 and motion.events == own.events
 
@@ -169,9 +194,16 @@ assert robot.get_time() == 0.01
 robot.reset_simulation()
 """
     done = run(tmp_path, START + script, "--json", "--record", "run.csv")
-    assert done.stderr.split()[:4] == ["3.5", "4.0", "4.0", "4000000000"] and int(done.stderr.split()[4]) >= 1
+    assert (
+        done.stderr.split()[:4] == ["3.5", "4.0", "4.0", "4000000000"]
+        and int(done.stderr.split()[4]) >= 1
+    )
     about = json.loads(done.stdout)
-    assert about["resets_at_s"] == [3.5, 3.51] and not about["recorded_after_reset"] and not about["interrupted"]
+    assert (
+        about["resets_at_s"] == [3.5, 3.51]
+        and not about["recorded_after_reset"]
+        and not about["interrupted"]
+    )
     assert about["exit_code"] == 0 and fb.Run.from_csv(tmp_path / "run.csv").t[-1] == 0.01
 
 
@@ -202,7 +234,12 @@ except KeyboardInterrupt:
         out, err = child.communicate(timeout=30)
     finally:
         child.kill()
-    assert child.returncode == 0 and out == "summary\n" and "x real time" in err and "Traceback" not in err
+    assert (
+        child.returncode == 0
+        and out == "summary\n"
+        and "x real time" in err
+        and "Traceback" not in err
+    )
 
 
 @pytest.mark.parametrize("kind", ["five_bar", "biglide"])
@@ -211,7 +248,9 @@ def test_the_labs_self_checks(tmp_path, kind):
     lines = done.stdout.splitlines()
     assert len(lines) == 10 and all(line.endswith(": OK") for line in lines)
     exact = run(tmp_path, LABS / "evaluation.py", kind, "--until", 1, "--exact-acceleration").stdout
-    assert all(float(word.strip(",:")) < 1e-14 for line in exact.splitlines() for word in line.split()[3:5])
+    assert all(
+        float(word.strip(",:")) < 1e-14 for line in exact.splitlines() for word in line.split()[3:5]
+    )
 
 
 def test_the_labs_examples_on_a_students_file(tmp_path):
@@ -226,14 +265,26 @@ def dkm2(*arguments):
 """
     (tmp_path / "student.py").write_text(student)
     done = run(tmp_path, LABS / "evaluation.py", "five_bar", "student.py", "--until", 1)
-    assert [line.split()[0] for line in done.stdout.splitlines() if not line.endswith(": OK")] == ["dkm2"]
+    assert [line.split()[0] for line in done.stdout.splitlines() if not line.endswith(": OK")] == [
+        "dkm2"
+    ]
     about = json.loads(
-        run(tmp_path, LABS / "direct_models.py", "five_bar", "student.py", "--json", "--until", 1).stdout
+        run(
+            tmp_path, LABS / "direct_models.py", "five_bar", "student.py", "--json", "--until", 1
+        ).stdout
     )
     worst = {scope["title"]: scope["largest_difference"] for scope in about["scopes"]}
     assert len(worst) == 12 and worst["Acceleration x"] == pytest.approx(0.01, rel=1e-3)
-    assert all(apart < 1e-15 for title, apart in worst.items() if not title.startswith("Acceleration"))
-    about = json.loads(run(tmp_path, LABS / "inverse_models.py", "biglide", "--json", "--until", 1).stdout)
-    assert len(about["scopes"]) == 8 and all(scope["largest_difference"] < 1e-4 for scope in about["scopes"])
-    about = json.loads(run(tmp_path, LABS / "control.py", "five_bar", "--json", "--until", 2.5).stdout)
+    assert all(
+        apart < 1e-15 for title, apart in worst.items() if not title.startswith("Acceleration")
+    )
+    about = json.loads(
+        run(tmp_path, LABS / "inverse_models.py", "biglide", "--json", "--until", 1).stdout
+    )
+    assert len(about["scopes"]) == 8 and all(
+        scope["largest_difference"] < 1e-4 for scope in about["scopes"]
+    )
+    about = json.loads(
+        run(tmp_path, LABS / "control.py", "five_bar", "--json", "--until", 2.5).stdout
+    )
     assert about["scopes"][1]["largest_difference"] == pytest.approx(0.000232451, rel=1e-5)

@@ -13,25 +13,41 @@ ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt and
 @pytest.mark.parametrize(
     "script, message",
     [
-        (LOOP + "pass", "the script never called apply_efforts (or start_oscillate), so nothing moves"),
+        (
+            LOOP + "pass",
+            "the script never called apply_efforts (or start_oscillate), so nothing moves",
+        ),
         (
             "robot.apply_efforts(0, 0)\n" + LOOP + "pass",
             "the last apply_efforts was at t = 0.01 s, and without another",
         ),
-        ("import time\nwhile time.time() < 2e9:\n    robot.data_updated()", "the script never called apply_efforts"),
+        (
+            "import time\nwhile time.time() < 2e9:\n    robot.data_updated()",
+            "the script never called apply_efforts",
+        ),
     ],
 )
 def test_spinning_without_a_step_is_ended(tmp_path, script, message):
     done = run(tmp_path, START + script, code=1)
     assert "ended: data_updated() was called 100000 times with no new state: " in done.stderr
-    assert message in done.stderr and "Traceback" not in done.stderr and "at script.py, line " in done.stderr
+    assert (
+        message in done.stderr
+        and "Traceback" not in done.stderr
+        and "at script.py, line " in done.stderr
+    )
 
 
 def test_an_error_has_the_scripts_own_traceback(tmp_path):
-    done = run(tmp_path, START + LOOP + "robot.apply_efforts(0.0, 0.3 / (0.3 - robot.get_time()) and np.nan)", code=1)
+    done = run(
+        tmp_path,
+        START + LOOP + "robot.apply_efforts(0.0, 0.3 / (0.3 - robot.get_time()) and np.nan)",
+        code=1,
+    )
     first, *rest = done.stderr.splitlines()
     assert first == "Traceback (most recent call last):" and "ros_free" not in done.stderr
-    assert rest[0].endswith('script.py", line 9, in <module>') and rest[1].strip().startswith("robot.apply_efforts(0.0")
+    assert rest[0].endswith('script.py", line 9, in <module>') and rest[1].strip().startswith(
+        "robot.apply_efforts(0.0"
+    )
     assert rest[2] == "ValueError: apply_efforts at t = 0 s: the right effort is nan"
 
 
@@ -109,16 +125,23 @@ while True:
 
 
 @pytest.mark.parametrize(
-    "script", ["while True: pass", "while True:\n    try:\n        while True: pass\n    except: pass"]
+    "script",
+    ["while True: pass", "while True:\n    try:\n        while True: pass\n    except: pass"],
 )
 def test_a_script_that_does_nothing_is_ended(tmp_path, script):
     done = run(tmp_path, script, "--timeout", 0.5, code=1)
-    assert "the script did not step for 0.5 s of wall time (--timeout); it never called apply_efforts" in done.stderr
+    assert (
+        "the script did not step for 0.5 s of wall time (--timeout); it never called apply_efforts"
+        in done.stderr
+    )
 
 
 def test_an_interrupt_left_to_python_is_a_quiet_end(tmp_path):
     done = run(tmp_path, START + LOOP + "robot.apply_efforts(0.0, 0.0)\n", "--until", 0.2)
-    assert "0.2 s simulated (then its KeyboardInterrupt, --until)" in done.stderr and "Traceback" not in done.stderr
+    assert (
+        "0.2 s simulated (then its KeyboardInterrupt, --until)" in done.stderr
+        and "Traceback" not in done.stderr
+    )
 
 
 def test_a_failed_motion_stays_failed(tmp_path):
@@ -130,7 +153,9 @@ def test_a_failed_motion_stays_failed(tmp_path):
 """
     done = run(tmp_path, START + script, "--record", "run.csv")
     assert done.stdout == 3 * "apply_efforts at t = 0.01 s:\n"
-    assert (tmp_path / "run.csv").read_text().splitlines()[-1].startswith("0.01,0.0,0.0,0.0,0.0,0.09")
+    assert (
+        (tmp_path / "run.csv").read_text().splitlines()[-1].startswith("0.01,0.0,0.0,0.0,0.0,0.09")
+    )
 
 
 def test_task_2_is_told_with_its_singularity(tmp_path):
@@ -151,13 +176,22 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
     [
         (["none.py"], "no script 'none.py'"),
         (["script.py", "--until", "0"], "--until must be finite and > 0, not 0"),
-        (["script.py", "--until", "1e5"], "--until 100000 is more rows, one each millisecond, than memory holds"),
+        (
+            ["script.py", "--until", "1e5"],
+            "--until 100000 is more rows, one each millisecond, than memory holds",
+        ),
         (["script.py", "--timeout", "nan"], "--timeout must be finite and > 0, not nan"),
         (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
         (["script.py", "--record", "none/run.csv"], "--record none/run.csv: no such folder"),
         (["script.py", "--record", "."], "--record . is a folder, not a file"),
-        (["script.py", "--plot", "run.xyz"], "--plot must end in one of .png, .svg, .pdf, not 'run.xyz'"),
-        (["script.py", "--animate", "run"], "--animate must end in one of .html, .gif, .mp4, .webm, .png, not 'run'"),
+        (
+            ["script.py", "--plot", "run.xyz"],
+            "--plot must end in one of .png, .svg, .pdf, not 'run.xyz'",
+        ),
+        (
+            ["script.py", "--animate", "run"],
+            "--animate must end in one of .html, .gif, .mp4, .webm, .png, not 'run'",
+        ),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),
         (["--until", "x", "script.py"], "invalid float value: 'x'"),
         (["script.py", "--until", "x"], "invalid float value: 'x'"),
@@ -180,4 +214,6 @@ def test_what_cannot_be_written_is_said(tmp_path):
     assert "--record run.csv: nothing to write, as nothing was stepped" in done.stderr
     os.symlink("none/run.csv", tmp_path / "lost.csv")
     done = run(tmp_path, START + "robot.apply_efforts(0, 0)", "--record", "lost.csv", code=1)
-    assert "No such file or directory: 'lost.csv'" in done.stderr and "0.01 s simulated" in done.stderr
+    assert (
+        "No such file or directory: 'lost.csv'" in done.stderr and "0.01 s simulated" in done.stderr
+    )

@@ -6,9 +6,9 @@ import linecache
 import numpy as np
 import pytest
 
-from fivebar.base import old_numpy
 from fivebar.amoro.ros_free.explain import explanation
 from fivebar.amoro.ros_free.tracebacks import last_place
+from fivebar.base import old_numpy
 from tests.amoro.test_run import START, run
 
 COLUMN = "import numpy as np\nfrom math import *\nb = np.array([[1.0], [2.0]])\nv, M = np.zeros(2), np.zeros((2, 2))\n"
@@ -41,7 +41,10 @@ def explained(folder, line):
         ("v[0] = np.sum(b, axis=0)", "mend: write .item() after it"),
         ("v[0] = b[0] + v[1]", "mend: write b[0].item()"),
         ("v[1] = list(b)[0]", "mend: write .item() after it"),
-        ("x = np.zeros(2, dtype=np.float)", "mend: write float (or run with --lenient, which knows the old names)"),
+        (
+            "x = np.zeros(2, dtype=np.float)",
+            "mend: write float (or run with --lenient, which knows the old names)",
+        ),
         ("x = np.asscalar(b[0])", "mend: write x.item() (or run with --lenient"),
         ("x = np.Inf", "mend: write np.inf ("),
         ("v[0] = b", "a number is wanted where there is an array: b of shape (2, 1)."),
@@ -50,8 +53,8 @@ def explained(folder, line):
     ],
 )
 def test_the_line_and_its_mend(tmp_path, line, words):
-    said, number = explained(tmp_path, line)
-    assert words in said and number == 5
+    notes, number = explained(tmp_path, line)
+    assert words in notes and number == 5
 
 
 def test_results_of_a_function_are_named_where_they_are_returned(tmp_path):
@@ -63,29 +66,41 @@ def test_results_of_a_function_are_named_where_they_are_returned(tmp_path):
         "np.zeros(3)\n"
         "for i in range(3):\n    q11D[i], q21D[i] = ikm(vx[i], vy[i])\n"
     )
-    said = run(tmp_path, script, code=1).stderr
-    assert "what ikm returns in line 6, qD[0], is an array" in said and "mend: write qD[0].item() there" in said
-    assert "ravel" not in said and run(tmp_path, script, "--lenient").returncode == 0
+    notes = run(tmp_path, script, code=1).stderr
+    assert (
+        "what ikm returns in line 6, qD[0], is an array" in notes
+        and "mend: write qD[0].item() there" in notes
+    )
+    assert "ravel" not in notes and run(tmp_path, script, "--lenient").returncode == 0
 
 
-@pytest.mark.parametrize("line", ["v @ np.zeros(3)", "np.no_such", "v[5] = 1.0", "x = int('a')", "v.shape = 3"])
+@pytest.mark.parametrize(
+    "line", ["v @ np.zeros(3)", "np.no_such", "v[5] = 1.0", "x = int('a')", "v.shape = 3"]
+)
 def test_other_errors_are_left_alone(tmp_path, line):
     assert explained(tmp_path, line)[0] == ""
 
 
 def test_an_error_that_has_no_text_is_left_alone(tmp_path):
-    script = "class Mute(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise Mute()\n"
+    script = (
+        "class Mute(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise Mute()\n"
+    )
     done = run(tmp_path, script, code=1)
     assert "Mute: <exception str() failed>" in done.stderr and "made no Robot" in done.stderr
 
 
 def test_a_line_of_the_students_models(tmp_path):
     """The explanation names the student's file, not the script that calls it."""
-    (tmp_path / "five_bar_models.py").write_text("from math import *\ndef dgm(q):\n    return cos(q)\n")
+    (tmp_path / "five_bar_models.py").write_text(
+        "from math import *\ndef dgm(q):\n    return cos(q)\n"
+    )
     script = "import numpy as np\nfrom five_bar_models import *\ndgm(np.array([0.5]))\n"
-    said = run(tmp_path, script, code=1).stderr
-    assert said.startswith("Traceback") and "TypeError: only 0-dim" in said
-    assert "fivebar run: at five_bar_models.py, line 3: return cos(q)" in said and "mend: write q.item()" in said
+    notes = run(tmp_path, script, code=1).stderr
+    assert notes.startswith("Traceback") and "TypeError: only 0-dim" in notes
+    assert (
+        "fivebar run: at five_bar_models.py, line 3: return cos(q)" in notes
+        and "mend: write q.item()" in notes
+    )
     assert run(tmp_path, script, "--lenient").returncode == 0
 
 
@@ -120,7 +135,11 @@ text = "%.1f and %d" % (b[0], b[1]) + " %.2f" % b[1]
     assert left["n"].tolist() == [0, 2, 0] and left["text"] == "1.0 and 2 2.00"
     assert left["x"] == (np.cos(1.0), np.arctan2(1.0, 2.0), 2.0, 2, 2)
     one, two, three = left["a"]
-    assert one.tolist() == [1.0, 1.0] and two.tolist() == [[1.0, 0.0], [1.0, 2.0]] and three.shape == (2, 1)
+    assert (
+        one.tolist() == [1.0, 1.0]
+        and two.tolist() == [[1.0, 0.0], [1.0, 2.0]]
+        and three.shape == (2, 1)
+    )
 
 
 def test_lenient_code_changes_nothing_else():
@@ -150,7 +169,11 @@ except ValueError as error:
 """)
     assert left["items"][0] is left["table"]["b"] is left["b"] is left["derived"].value
     assert left["derived"].kinds == (True, True, "Derived") and left["derived"].set[1] is left["b"]
-    assert left["caller"] == [] and left["m"].tolist() == [[0, 7, 7], [3, 8, 8]] and left["percent"] == 3
+    assert (
+        left["caller"] == []
+        and left["m"].tolist() == [[0, 7, 7], [3, 8, 8]]
+        and left["percent"] == 3
+    )
     assert left["message"] == "setting an array element with a sequence."
 
 

@@ -48,22 +48,39 @@ app.exec_()
     done = run(tmp_path, START + script, "--json", "--until", 1, *options)
     about = json.loads(done.stdout)
     pictures = ["script_figure_1.png", "script_figure_2.png", "script_scopes.png"]
-    assert about["files"] == [*(os.path.join("windows", name) for name in pictures), "run.png", "run.html"]
+    assert about["files"] == [
+        *(os.path.join("windows", name) for name in pictures),
+        "run.png",
+        "run.html",
+    ]
     assert all((tmp_path / file).stat().st_size > 5000 for file in about["files"])
-    assert {path.name for path in tmp_path.iterdir()} == {"script.py", "windows", "own.png", "run.png", "run.html"}
-    assert about["scopes"] == [{"title": "Joint 1", "largest_difference": 0.25, "rms_difference": 0.25}]
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "script.py",
+        "windows",
+        "own.png",
+        "run.png",
+        "run.html",
+    }
+    assert about["scopes"] == [
+        {"title": "Joint 1", "largest_difference": 0.25, "rms_difference": 0.25}
+    ]
 
 
 def test_show_leaves_matplotlib_alone(tmp_path):
     script = "import matplotlib.pyplot as plt\nprint(plt.get_backend())\n"
     assert run(tmp_path, script, "--show", MPLBACKEND="svg").stdout == "svg\n"
-    assert run(tmp_path, script, MPLBACKEND="svg").stdout == "module://fivebar.amoro.ros_free.figures\n"
+    assert (
+        run(tmp_path, script, MPLBACKEND="svg").stdout
+        == "module://fivebar.amoro.ros_free.figures\n"
+    )
 
 
 def test_a_script_is_run_as_python_would(tmp_path):
     """Path, arguments, names, output, exit codes and tracebacks: against `python3 script.py` itself."""
     (tmp_path / "sub").mkdir()
-    (tmp_path / "sub" / "helper.py").write_text("def fail():\n    raise ValueError('of the helper')\n")
+    (tmp_path / "sub" / "helper.py").write_text(
+        "def fail():\n    raise ValueError('of the helper')\n"
+    )
     script = """import sys, helper, random
 print(__name__, __file__, __spec__, __package__, sys.argv, sys.path[0], sys.modules["__main__"].__dict__ is globals())
 print("to stderr", file=sys.stderr)
@@ -81,12 +98,21 @@ except ValueError as error:
     (tmp_path / "sub" / "case.py").write_text(script)
     for arguments in (["exit"], ["word", "--own", "2"], ["syntax"], ["chain"]):
         plain = subprocess.run(
-            [sys.executable, "sub/case.py", *arguments], cwd=tmp_path, capture_output=True, text=True
+            [sys.executable, "sub/case.py", *arguments],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
         )
         command = [sys.executable, "-m", "fivebar", "run", "sub/case.py", *arguments]
         ours = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-        messages = "".join(line for line in ours.stderr.splitlines(True) if not line.startswith("fivebar run: "))
-        assert (ours.stdout, messages, ours.returncode) == (plain.stdout, plain.stderr, plain.returncode)
+        messages = "".join(
+            line for line in ours.stderr.splitlines(True) if not line.startswith("fivebar run: ")
+        )
+        assert (ours.stdout, messages, ours.returncode) == (
+            plain.stdout,
+            plain.stderr,
+            plain.returncode,
+        )
 
 
 def test_options_stand_anywhere_and_the_rest_is_the_scripts(tmp_path):
@@ -98,7 +124,9 @@ def test_options_stand_anywhere_and_the_rest_is_the_scripts(tmp_path):
 def test_nothing_is_shadowed_outside(tmp_path):
     for name in ("lab_amoro", "rclpy"):
         code = f"import fivebar.cli.script, fivebar.amoro, {name}"
-        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True
+        )
         assert f"No module named '{name}'" in done.stderr
     (tmp_path / "rclpy.py").write_text("raise RuntimeError('a real one')")
     assert "nothing moved" in run(tmp_path, START).stderr

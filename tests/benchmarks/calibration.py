@@ -43,8 +43,12 @@ def seconds(rng, n=50, repeats=20):
     return best
 
 
-BOX = np.stack(np.meshgrid(np.linspace(-0.05, 0.05, 13), np.linspace(0.07, 0.125, 13)), axis=-1).reshape(-1, 2)
-GRID = np.stack(np.meshgrid(np.linspace(-0.05, 0.05, 3), np.linspace(0.07, 0.125, 3)), axis=-1).reshape(-1, 2)
+BOX = np.stack(
+    np.meshgrid(np.linspace(-0.05, 0.05, 13), np.linspace(0.07, 0.125, 13)), axis=-1
+).reshape(-1, 2)
+GRID = np.stack(
+    np.meshgrid(np.linspace(-0.05, 0.05, 3), np.linspace(0.07, 0.125, 3)), axis=-1
+).reshape(-1, 2)
 DISTURBED = {"tilted plane": (1.0, 0.0, 0.0), "arm off its plane": (0.0, 2e-4, 0.0), "backlash": (0.0, 0.0, 0.1),
              "all three": (1.0, 2e-4, 0.1)}  # fmt: skip
 
@@ -55,7 +59,11 @@ def disturbed(true, q, assembly, rng, tilt, off, backlash):
     robot = robot_of(true)
     l12, l22 = (np.sqrt(bar**2 - off**2) for bar in (robot.l12, robot.l22))
     built = fb.FiveBar(robot.l11, l12, robot.l21, l22, robot.d)
-    angles = q + (true["offset1"], true["offset2"]) + np.radians(backlash) / 2 * rng.choice([-1, 1], q.shape)
+    angles = (
+        q
+        + (true["offset1"], true["offset2"])
+        + np.radians(backlash) / 2 * rng.choice([-1, 1], q.shape)
+    )
     xi = fb.dgm(built, angles, assembly).xi
     return xi * (1.0, np.cos(np.radians(tilt)))
 
@@ -76,23 +84,37 @@ def against_quadratic(rng, name, sets=100, sigma=1e-5):
     """RMS of the worst error of the tip in the box, of the quadratic correction on nine points of a grid and of the
     calibration on nine chosen poses, m; and the share of calibrations that say that the model does not fit."""
     chosen = fb.measurement_poses(LAB, 9, UNKNOWN[:7])
-    worst, said = [], []
+    worst, notes = [], []
     box = fb.igm(LAB, BOX, (-1, -1))
     grid = fb.igm(LAB, GRID, (-1, -1))
     for _ in range(sets):
         true = twin(rng, LAB, UNKNOWN[:7])
         parts = {}
-        for key, q, mode in (("grid", grid.q, -1), ("chosen", chosen.q, chosen.assembly), ("box", box.q, -1)):
+        for key, q, mode in (
+            ("grid", grid.q, -1),
+            ("chosen", chosen.q, chosen.assembly),
+            ("box", box.q, -1),
+        ):
             parts[key] = disturbed(true, q, mode, rng, *DISTURBED[name])
         truth = fb.dgm(robot_of(true), box.q + (true["offset1"], true["offset2"]), -1).xi
         truth = truth * (1.0, np.cos(np.radians(DISTURBED[name][0])))
-        correct = quadratic(grid.q, parts["grid"] + sigma * rng.standard_normal(parts["grid"].shape))
+        correct = quadratic(
+            grid.q, parts["grid"] + sigma * rng.standard_normal(parts["grid"].shape)
+        )
         points = parts["chosen"] + sigma * rng.standard_normal(parts["chosen"].shape)
-        data = dict(q1=chosen.q[:, 0], q2=chosen.q[:, 1], x=points[:, 0], y=points[:, 1], assembly=chosen.assembly)
+        data = dict(
+            q1=chosen.q[:, 0],
+            q2=chosen.q[:, 1],
+            x=points[:, 0],
+            y=points[:, 1],
+            assembly=chosen.assembly,
+        )
         found = fb.calibrate(LAB, data, UNKNOWN[:7], sigma=sigma, mistakes="keep")
-        said.append(not found.fits)
-        worst.append([np.hypot(*(each(box.q) - truth).T).max() for each in (correct, found.predict)])
-    return (*np.sqrt(np.mean(np.square(worst), axis=0)), np.mean(said))
+        notes.append(not found.fits)
+        worst.append(
+            [np.hypot(*(each(box.q) - truth).T).max() for each in (correct, found.predict)]
+        )
+    return (*np.sqrt(np.mean(np.square(worst), axis=0)), np.mean(notes))
 
 
 def main():
@@ -100,13 +122,15 @@ def main():
     rng = np.random.default_rng(16)
     print(f"50 poses, 9 unknowns: {1e3 * seconds(rng):.1f} ms")
     for name in DISTURBED:
-        old, new, said = against_quadratic(rng, name)
+        old, new, notes = against_quadratic(rng, name)
         print(
-            f"{name}: worst error {1e6 * old:.1f} um quadratic, {1e6 * new:.1f} um calibrated; not fitting: {said:.0%}"
+            f"{name}: worst error {1e6 * old:.1f} um quadratic, {1e6 * new:.1f} um calibrated; not fitting: {notes:.0%}"
         )
     for given in (True, False):
         inside, beyond = coverage(sets, rng, given)
-        print(f"sigma {'given' if given else 'found'}: {inside:.2%} of 95 % intervals hold, {beyond:.3%} beyond 3 sd")
+        print(
+            f"sigma {'given' if given else 'found'}: {inside:.2%} of 95 % intervals hold, {beyond:.3%} beyond 3 sd"
+        )
 
 
 if __name__ == "__main__":

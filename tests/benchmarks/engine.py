@@ -83,7 +83,11 @@ def forced_motion(repeats, tolerance=1e-9):
     """(steps, VM in s, compiled in s) for the 2 s forced motion to `tolerance` rad, order 8, joint chart."""
     robot, chart = fb.FiveBar(), CHARTS["joint"]
     c, c_dot, modes = chart.coordinates(fb.dkm(fb.dgm(robot, (0.0, 0.0)), (0.0, 0.0)))
-    modes, start, end = [int(mode) for mode in modes], np.array([*c, *c_dot]), (-0.441256357912, 0.423177464191)
+    modes, start, end = (
+        [int(mode) for mode in modes],
+        np.array([*c, *c_dot]),
+        (-0.441256357912, 0.423177464191),
+    )
 
     def torque(t):
         return 0.02 * casadi.cos(2 * np.pi * t), -0.016 * casadi.cos(2 * np.pi * t)
@@ -99,7 +103,9 @@ def forced_motion(repeats, tolerance=1e-9):
 
 def through_type_2(repeats, levels=(1e-5, 1e-6, 1e-7, 1e-8, 1e-9)):
     """{method: shortest times in s to errors of the end, rad, at these levels} of the free motion of 2 s."""
-    counts, finer = (range(12, 72, 2), range(12, 72, 4)) if repeats > 1 else (range(12, 90, 14),) * 2
+    counts, finer = (
+        (range(12, 72, 2), range(12, 72, 4)) if repeats > 1 else (range(12, 90, 14),) * 2
+    )
     ways = {
         "four bars, compiled": (simulators.ours(True), counts),
         "four bars, VM": (simulators.ours(False), finer),
@@ -108,9 +114,17 @@ def through_type_2(repeats, levels=(1e-5, 1e-6, 1e-7, 1e-8, 1e-9)):
     if not missing(("heyoka",)):
         prepare = simulators.simulator(heyoka_run, read=simulators.read_bars)
         ways["heyoka"] = prepare, 10.0 ** -np.arange(3, 13, 0.5)
-    if repeats > 1 and not missing(("pinocchio", "Pinocchio's headers", "C++ compiler")):  # compiled half a minute
-        ways["Pinocchio, C++ loop"] = simulators.simulator(simulators.pinocchio_by("dop8", pinocchio_native)), finer
-    attempts = {name: [prepare("through", knob) for knob in knobs] for name, (prepare, knobs) in ways.items()}
+    if repeats > 1 and not missing(
+        ("pinocchio", "Pinocchio's headers", "C++ compiler")
+    ):  # compiled half a minute
+        ways["Pinocchio, C++ loop"] = (
+            simulators.simulator(simulators.pinocchio_by("dop8", pinocchio_native)),
+            finer,
+        )
+    attempts = {
+        name: [prepare("through", knob) for knob in knobs]
+        for name, (prepare, knobs) in ways.items()
+    }
     found = {}
     for name, several in attempts.items():
         errors = np.array([attempt.judge(attempt.call())["error"] for attempt in several])
@@ -124,7 +138,10 @@ def closed_loop(repeats):
     robot, path = fb.FiveBar(), fb.line((0.09, 0.06796322), (0, 0.1), 10.0)
     starts = fb.ikm(fb.igm(robot, [path(0.0)[0]]), (0.0, 0.0))
     controller = fb.ComputedTorque(robot, 100, 20)
-    return seconds(lambda: fb.simulate_many(robot, controller, path, starts, control_period=1e-3, step=1e-3), repeats)
+    return seconds(
+        lambda: fb.simulate_many(robot, controller, path, starts, control_period=1e-3, step=1e-3),
+        repeats,
+    )
 
 
 def main(quick=False):
@@ -141,7 +158,9 @@ def main(quick=False):
     print("free motion of 2 s through Type 2, us to 1e-5, 1e-6, 1e-7, 1e-8, 1e-9 rad:")
     for name, times in through_type_2(1 if quick else 60).items():
         print(f"  {name:<44}", *(f"{1e6 * time:8.1f}" for time in times))
-    print(f"closed loop of 10 s at 1 kHz, VM, ms            {1e3 * closed_loop(repeats):8.1f}   (bound 30)")
+    print(
+        f"closed loop of 10 s at 1 kHz, VM, ms            {1e3 * closed_loop(repeats):8.1f}   (bound 30)"
+    )
 
 
 if __name__ == "__main__":

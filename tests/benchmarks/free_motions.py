@@ -12,8 +12,12 @@ import fivebar as fb
 from fivebar.simulation.plant import Plant
 
 CHANGE_POINT = 1e-3  # of the bars: nearer to one, four parallel bars are almost reached
-NUDGE = 1e-10  # rad/s, of all four rates at the start: what becomes of it says how chaotic a motion is
-TOLERANCE = 1e-13  # rad, of a step: finer ones come back no better, as rounding errors grow as a nudge does
+NUDGE = (
+    1e-10  # rad/s, of all four rates at the start: what becomes of it says how chaotic a motion is
+)
+TOLERANCE = (
+    1e-13  # rad, of a step: finer ones come back no better, as rounding errors grow as a nudge does
+)
 
 
 def random_motion(seed, fastest=3.0):
@@ -22,10 +26,14 @@ def random_motion(seed, fastest=3.0):
     while True:
         l11, l12, l21, l22, d = rng.uniform(0.05, 0.2, 5)
         try:
-            robot = fb.FiveBar(l11, l12, l21, l22, d, *rng.uniform(5e-4, 5e-3, 2), rng.uniform(0.1, 1.0))
+            robot = fb.FiveBar(
+                l11, l12, l21, l22, d, *rng.uniform(5e-4, 5e-3, 2), rng.uniform(0.1, 1.0)
+            )
         except ValueError:
             continue
-        pose = fb.dgm(robot, rng.uniform(-np.pi, np.pi, (50, 2)), int(rng.choice([-1, 1])), unreachable="nan")
+        pose = fb.dgm(
+            robot, rng.uniform(-np.pi, np.pi, (50, 2)), int(rng.choice([-1, 1])), unreachable="nan"
+        )
         good = np.flatnonzero(np.abs(pose.det_A) > 0.1)
         if len(good):
             pose = fb.dgm(robot, pose.q[good[0]], int(pose.assembly[good[0]]))
@@ -58,7 +66,14 @@ def judge(seed):
     except ArithmeticError as error:
         return seed, np.nan, np.nan, np.nan, from_change_point(robot), str(error)
     drift = np.abs(run.energy / run.energy[0] - 1).max()
-    return seed, drift, np.linalg.norm(back.rates.pose.xi - start.pose.xi), growth, from_change_point(robot), ""
+    return (
+        seed,
+        drift,
+        np.linalg.norm(back.rates.pose.xi - start.pose.xi),
+        growth,
+        from_change_point(robot),
+        "",
+    )
 
 
 def main(count=1000):
@@ -72,7 +87,9 @@ def main(count=1000):
     for what, values in (("energy over 60 s", drift), ("10 s and back, m", miss)):
         median, most, worst = np.nanpercentile(values, (50, 99, 100))
         print(f"{what}: median {median:.2g}, 99 % {most:.2g}, worst {worst:.2g}")
-    print(f"{np.sum(miss > 1e-6)} miss by more than 1e-6 m; a nudge of theirs grows to (m per rad/s), of others:")
+    print(
+        f"{np.sum(miss > 1e-6)} miss by more than 1e-6 m; a nudge of theirs grows to (m per rad/s), of others:"
+    )
     for own in (miss > 1e-6, miss <= 1e-6):
         print(f"  {np.nanpercentile(growth[own], (0, 10, 50, 90, 100))}")
     for k in np.flatnonzero((drift > 1e-9) | (miss > 1e-6)):

@@ -85,7 +85,9 @@ def _chart(sliding, dragging):
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 4.5), layout="constrained")
-    for axes, frames, title in zip(figure.subplots(2, 1), (sliding, dragging), ("a length slides", "dragging")):
+    for axes, frames, title in zip(
+        figure.subplots(2, 1), (sliding, dragging), ("a length slides", "dragging")
+    ):
         axes.plot(np.cumsum(frames[:, 0]) / 1000, frames[:, 0], ".", ms=2, label="between frames")
         axes.plot(np.cumsum(frames[:, 0]) / 1000, frames[:, 1], ".", ms=2, label="work of a frame")
         axes.axhline(16, color="0.6", lw=0.8)

@@ -34,13 +34,29 @@ def solved(robot, one, other):
         plan = fb.plan(robot, start, goal, DURATION)
     except fb.PlanError as error:
         seconds = time.process_time() - began
-        return ("unreachable" if "no motion joins" in str(error) else f"failed: {error}"), seconds, 0.0, 0.0, 0.0
-    seconds, t = time.process_time() - began, np.linspace(0, DURATION, 10 * 13 * len(plan.pieces.xi))
+        return (
+            ("unreachable" if "no motion joins" in str(error) else f"failed: {error}"),
+            seconds,
+            0.0,
+            0.0,
+            0.0,
+        )
+    seconds, t = (
+        time.process_time() - began,
+        np.linspace(0, DURATION, 10 * 13 * len(plan.pieces.xi)),
+    )
     gap = np.hypot(*loop_gap(plan.accelerations(t).rates.pose)).max() / max(robot.distal)
     controller = fb.FeedForward(robot, *gains(robot), ahead=SAMPLE / 2)
     run = fb.simulate(robot, controller, plan, control_period=SAMPLE)
-    error = max(float(np.hypot(*(run.xi[-1] - goal.xi))), robot.l11 * np.abs(robot.differ(run.q[-1] - goal.q)).max())
-    words = "solved" if error <= CLOSE and gap <= GAP else f"failed: ends {error:.2g} m off, gap {gap:.2g}"
+    error = max(
+        float(np.hypot(*(run.xi[-1] - goal.xi))),
+        robot.l11 * np.abs(robot.joint_difference(run.q[-1] - goal.q)).max(),
+    )
+    words = (
+        "solved"
+        if error <= CLOSE and gap <= GAP
+        else f"failed: ends {error:.2g} m off, gap {gap:.2g}"
+    )
     return words, seconds, float(np.abs(plan.tau(t)).max()), error, gap
 
 
@@ -54,7 +70,9 @@ def main(quick=False):
             began = time.perf_counter()
             found = list(pool.map(solved, [robot] * len(pairs), *zip(*pairs)))
             took, words = time.perf_counter() - began, [each[0] for each in found]
-            failed = [(pair, each) for pair, each in zip(pairs, found) if each[0].startswith("failed")]
+            failed = [
+                (pair, each) for pair, each in zip(pairs, found) if each[0].startswith("failed")
+            ]
             _, seconds, torques, errors, gaps = zip(*found)
             print(
                 f"{name}: {len(pairs)} pairs, {words.count('solved')} solved, {words.count('unreachable')} unreachable,"

@@ -38,17 +38,26 @@ def error(motion, q):
 
 def drake(stiffness, settings):
     """Errors of all motions."""
-    return np.array([error(m, read(drake_bushing(m, stiffness, settings)[0]())[0]) for m in DRIVEN.values()])
+    return np.array(
+        [error(m, read(drake_bushing(m, stiffness, settings)[0]())[0]) for m in DRIVEN.values()]
+    )
 
 
 def exudyn(stiffness, settings):
-    return np.array([error(m, exudyn_springs(m, stiffness, settings)[0]()[0]) for m in DRIVEN.values()])
+    return np.array(
+        [error(m, exudyn_springs(m, stiffness, settings)[0]()[0]) for m in DRIVEN.values()]
+    )
 
 
 def cheapest(run, stiffness, schemes):
     """(scheme, steps, damping ratio) of the fewest evaluations near the errors that the stiffness leaves; those."""
     aim = NEAR * run(stiffness, (list(schemes)[1], round(10 * stiffness**0.5), 0.4))
-    every = [(name, round(k * stiffness**0.5), ratio) for name in schemes for k in STEPS for ratio in RATIOS]
+    every = [
+        (name, round(k * stiffness**0.5), ratio)
+        for name in schemes
+        for k in STEPS
+        for ratio in RATIOS
+    ]
     for settings in sorted(every, key=lambda found: schemes[found[0]] * found[1]):
         found = run(stiffness, settings)
         if (found < aim).all():

@@ -26,7 +26,11 @@ def problems(quick):
     """{kind: [(arguments of the condensed QP, arguments of the condenser, condenser), ...]} from closed loops."""
     limited = case("torque-limit")
     rest, singular = {1: (0, 0), 2: (0, 0)}, (0.0525327138758270, 0.00430328475849708)
-    midway = {0: singular, 1: (-0.0253611967131164, -0.0430907147919202), 2: (0, 0)}  # the crossing criterion is met
+    midway = {
+        0: singular,
+        1: (-0.0253611967131164, -0.0430907147919202),
+        2: (0, 0),
+    }  # the crossing criterion is met
     crossing = fb.polynomial([(0.0, {0: HOME, **rest}), (2.0, midway), (4.0, {0: TASK_2, **rest})])
     robot, every = fb.FiveBar(), 10 if quick else 1
     limit = limited.options["torque_limit"]
@@ -75,21 +79,47 @@ def sparse(problem):
     lower, upper = np.full(len(g), -np.inf), np.full(len(g), np.inf)
     used = np.zeros(H.shape, bool), np.zeros(A.shape, bool)
     for k in range(N):
-        rows, stage, after = slice(W * k, W * k + W), slice(Z * k, Z * k + Z), slice(Z * k + Z, Z * k + Z + W)
+        rows, stage, after = (
+            slice(W * k, W * k + W),
+            slice(Z * k, Z * k + Z),
+            slice(Z * k + Z, Z * k + Z + W),
+        )
         F = np.zeros((W, Z))
-        F[:SIZE, :SIZE], F[:SIZE, W:], F[SIZE:, W:] = AB[k, :, :SIZE], scale * AB[k, :, SIZE:], np.eye(2)
+        F[:SIZE, :SIZE], F[:SIZE, W:], F[SIZE:, W:] = (
+            AB[k, :, :SIZE],
+            scale * AB[k, :, SIZE:],
+            np.eye(2),
+        )
         A[rows, stage], A[rows, after] = F, -np.eye(W)
         b[W * k : W * k + SIZE] = F[:SIZE, W:] @ guess[2 * k : 2 * k + 2]
-        lower[Z * k + W : Z * k + Z], upper[Z * k + W : Z * k + Z] = low[2 * k : 2 * k + 2], high[2 * k : 2 * k + 2]
+        lower[Z * k + W : Z * k + Z], upper[Z * k + W : Z * k + Z] = (
+            low[2 * k : 2 * k + 2],
+            high[2 * k : 2 * k + 2],
+        )
         used[0][stage, stage], used[1][rows, stage], used[1][rows, after] = True, True, np.eye(W)
     used[0][Z * N :, Z * N :] = True
     # The first state is known: its columns go to the right sides.
     first = np.array([*np.zeros(SIZE), *previous])
     g, b, lower, upper = (g + H[:, :W] @ first)[W:], b - A[:, :W] @ first, lower[W:], upper[W:]
     H, A, used = H[W:, W:], A[:, W:], (used[0][W:, W:], used[1][:, W:])
-    shapes = {name: ca.sparsify(ca.DM(mask.astype(float))).sparsity() for name, mask in zip("ha", used)}
+    shapes = {
+        name: ca.sparsify(ca.DM(mask.astype(float))).sparsity() for name, mask in zip("ha", used)
+    }
     zero, torques = np.zeros(len(g)), np.array([[Z * k, Z * k + 1] for k in range(N)]).ravel()
-    arguments = H.T[used[0].T], g, A.T[used[1].T], b, b, lower, upper, zero, zero, np.zeros(W * N), zero[:0], zero[:0]
+    arguments = (
+        H.T[used[0].T],
+        g,
+        A.T[used[1].T],
+        b,
+        b,
+        lower,
+        upper,
+        zero,
+        zero,
+        np.zeros(W * N),
+        zero[:0],
+        zero[:0],
+    )
     options = {"N": N, "nx": [0] + [W] * N, "nu": [2] * N + [0], "ng": [0] * (N + 1)}
     return shapes, options, arguments, lambda result: (result[0][torques], zero[:0])
 
@@ -112,7 +142,11 @@ def _sparse_cost(problem):
         change[:, W:] = scale * C[2:] @ AB[k, :, SIZE:]
         offset = errors[k + 1][2:] - errors[k][2:] - change[:, W:] @ guess[2 * k : 2 * k + 2]
         add(slice(Z * k, Z * k + Z), weight * change, weight * offset)
-        add(slice(Z * k + SIZE, Z * k + Z), np.sqrt(condenser.first) * np.hstack([np.eye(2), -np.eye(2)]), np.zeros(2))
+        add(
+            slice(Z * k + SIZE, Z * k + Z),
+            np.sqrt(condenser.first) * np.hstack([np.eye(2), -np.eye(2)]),
+            np.zeros(2),
+        )
         if k:
             weight = condenser.position[k - 1, 0]
             add(slice(Z * k, Z * k + SIZE), weight * outputs[k][:2], weight * errors[k][:2])
@@ -127,7 +161,10 @@ class Call:
         self.buffer, self.run = function.buffer()
         self.inputs = [np.empty(function.nnz_in(k)) for k in range(function.n_in())]
         self.outputs = [np.empty(function.nnz_out(k)) for k in range(function.n_out())]
-        for arrays, connect in ((self.inputs, self.buffer.set_arg), (self.outputs, self.buffer.set_res)):
+        for arrays, connect in (
+            (self.inputs, self.buffer.set_arg),
+            (self.outputs, self.buffer.set_res),
+        ):
             for k, array in enumerate(arrays):
                 connect(k, memoryview(array))
 
@@ -147,7 +184,12 @@ def trial(solver, form, found):
         if call is None or solver == "hpipm":
             # HPIPM called again through the same buffers repeats its first answer (CasADi 3.8.2): a new one each time.
             structure = options if solver == "hpipm" else {}
-            conic = ca.conic("qp", solver, shapes, {"error_on_fail": False, **SOLVERS.get(solver, {}), **structure})
+            conic = ca.conic(
+                "qp",
+                solver,
+                shapes,
+                {"error_on_fail": False, **SOLVERS.get(solver, {}), **structure},
+            )
             call = Call(conic)
             if solver != "hpipm":
                 call(*arguments)  # set up
@@ -156,11 +198,11 @@ def trial(solver, form, found):
         before = time.perf_counter()
         x, _, lam_a, lam_x = result = call(*arguments)
         times.append(1e6 * (time.perf_counter() - before))
-        said, residual = call.buffer.stats()["success"], optimality(*problem[0], *read(result))
-        if said:
+        notes, residual = call.buffer.stats()["success"], optimality(*problem[0], *read(result))
+        if notes:
             silent, worst = silent + (not residual <= TOLERANCE), max(worst, residual)
-        failed += not said
-        last = (x.copy(), lam_x.copy(), lam_a.copy()) if said and np.isfinite(residual) else None
+        failed += not notes
+        last = (x.copy(), lam_x.copy(), lam_a.copy()) if notes and np.isfinite(residual) else None
     return times, failed, silent, worst
 
 
@@ -178,13 +220,19 @@ def steps(jit, quick):
 def main(quick=False):
     """Print both tables."""
     for kind, found in problems(quick).items():
-        print(f"\n{kind}: {len(found)} problems, {len(found[0][0][1])} unknowns, {len(found[0][0][3])} rows")
-        print(f"{'solver':<19}{'median us':>9}{'99 % us':>9}{'ratio':>7}{'failed':>8}{'silently':>10}{'residual':>10}")
+        print(
+            f"\n{kind}: {len(found)} problems, {len(found[0][0][1])} unknowns, {len(found[0][0][3])} rows"
+        )
+        print(
+            f"{'solver':<19}{'median us':>9}{'99 % us':>9}{'ratio':>7}{'failed':>8}{'silently':>10}{'residual':>10}"
+        )
         first = None
         rows = len(found[0][0][3])
         for form, solvers in ((condensed, CONDENSED), (sparse, () if rows else SPARSE)):
             for solver in solvers:
-                if rows and solver == "ipqp":  # its factorization fails in two of three, a warning in each iteration
+                if (
+                    rows and solver == "ipqp"
+                ):  # its factorization fails in two of three, a warning in each iteration
                     continue
                 times, failed, silent, worst = trial(solver, form, found)
                 middle, slow = np.median(times), np.percentile(times, 99)
@@ -193,14 +241,18 @@ def main(quick=False):
                     f"{solver + ' ' + form.__name__:<19}{middle:9.0f}{slow:9.0f}{middle / first:7.1f}"
                     f"{failed:8d}{silent:10d}{worst:10.0e}"
                 )
-    print("\nstep of the tracker, N = 20, 10 ms (bounds: 350 us median, 800 us 99 %; compiled 150 us)")
+    print(
+        "\nstep of the tracker, N = 20, 10 ms (bounds: 350 us median, 800 us 99 %; compiled 150 us)"
+    )
     for name, jit in (("virtual machine", False), ("compiled", True)):
         try:
             times = steps(jit, quick)
         except RuntimeError as error:
             print(f"{name}: {error}")
             continue
-        print(f"{name:<18}median {np.median(times):.0f} us, 99 % below {np.percentile(times, 99):.0f} us")
+        print(
+            f"{name:<18}median {np.median(times):.0f} us, 99 % below {np.percentile(times, 99):.0f} us"
+        )
 
 
 if __name__ == "__main__":

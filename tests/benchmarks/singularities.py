@@ -23,7 +23,9 @@ def main(quick=False):
     robot, n, repeats = fb.FiveBar(), 50 if quick else 1000, 1 if quick else 9
     points = sum(len(piece.points) for piece in fb.singularity_loci(robot).task)
     loci = seconds(lambda: fb.singularity_loci(robot).task, 5 * repeats)
-    print(f"exact loci, {points} points, ms for 2000           {1e3 * loci * 2000 / points:8.2f}   (bound 3)")
+    print(
+        f"exact loci, {points} points, ms for 2000           {1e3 * loci * 2000 / points:8.2f}   (bound 3)"
+    )
     made = seconds(lambda: fb.singularity_map(robot, shape=(n, n)), repeats)
     print(f"map of {n} x {n} in four modes, s              {made:8.3f}   (bound 0.4)")
     print(f"  the whole process, MB                        {peak_memory(n):8.0f}   (bound 400)")

@@ -45,7 +45,8 @@ def import_ratio(repeats):
     times = {}
     for module in ("numpy", "fivebar") * 2:
         times[module] = seconds(
-            lambda m=module: subprocess.run([sys.executable, "-c", f"import {m}"], check=True), repeats
+            lambda m=module: subprocess.run([sys.executable, "-c", f"import {m}"], check=True),
+            repeats,
         )
     return times["fivebar"] / times["numpy"]
 
@@ -53,7 +54,10 @@ def import_ratio(repeats):
 def task_1(repeats):
     """Seconds for the lab's task 1, 2 s: control 10 ms in Python, step 1 ms."""
     robot = fb.FiveBar()
-    controller, reference = fb.ComputedTorque(robot, 100, 20), fb.line((0.09, 0.06796322), (0, 0.1), 2.0)
+    controller, reference = (
+        fb.ComputedTorque(robot, 100, 20),
+        fb.line((0.09, 0.06796322), (0, 0.1), 2.0),
+    )
     fb.simulate(robot, controller, reference)
     return seconds(lambda: fb.simulate(robot, controller, reference), repeats)
 
@@ -65,7 +69,9 @@ def bars_against_joint(repeats):
     wild = fb.ikm(fb.igm(robot, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
 
     def run(start, chart):
-        return lambda: fb.simulate(robot, duration=2.0, start=start, step=1e-4, method="rk4", chart=chart)
+        return lambda: fb.simulate(
+            robot, duration=2.0, start=start, step=1e-4, method="rk4", chart=chart
+        )
 
     joint = seconds(run(calm, "joint"), repeats)
     return seconds(run(calm, "auto"), repeats) / joint, seconds(run(wild, "auto"), repeats) / joint
@@ -87,15 +93,25 @@ def many_robots(count):
     """
     rng = np.random.default_rng(0)
     nominal = np.array(parameters_of(fb.FiveBar()))
-    robots = [fb.FiveBar(*(nominal * rng.uniform(0.97, 1.03, len(nominal))).tolist()) for _ in range(count)]
-    controller, reference = fb.ComputedTorque(fb.FiveBar(), 100, 20), fb.line((0.09, 0.066), (0, 0.1), 2.0)
+    robots = [
+        fb.FiveBar(*(nominal * rng.uniform(0.97, 1.03, len(nominal))).tolist())
+        for _ in range(count)
+    ]
+    controller, reference = (
+        fb.ComputedTorque(fb.FiveBar(), 100, 20),
+        fb.line((0.09, 0.066), (0, 0.1), 2.0),
+    )
     options = dict(step=0.01, method="dop8")
     fb.simulate_many(robots[:128], controller, reference, jit=True, **options)
     fb.simulate_many(robots[: count % 128 or 128], controller, reference, jit=True, **options)
-    together = seconds(lambda: fb.simulate_many(robots, controller, reference, jit=True, **options), 1)
+    together = seconds(
+        lambda: fb.simulate_many(robots, controller, reference, jit=True, **options), 1
+    )
     some = robots[: max(count // 50, 1)]
     fb.simulate(robots[0], controller, reference)
-    one_by_one = seconds(lambda: [fb.simulate(robot, controller, reference) for robot in some], 1) / len(some)
+    one_by_one = seconds(
+        lambda: [fb.simulate(robot, controller, reference) for robot in some], 1
+    ) / len(some)
     return one_by_one * count / together, together
 
 
@@ -105,7 +121,9 @@ def press(n, repeats):
     from fivebar.linkages.six_bar_press import SPEED
 
     angles = np.linspace(0, 20, n)
-    return seconds(lambda: driving_torque(move(REPAIRED, angles, SPEED), {"E": (0.0, 1e5)}, GRAVITY), repeats)
+    return seconds(
+        lambda: driving_torque(move(REPAIRED, angles, SPEED), {"E": (0.0, 1e5)}, GRAVITY), repeats
+    )
 
 
 def main(quick=False):
@@ -123,8 +141,16 @@ def main(quick=False):
         (f"press torque at {n // 10} crank angles, ms", 1e3 * press(n // 10, repeats), 60),
         ('step of RK4 in the four bars : chart="joint", regular motion', calm, 2),
         ("the same through singularities", wild, 2),
-        (f"free motion of 2 s through Type 2 by simulate, ms (error {error:.1e} m)", 1e3 * free, 1.5),
-        (f"{robots} robots one by one : by simulate_many, in {together:.1f} s (at least)", ratio_many, 50),
+        (
+            f"free motion of 2 s through Type 2 by simulate, ms (error {error:.1e} m)",
+            1e3 * free,
+            1.5,
+        ),
+        (
+            f"{robots} robots one by one : by simulate_many, in {together:.1f} s (at least)",
+            ratio_many,
+            50,
+        ),
     ):
         print(f"{what:<75} {value:8.2f}   (bound {bound:g})")
 

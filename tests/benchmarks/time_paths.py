@@ -51,11 +51,15 @@ def by_toppra(path, count):
 
     toppra.setup_logging("ERROR")
     scheme = toppra.constraint.DiscretizationType.Interpolation
-    torque = toppra.constraint.JointTorqueConstraint(inverse, np.array([[-TORQUE, TORQUE]] * 2), np.zeros(2), scheme)
+    torque = toppra.constraint.JointTorqueConstraint(
+        inverse, np.array([[-TORQUE, TORQUE]] * 2), np.zeros(2), scheme
+    )
     speed = toppra.constraint.JointVelocityConstraint(np.array([[-SPEED, SPEED]] * 2))
     grid = np.linspace(0.0, path.length, count + 1)
     began = time.perf_counter()
-    solver = toppra.algorithm.TOPPRA([torque, speed], Joints(), gridpoints=grid, solver_wrapper="seidel")
+    solver = toppra.algorithm.TOPPRA(
+        [torque, speed], Joints(), gridpoints=grid, solver_wrapper="seidel"
+    )
     push, pace, _ = solver.compute_parameterization(0.0, 0.0)
     took = time.perf_counter() - began
     x = pace**2
@@ -84,12 +88,16 @@ def by_fivebar(path):
 def _print(name, by, count, figures, bound):
     duration, took, torque, speed = figures
     over = duration / bound - 1
-    print(f"{name:13} {by:8}{count:9d}   {duration:.6f}   {over:+13.3e}   {torque:.9f}      {speed:.9f}     {took:.2f}")
+    print(
+        f"{name:13} {by:8}{count:9d}   {duration:.6f}   {over:+13.3e}   {torque:.9f}      {speed:.9f}     {took:.2f}"
+    )
 
 
 def main(quick=False):
     """{path: (ours, toppra's, lower bound)}, (time, seconds it took, shares of the limits) each; prints a table."""
-    print("path          by       intervals  time (s)    over the bound   torque / limit   speed / limit   took (s)")
+    print(
+        "path          by       intervals  time (s)    over the bound   torque / limit   speed / limit   took (s)"
+    )
     found = {}
     for name, path in list(PATHS.items())[: 2 if quick else None]:
         *ours, bound, count = by_fivebar(path)

@@ -9,9 +9,9 @@ import tomllib
 import pytest
 
 import fivebar as fb
+from fivebar.base.errors import UsageError
 from fivebar.cli import COMMANDS, main
 from fivebar.cli.robot_options import add_robot_options, chosen_robot
-from fivebar.base.errors import UsageError
 from fivebar.models.named_robots import ROBOTS
 from tests.helpers import ROOT
 
@@ -23,14 +23,15 @@ def test_demo(tmp_path, capsys):
     printed = capsys.readouterr()
     assert printed.err == "" and "largest error        18.43 µm" in printed.out
     # Where and when the quintic meets Type 2 is a fact of the lab's task 2.
-    refused = (
-        "at 3.1726 s it meets Type 2, where its torque diverges; timed to cross without acceleration it needs 57 mN m"
-    )
+    refused = "at 3.1726 s it meets Type 2, where its torque diverges; timed to cross without acceleration it needs 57 mN m"
     lines = printed.out.splitlines()
     assert refused in " ".join(lines) and max(map(len, lines[:-4])) <= 80
     assert lines[-4].startswith(str(tmp_path / "out" / "page.html"))
     page = (tmp_path / "out" / "page.html").read_text("utf-8")
-    assert "<h1>AMORO lab: task 1 within 18 µm, and task 2 through a singularity</h1>" in page and refused in page
+    assert (
+        "<h1>AMORO lab: task 1 within 18 µm, and task 2 through a singularity</h1>" in page
+        and refused in page
+    )
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "run.csv",
         "tracking.png",
@@ -44,8 +45,14 @@ def test_demo(tmp_path, capsys):
 def test_track_a_line_as_json(capsys, tmp_path):
     assert main([*LINE, "--json", "--torque-limit", "0.006", "--out", str(tmp_path)]) == 0
     figures = json.loads(capsys.readouterr().out)
-    assert figures["peak_torque_Nm"][1] == 0.006 and figures["saturated_fraction"] == pytest.approx(0.875, abs=0.01)
-    assert [path.split("/")[-1] for path in figures["files"]] == ["run.csv", "tracking.png", "animation.html"]
+    assert figures["peak_torque_Nm"][1] == 0.006 and figures["saturated_fraction"] == pytest.approx(
+        0.875, abs=0.01
+    )
+    assert [path.split("/")[-1] for path in figures["files"]] == [
+        "run.csv",
+        "tracking.png",
+        "animation.html",
+    ]
 
 
 def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
@@ -66,12 +73,17 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         "0.005",
     ]
     assert main(["track", str(tmp_path / "path.csv"), *options]) == 0
-    said = capsys.readouterr()
-    assert "real-time factor" in said.out and "not in it, so as usual of a five-bar robot: l12 = 0.09, l21" in said.err
+    notes = capsys.readouterr()
+    assert (
+        "real-time factor" in notes.out
+        and "not in it, so as usual of a five-bar robot: l12 = 0.09, l21" in notes.err
+    )
     (tmp_path / "robot.toml").write_text("l1 = 120\n")
     chosen("--robot", str(tmp_path / "robot.toml"))
-    said = capsys.readouterr().err
-    assert "biglide robot: l2 = 0.28" in said and "the longest 120 m: were they meant in mm?" in said
+    notes = capsys.readouterr().err
+    assert (
+        "biglide robot: l2 = 0.28" in notes and "the longest 120 m: were they meant in mm?" in notes
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,7 +96,11 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         ([*LINE, "--d", "9"], 2, "can never close"),
         ([*LINE, "--robot", "gantry"], 2, "no robot 'gantry': the known ones are amoro"),
         ([*LINE, "--robot", "no.toml"], 2, "no.toml: "),
-        (["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"], 1, "unreachable: left leg"),
+        (
+            ["track", "--from", "0.09", "0.068", "--to", "0.5", "0", "--duration", "2"],
+            1,
+            "unreachable: left leg",
+        ),
         (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
         (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
@@ -95,7 +111,11 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
         ([*LINE, "--kp", "1e7"], 1, "m is too fast: "),
         ([*LINE, "--controller", "mpc", "--kp", "9"], 2, "mpc has none"),
-        (["track", "--case", "storm"], 2, "no case 'storm'; the known ones are task-1, torque-limit"),
+        (
+            ["track", "--case", "storm"],
+            2,
+            "no case 'storm'; the known ones are task-1, torque-limit",
+        ),
         ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
         (["track", "--case", "task-1", "--robot", "biglide"], 2, "--case brings its own robot"),
         (["track", "--case", "task-1", "--l11", "0.1"], 2, "--case brings its own robot"),
@@ -110,28 +130,56 @@ def test_failures_are_one_line(argv, code, message, capsys):
 def test_map_of_task_2(tmp_path, capsys):
     """The lab's task 2, given as samples: it crosses Type 2 off the criterion, in its own mode when the source says."""
     path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
-    rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [(1e3 * path(t / 20)[0]).tolist()]]
+    rows = [
+        f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [(1e3 * path(t / 20)[0]).tolist()]
+    ]
     (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
     out, data = tmp_path / "map.svg", tmp_path / "map.csv"
-    options = ["--out", str(out), "--data", str(data), "--path", str(tmp_path / "task2.csv"), "--nodes", "31"]
+    options = [
+        "--out",
+        str(out),
+        "--data",
+        str(data),
+        "--path",
+        str(tmp_path / "task2.csv"),
+        "--nodes",
+        "31",
+    ]
     options += ["--units", "x=mm", "y=mm"]
     graph = tmp_path / "graph.png"
     assert main(["map", *options, "--graph", str(graph)]) == 0
     printed = capsys.readouterr().out
     assert str(graph) in printed and graph.read_bytes().startswith(b"\x89PNG")
     assert "10       --         +    30040.5101" in printed
-    assert "path in working mode --: crosses Type 2 at t = 3.172591077" in printed and "the torque diverges" in printed
+    assert (
+        "path in working mode --: crosses Type 2 at t = 3.172591077" in printed
+        and "the torque diverges" in printed
+    )
     assert out.read_text().startswith("<?xml") and data.read_text().startswith("# fivebar map")
     assert main(["map", *options, "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
-    assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(3.17259107746439, abs=1e-9)
+    assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(
+        3.17259107746439, abs=1e-9
+    )
 
 
 def test_map_of_dexterous_regions(tmp_path, capsys):
-    options = ["--out", str(tmp_path / "map.svg"), "--nodes", "21", "--det-A", "0.3", "--sin", "0.2"]
+    options = [
+        "--out",
+        str(tmp_path / "map.svg"),
+        "--nodes",
+        "21",
+        "--det-A",
+        "0.3",
+        "--sin",
+        "0.2",
+    ]
     assert main(["map", *options]) == 0
     assert "region  working" in (printed := capsys.readouterr().out)
-    assert f"10       --         +    {1e6 * fb.dexterous(fb.FiveBar(), 0.3, 0.2)[9].area:.4f}" in printed
+    assert (
+        f"10       --         +    {1e6 * fb.dexterous(fb.FiveBar(), 0.3, 0.2)[9].area:.4f}"
+        in printed
+    )
     assert main(["map", *options, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["dexterous"]
     assert (found["det_A"], found["sin"], len(found["regions"])) == (0.3, 0.2, 10)
@@ -146,8 +194,38 @@ def test_map_of_dexterous_regions(tmp_path, capsys):
 
 def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
     out = str(tmp_path / "map.png")
-    assert main(["map", "--space", "joint", "--out", out, "--nodes", "41", "--data", str(tmp_path / "map.npz")]) == 0
-    assert main(["map", "--robot", "hoang-2015", "--field", "condition_J", "--out", out, "--nodes", "41"]) == 0
+    assert (
+        main(
+            [
+                "map",
+                "--space",
+                "joint",
+                "--out",
+                out,
+                "--nodes",
+                "41",
+                "--data",
+                str(tmp_path / "map.npz"),
+            ]
+        )
+        == 0
+    )
+    assert (
+        main(
+            [
+                "map",
+                "--robot",
+                "hoang-2015",
+                "--field",
+                "condition_J",
+                "--out",
+                out,
+                "--nodes",
+                "41",
+            ]
+        )
+        == 0
+    )
     assert "     8       --" in capsys.readouterr().out
     assert (tmp_path / "map.npz").stat().st_size > 1000
 
@@ -173,7 +251,12 @@ def test_controllers_and_cases(tmp_path, capsys):
     assert main(["track", "--case", "mass", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert "task 1, mass 20 % larger than known" in printed and "ctc-stiff" in printed
-    assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "ctc.csv", "ctc-stiff.csv", "mpc.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "comparison.png",
+        "ctc.csv",
+        "ctc-stiff.csv",
+        "mpc.csv",
+    }
     assert main(["track", "--case", "task-1", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["controllers"]
     assert figures["mpc"]["fallbacks"] == 0 and figures["ctc"]["median_solve_s"] is None
@@ -255,7 +338,11 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
     toml, as_json = tmp_path / "iri.toml", tmp_path / "iri.json"
     toml.write_text(IRI_LINKS)
     as_json.write_text(json.dumps(tomllib.loads(IRI_LINKS)))
-    assert chosen("--robot", str(toml)) == chosen("--robot", str(as_json)) == ROBOTS["iri-vertical"].robot
+    assert (
+        chosen("--robot", str(toml))
+        == chosen("--robot", str(as_json))
+        == ROBOTS["iri-vertical"].robot
+    )
     upright = chosen("--gravity", "0", "-9.81", "--fs1", "0.01", "--mx11", "0.02")
     assert upright == fb.FiveBar(gravity=(0, -9.81), fs1=0.01, mx11=0.02)
     flat = tmp_path / "flat.json"
@@ -268,7 +355,10 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
     [
         (("mass = 1.2093, x", "mas = 1.2093, x"), r"links\.11: no mas; the known ones are mass, x"),
         (("d = 0.12\n", ""), "a robot of links needs d too"),
-        (("x = 0.0746, inertia_about_centre", "x = 0.0746, inertia"), "is it about the centre of mass"),
+        (
+            ("x = 0.0746, inertia_about_centre", "x = 0.0746, inertia"),
+            "is it about the centre of mass",
+        ),
         (("payload", "pay_load"), "no parameter pay_load of a robot of links"),
         (("x = 0.0746, ", ""), r"links\.12 needs x too"),
     ],

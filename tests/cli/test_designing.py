@@ -11,7 +11,16 @@ from fivebar.cli import main
 
 GRID = ["--grid", "l1=0.08:0.12:3", "--grid", "l2=0.1:0.14:3"]
 TABLE = ["--table", "0.06", "0.04", "--poses", "5", "5"]
-BOUNDS = ["--bound", "l1=0.05:0.2", "--bound", "l2=0.05:0.2", "--bound", "d=0.05", "--bound", "task_y=0.05:0.3"]
+BOUNDS = [
+    "--bound",
+    "l1=0.05:0.2",
+    "--bound",
+    "l2=0.05:0.2",
+    "--bound",
+    "d=0.05",
+    "--bound",
+    "task_y=0.05:0.3",
+]
 
 
 def ran(words, capsys, code=0):
@@ -20,37 +29,69 @@ def ran(words, capsys, code=0):
 
 
 def test_a_sweep_its_folder_and_its_table(tmp_path, capsys):
-    words = ["sweep", "workspace_area", "bars", *GRID, "--out", tmp_path / "out", "--csv", tmp_path / "all.csv"]
-    said = ran([*words, "--plot", tmp_path / "picture.png", "--best", 2], capsys)
-    lines = said.out.splitlines()
+    words = [
+        "sweep",
+        "workspace_area",
+        "bars",
+        *GRID,
+        "--out",
+        tmp_path / "out",
+        "--csv",
+        tmp_path / "all.csv",
+    ]
+    notes = ran([*words, "--plot", tmp_path / "picture.png", "--best", 2], capsys)
+    lines = notes.out.splitlines()
     assert lines[0].split() == ["design", "l1", "l2", "workspace_area", "bars"] and len(lines) == 3
     assert lines[1].split()[:3] == ["8", "0.12", "0.14"]
-    assert said.err.split() == [str(tmp_path / name) for name in ("all.csv", "picture.png", "out")]
+    assert notes.err.split() == [str(tmp_path / name) for name in ("all.csv", "picture.png", "out")]
     again = json.loads(ran([*words, "--json", "--best", 1], capsys).out)
     assert again["designs"] == 9 and again["best"][0]["design"] == 8
     done = fb.optimal_design.Sweep.load(tmp_path / "out")
     assert again["best"][0]["workspace_area"] == done["workspace_area"].max()
-    assert ran(["sweep", "bars", *GRID, "--out", tmp_path / "out"], capsys, 2).err.startswith("fivebar: out: ")
+    assert ran(["sweep", "bars", *GRID, "--out", tmp_path / "out"], capsys, 2).err.startswith(
+        "fivebar: out: "
+    )
 
 
 def test_the_other_designs_and_choices(tmp_path, capsys):
     file = tmp_path / "own.py"
     file.write_text("def thickest(robot):\n    return robot.l11 / robot.d\n")
-    rows = ran(["sweep", f"{file}:thickest", "--sample", 20, "--bound", "d=0.1:0.2", "--best", 1], capsys).out
+    rows = ran(
+        ["sweep", f"{file}:thickest", "--sample", 20, "--bound", "d=0.1:0.2", "--best", 1], capsys
+    ).out
     assert 0.85 < float(rows.split()[-1]) <= 0.9
     csv = tmp_path / "designs.csv"
     csv.write_text("l1,task_y\n0.1,0.12\n0.1,9\nnan,0.1\n")
-    said = ran(["sweep", "det_A", "worst_tip_error", "--designs", csv, *TABLE, "--tolerance", "q=0.001"], capsys)
-    assert [line.split()[0] for line in said.out.splitlines()] == ["design", "0", "1"]
-    assert said.err == "design 2: l1 must be finite, not nan\n"
+    notes = ran(
+        ["sweep", "det_A", "worst_tip_error", "--designs", csv, *TABLE, "--tolerance", "q=0.001"],
+        capsys,
+    )
+    assert [line.split()[0] for line in notes.out.splitlines()] == ["design", "0", "1"]
+    assert notes.err == "design 2: l1 must be finite, not nan\n"
     path = tmp_path / "path.csv"
     path.write_text("t,x,y\n" + "".join(f"{k / 10},{0.002 * k},0.12\n" for k in range(8)))
-    words = ["sweep", "time", "worst_torque", "--grid", "l2=0.1:0.12:2", "--motion", path, "--motor", 1.0, 5.0]
-    found = json.loads(ran([*words, "--json", "--working", "+-", "--zz1", 0.003], capsys).out)["best"]
+    words = [
+        "sweep",
+        "time",
+        "worst_torque",
+        "--grid",
+        "l2=0.1:0.12:2",
+        "--motion",
+        path,
+        "--motor",
+        1.0,
+        5.0,
+    ]
+    found = json.loads(ran([*words, "--json", "--working", "+-", "--zz1", 0.003], capsys).out)[
+        "best"
+    ]
     assert all(0 < each["time"] < 2 for each in found)
     assert "xh430-w350: 3.4 N m" in ran(["sweep", "--list"], capsys).out
     assert "det_A, max" in ran(["design", "--list"], capsys).out
-    circle = ran(["sweep", "inscribed_circle", "--grid", "r1=0.7", "--grid", "r2=1.7", "--grid", "r3=0.6"], capsys).out
+    circle = ran(
+        ["sweep", "inscribed_circle", "--grid", "r1=0.7", "--grid", "r2=1.7", "--grid", "r3=0.6"],
+        capsys,
+    ).out
     assert circle.split()[-1] == "0.7"
 
 
@@ -60,7 +101,10 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         (["sweep"], "which figure. fivebar sweep --list names them"),
         (["sweep", "bars"], "designs come from one of --grid, --sample, --triangle, --designs"),
         (["sweep", "bars", *GRID, "--triangle", "4"], "from one of .*, not --grid and --triangle"),
-        (["sweep", "bars", "--grid", "l1=0.1:0.2"], "--grid must be NAME=VALUE or LOW:HIGH:COUNT, not 'l1=0.1:0.2'"),
+        (
+            ["sweep", "bars", "--grid", "l1=0.1:0.2"],
+            "--grid must be NAME=VALUE or LOW:HIGH:COUNT, not 'l1=0.1:0.2'",
+        ),
         (["sweep", "bars", "--grid", "l1=0.1:x:3"], "--grid: 'x' is no number"),
         (["sweep", "bars", "--grid", "l1=0.1:0.2:2.5"], "--grid: 2.5 is no count"),
         (["sweep", "bars", "--bound", "l1=0.1:0.2", *GRID], "--bound is of --sample N"),
@@ -68,11 +112,26 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
             ["sweep", "tip_speed", *GRID, *TABLE, "--motor", "big"],
             "motor: no motor 'big'; the known ones are xh430-w350",
         ),
-        (["sweep", "det_A", *GRID, *TABLE, "--working", "out"], "--working must be two signs, as .-"),
-        (["sweep", "numpy.py:f", *GRID], "numpy is the name of a module that is in use: give the file another"),
-        (["sweep", "no.py:f", *GRID], "a figure of your own is FILE.py:FUNCTION, and there is no such file"),
-        (["sweep", "bars", *GRID, "--plot", "x.doc"], "--plot must end in .png, .svg or .pdf, not 'x.doc'"),
-        (["sweep", "bars", *GRID, "--dask", "a:1", "--workers", "2"], "--workers are processes here"),
+        (
+            ["sweep", "det_A", *GRID, *TABLE, "--working", "out"],
+            "--working must be two signs, as .-",
+        ),
+        (
+            ["sweep", "numpy.py:f", *GRID],
+            "numpy is the name of a module that is in use: give the file another",
+        ),
+        (
+            ["sweep", "no.py:f", *GRID],
+            "a figure of your own is FILE.py:FUNCTION, and there is no such file",
+        ),
+        (
+            ["sweep", "bars", *GRID, "--plot", "x.doc"],
+            "--plot must end in .png, .svg or .pdf, not 'x.doc'",
+        ),
+        (
+            ["sweep", "bars", *GRID, "--dask", "a:1", "--workers", "2"],
+            "--workers are processes here",
+        ),
         (["sweep", "bars", *GRID, "--motion", "none.csv"], "none.csv"),
         (["design"], "which goal"),
         (["design", "bars", "--bound", "l1"], "--bound must be NAME=VALUE or LOW:HIGH, not 'l1'"),
@@ -81,23 +140,48 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         (["design", "bars", "--bound", "l1=0.2:0.1"], "is the wrong way round"),
     ],
 )
-def test_wrong_usage(words, said, capsys):
+def test_wrong_usage(words, notes, capsys):
     error = ran(words, capsys, 2).err
-    assert re.search(said, error), error
+    assert re.search(notes, error), error
 
 
 def test_a_design_and_a_front(tmp_path, capsys):
-    words = ["design", "bars", *BOUNDS, *TABLE, "--limit", "det_A=0.5", "--step-mm", 1, "--effort", 0.2]
+    words = [
+        "design",
+        "bars",
+        *BOUNDS,
+        *TABLE,
+        "--limit",
+        "det_A=0.5",
+        "--step-mm",
+        1,
+        "--effort",
+        0.2,
+    ]
     text = ran([*words, "--out", tmp_path / "one"], capsys).out
     assert "det_A = 0.5" in text and "no robot within the bounds passes bars = 0.2" in text
     robot = json.loads((tmp_path / "one" / "robot.json").read_text())
     assert robot["l11"] == robot["l21"] == round(robot["l11"], 3) and robot["d"] == 0.05
     # The file is a robot to every command.
     csv = ["sweep", "bars", "--robot", tmp_path / "one" / "robot.json", "--grid", "m=0.5", "--json"]
-    assert json.loads(ran(csv, capsys).out)["best"][0]["bars"] == pytest.approx(2 * (robot["l11"] + robot["l12"]))
-    words = ["design", "bars", "global_conditioning=max", *BOUNDS, *TABLE, "--points", 4, "--effort", 0.2]
-    said = ran([*words, "--out", tmp_path / "front", "--plot", tmp_path / "front.svg"], capsys)
-    assert said.out.splitlines()[0].split()[-2:] == ["held", "by"] and len(said.out.splitlines()) > 2
+    assert json.loads(ran(csv, capsys).out)["best"][0]["bars"] == pytest.approx(
+        2 * (robot["l11"] + robot["l12"])
+    )
+    words = [
+        "design",
+        "bars",
+        "global_conditioning=max",
+        *BOUNDS,
+        *TABLE,
+        "--points",
+        4,
+        "--effort",
+        0.2,
+    ]
+    notes = ran([*words, "--out", tmp_path / "front", "--plot", tmp_path / "front.svg"], capsys)
+    assert (
+        notes.out.splitlines()[0].split()[-2:] == ["held", "by"] and len(notes.out.splitlines()) > 2
+    )
     front = fb.optimal_design.Front.load(tmp_path / "front")
     assert (np.diff(front["bars"]) > 0).all() and (tmp_path / "front.svg").stat().st_size > 10_000
     found = json.loads(ran([*words, "--json"], capsys).out)

@@ -27,7 +27,10 @@ def table(file, skip=1):
 
 def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["draw", drawing, "--out", str(out), "--json", "--rate", "500", "--period", "0.01"]) == 0
+    assert (
+        main(["draw", drawing, "--out", str(out), "--json", "--rate", "500", "--period", "0.01"])
+        == 0
+    )
     printed = capsys.readouterr()
     figures = json.loads(printed.out)
     assert "<text> is passed over (line 1)" in printed.err
@@ -49,7 +52,9 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     assert t[0] == 0 and 0 <= t[-1] - figures["duration_s"] < 0.002 and not rows[[0, -1], 3:5].any()
     xi = fb.dgm(fb.FiveBar(), q, assembly=-1).xi
     path = fb.path(drawing, deviation=2e-5)
-    np.testing.assert_allclose(xi[-1] - xi[0], path.pieces[-1].end - path.pieces[0].start, atol=1e-12)
+    np.testing.assert_allclose(
+        xi[-1] - xi[0], path.pieces[-1].end - path.pieces[0].start, atol=1e-12
+    )
     moved = np.linalg.norm(np.diff(xi, axis=0), axis=1)
     assert moved[pen[1:] == 1].sum() == pytest.approx(figures["drawn_m"], rel=2e-3)
     run = fb.Run.from_csv(out / "run.csv")
@@ -73,9 +78,11 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
         "0.3",
     ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
-    said = capsys.readouterr()
+    notes = capsys.readouterr()
     assert (
-        "certified            yes" in said.out and " % of the time" in said.out and "leaves its drawing" not in said.err
+        "certified            yes" in notes.out
+        and " % of the time" in notes.out
+        and "leaves its drawing" not in notes.err
     )
     names, rows = table(tmp_path / "setpoints.csv")
     assert names[1] == "q1_deg"
@@ -83,9 +90,24 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     xi = run.xi
     assert 14 < np.abs(run.tau).max() <= 20 and run.torque_limit == 20
     # Accelerations of hundreds of m/s^2 are held: the tracker's period, horizon and weights are of this motion.
-    assert "tracker's period     0.5 ms" in said.out and np.hypot(*run.error.T).max() < 5e-5
+    assert "tracker's period     0.5 ms" in notes.out and np.hypot(*run.error.T).max() < 5e-5
     np.testing.assert_allclose((xi.min(axis=0) + xi.max(axis=0)) / 2, (0.02, 0.1), atol=2e-4)
-    assert main(["draw", drawing, "--out", str(tmp_path), *options, "--reserve", "0", "--period", "0.05"]) == 0
+    assert (
+        main(
+            [
+                "draw",
+                drawing,
+                "--out",
+                str(tmp_path),
+                *options,
+                "--reserve",
+                "0",
+                "--period",
+                "0.05",
+            ]
+        )
+        == 0
+    )
     assert "too fast for its tracker" in capsys.readouterr().err
 
 
@@ -104,8 +126,18 @@ def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, cap
     "body, options, code, message",
     [
         (STROKES, ["--scale", "9"], 1, "larger than any aspect's rectangle: it fits with scale 3."),
-        (STROKES, ["--at", "0.2", "0.1"], 1, "it leaves the workspace at (183.5, 111.5) mm, 0 mm along it (line 1)"),
-        (STROKES, ["--at", "0.05", "0.0", "--scale", "4"], 1, "cannot be drawn there: in working modes"),
+        (
+            STROKES,
+            ["--at", "0.2", "0.1"],
+            1,
+            "it leaves the workspace at (183.5, 111.5) mm, 0 mm along it (line 1)",
+        ),
+        (
+            STROKES,
+            ["--at", "0.05", "0.0", "--scale", "4"],
+            1,
+            "cannot be drawn there: in working modes",
+        ),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--example"], 2, "draw needs a file, or --example"),
         (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
@@ -115,7 +147,10 @@ def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, cap
 )
 def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, capsys):
     (tmp_path / "drawing.svg").write_text(SVG.format(body))
-    assert main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options]) == code
+    assert (
+        main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options])
+        == code
+    )
     assert message in capsys.readouterr().err
 
 
@@ -124,15 +159,26 @@ def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n")
     options = ["--at", "0.07", "0.034", "--torque-limit", "0.02", "--out", str(tmp_path), "--json"]
     assert main(["draw", str(tmp_path / "task_2.csv"), *options]) == 1
-    assert "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)" in (
-        capsys.readouterr().err
+    assert (
+        "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)"
+        in (capsys.readouterr().err)
     )
     (tmp_path / "proof.json").write_text("of an earlier drawing")
-    assert main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"]) == 0
-    said = capsys.readouterr()
-    assert "proof.json: of an earlier drawing; removed" in said.err and not (tmp_path / "proof.json").exists()
-    figures = json.loads(said.out)
-    assert figures["max_error_m"] < 5e-5 and max(figures["peak_torque_Nm"]) <= 0.02 and not figures["certified"]
+    assert (
+        main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"])
+        == 0
+    )
+    notes = capsys.readouterr()
+    assert (
+        "proof.json: of an earlier drawing; removed" in notes.err
+        and not (tmp_path / "proof.json").exists()
+    )
+    figures = json.loads(notes.out)
+    assert (
+        figures["max_error_m"] < 5e-5
+        and max(figures["peak_torque_Nm"]) <= 0.02
+        and not figures["certified"]
+    )
     run = fb.Run.from_csv(tmp_path / "run.csv")
     assert np.sign(fb.igm(run.robot, run.xi[[0, -1]]).det_A).tolist() == [1.0, -1.0]
 
@@ -149,7 +195,20 @@ def test_plan_between_points(tmp_path, capsys):
 
 
 def test_plan_between_modes(capsys):
-    ends = ["--from", "0", "0.1", "--to", "0", "0.1", "--from-working", "-1", "-1", "--to-working", "-1", "1"]
+    ends = [
+        "--from",
+        "0",
+        "0.1",
+        "--to",
+        "0",
+        "0.1",
+        "--from-working",
+        "-1",
+        "-1",
+        "--to-working",
+        "-1",
+        "1",
+    ]
     assert main(["plan", *ends, "--duration", "2", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert figures["working_at_the_end"] == [-1, 1]
@@ -172,18 +231,33 @@ def test_plan_refuses(options, message, capsys):
 
 @pytest.mark.parametrize("controller", ["ctc", "pd", "mpc"])
 def test_track_in_other_modes(controller, capsys):
-    ends = ["--from", "0", "0.1", "--to", "0.03", "0.12", "--duration", "0.3", "--controller", controller]
+    ends = [
+        "--from",
+        "0",
+        "0.1",
+        "--to",
+        "0.03",
+        "0.12",
+        "--duration",
+        "0.3",
+        "--controller",
+        controller,
+    ]
     assert main(["track", *ends, "--working", "1", "-1", "--json"]) == 0
     error = {"ctc": 2e-3, "pd": 0.1, "mpc": 5e-5}[controller]  # the motion is a fast one: 2.3 m/s^2
     assert json.loads(capsys.readouterr().out)["max_error_m"] < error
 
 
 def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
-    (tmp_path / "corner.csv").write_text("t [ms];X (mm);Y (mm)\n0;50;100\n500;60,5;100\n1000;60,5;110\n")
+    (tmp_path / "corner.csv").write_text(
+        "t [ms];X (mm);Y (mm)\n0;50;100\n500;60,5;100\n1000;60,5;110\n"
+    )
     assert main(["track", str(tmp_path / "corner.csv"), "--polyline", "1e-4"]) == 0
     err = capsys.readouterr().err
     assert "it leaves the chords between samples by up to" in err and "X (mm): read in mm" in err
-    (tmp_path / "ms.csv").write_text("t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8)))
+    (tmp_path / "ms.csv").write_text(
+        "t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8))
+    )
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
     assert "could be seconds" in capsys.readouterr().err
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0

@@ -17,8 +17,12 @@ def files(tmp_path):
     log, robot = CASE.log, CASE.known
     rows = np.column_stack([1e3 * log["t"], np.degrees(log["q"]), 1e3 * log["tau"]])
     lines = [";".join(f"{value:.9g}".replace(".", ",") for value in row) for row in rows]
-    (tmp_path / "log.csv").write_text("Time (ms);q1 (deg);q2 (deg);torque1 [mNm];torque2 [mNm]\n" + "\n".join(lines))
-    lengths = "".join(f"{name} = {getattr(robot, name)!r}\n" for name in ("l11", "l12", "l21", "l22", "d"))
+    (tmp_path / "log.csv").write_text(
+        "Time (ms);q1 (deg);q2 (deg);torque1 [mNm];torque2 [mNm]\n" + "\n".join(lines)
+    )
+    lengths = "".join(
+        f"{name} = {getattr(robot, name)!r}\n" for name in ("l11", "l12", "l21", "l22", "d")
+    )
     (tmp_path / "robot.toml").write_text(lengths)
     return tmp_path
 
@@ -39,8 +43,13 @@ def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
         "q1 (deg): read in deg",
     ):
         assert part in shown
-    assert all((out / name).is_file() for name in ("robot.toml", "identification.json", "torques.png"))
-    assert main(["identify", str(files / "log.csv"), "--robot", str(out / "robot.toml"), "--json"]) == 0
+    assert all(
+        (out / name).is_file() for name in ("robot.toml", "identification.json", "torques.png")
+    )
+    assert (
+        main(["identify", str(files / "log.csv"), "--robot", str(out / "robot.toml"), "--json"])
+        == 0
+    )
     table = json.loads(capsys.readouterr().out)
     assert table["values"]["m"] == pytest.approx(CASE.robot.m, rel=0.01) and table["files"] == []
     assert set(table["chosen"]) == CASE.named | {"zz1", "zz2", "m"}

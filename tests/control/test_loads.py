@@ -33,11 +33,21 @@ def test_pd_with_gravity_stands_where_pd_sags():
 
 
 def test_pd_with_gravity_of_symbols_is_that_of_numbers():
-    law, q, q_dot = fb.PD(IRI, 20.0, 1.0, gravity=True), casadi.SX.sym("q", 2), casadi.SX.sym("v", 2)
-    call = casadi.Function("law", [q, q_dot], [law.law(q, q_dot, (0.3, 0.6), (0.0, 0.0), (0.0, 0.0))])
-    numbers = law.law(np.array((0.2, 0.8)), np.array((0.1, -0.2)), np.array((0.3, 0.6)), np.zeros(2), np.zeros(2))
+    law, q, q_dot = (
+        fb.PD(IRI, 20.0, 1.0, gravity=True),
+        casadi.SX.sym("q", 2),
+        casadi.SX.sym("v", 2),
+    )
+    call = casadi.Function(
+        "law", [q, q_dot], [law.law(q, q_dot, (0.3, 0.6), (0.0, 0.0), (0.0, 0.0))]
+    )
+    numbers = law.law(
+        np.array((0.2, 0.8)), np.array((0.1, -0.2)), np.array((0.3, 0.6)), np.zeros(2), np.zeros(2)
+    )
     np.testing.assert_allclose(call((0.2, 0.8), (0.1, -0.2)).full().ravel(), numbers, rtol=1e-12)
-    runs = fb.simulate_many(LAB, [fb.PD(LAB, kp, 0.6, gravity=True) for kp in (4.0, 8.0)], CIRCLE, step=0.002)
+    runs = fb.simulate_many(
+        LAB, [fb.PD(LAB, kp, 0.6, gravity=True) for kp in (4.0, 8.0)], CIRCLE, step=0.002
+    )
     alone = fb.simulate(LAB, fb.PD(LAB, 8.0, 0.6, gravity=True), CIRCLE, step=0.002, method="rk4")
     np.testing.assert_allclose(runs[1].q, alone.q, atol=1e-10)
 
@@ -48,7 +58,8 @@ def test_computed_torque_that_knows_the_robot_follows_and_without_gravity_does_n
     path = fb.line(xi, (xi[0] + 0.03, xi[1] - 0.02), 1.0)
     blind = replace(robot, gravity=(0.0, 0.0))
     knows, not_ = (
-        fb.simulate(robot, fb.ComputedTorque(each, 400.0, 40.0), path, control_period=0.002) for each in (robot, blind)
+        fb.simulate(robot, fb.ComputedTorque(each, 400.0, 40.0), path, control_period=0.002)
+        for each in (robot, blind)
     )
     assert np.abs(knows.error).max() < 3e-4 < 3e-3 < np.abs(not_.error).max()
 
@@ -65,10 +76,14 @@ def test_dry_friction_is_given_by_the_reference_not_by_the_sign_of_a_rate_near_0
     np.testing.assert_allclose(more, (0.02, -0.03), rtol=1e-12)
 
 
-@pytest.mark.parametrize("more", [{}, {"fs1": 0.01, "fs2": 0.01, "fv1": 0.002}, {"zz12": -1e-4, "my22": 2e-4}])
+@pytest.mark.parametrize(
+    "more", [{}, {"fs1": 0.01, "fs2": 0.01, "fv1": 0.002}, {"zz12": -1e-4, "my22": 2e-4}]
+)
 def test_the_tracker_knows_gravity_friction_and_heavy_bars(more):
     robot = replace(LAB, **more)
-    run, blind = (fb.simulate(robot, fb.Tracker(each), CIRCLE, duration=2.0) for each in (robot, fb.FiveBar()))
+    run, blind = (
+        fb.simulate(robot, fb.Tracker(each), CIRCLE, duration=2.0) for each in (robot, fb.FiveBar())
+    )
     settled = run.t > 0.5
     best, other = (np.hypot(*each.error[settled].T).max() for each in (run, blind))
     assert best < 3e-4 and best < other

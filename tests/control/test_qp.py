@@ -24,7 +24,11 @@ def test_prediction_is_the_plant_and_of_second_order(robot):
         rates = bars_rates(robot, tuple(after[:4]), tuple(after[4:]))
         run = fb.simulate(robot, lambda *_: tau, start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
                           duration=h, control_period=h, step=h / 20)  # fmt: skip
-        errors.append(np.linalg.norm(np.array(rates._xi_dot) - fb.dkm(fb.dgm(robot, run.q[-1]), run.q_dot[-1]).xi_dot))
+        errors.append(
+            np.linalg.norm(
+                np.array(rates._xi_dot) - fb.dkm(fb.dgm(robot, run.q[-1]), run.q_dot[-1]).xi_dot
+            )
+        )
     assert errors[1] < 1e-4
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.2)  # of one step
 
@@ -44,7 +48,12 @@ def test_condensed_gradient_is_the_cost_s(robot, elbows):
 
     def predict(v):
         states, AB, motion, C = (a.copy() for a in model.rollout(state, scale * v.reshape(N, 2)))
-        return motion, AB.reshape(N, SIZE, SIZE + 2), C.reshape(N, 4, SIZE), (states[:, JOINTS] - 0.3) * levers
+        return (
+            motion,
+            AB.reshape(N, SIZE, SIZE + 2),
+            C.reshape(N, 4, SIZE),
+            (states[:, JOINTS] - 0.3) * levers,
+        )
 
     now = model.look(state)[0].copy() - target[0]
 
@@ -53,14 +62,24 @@ def test_condensed_gradient_is_the_cost_s(robot, elbows):
         e = motion - target[1:]
         share = np.array(lengths) / lengths[0]
         acceleration = np.diff(np.vstack([now, e])[:, 2:], axis=0) / np.array(lengths)[:, None]
-        total = (share[:-1] * np.sum((weights[0] * e[:-1, :2]) ** 2, axis=1)).sum() + e[-1] @ terminal @ e[-1]
+        total = (share[:-1] * np.sum((weights[0] * e[:-1, :2]) ** 2, axis=1)).sum() + e[
+            -1
+        ] @ terminal @ e[-1]
         total += (share * np.sum((weights[1] * acceleration) ** 2, axis=1)).sum()
         total += (share * np.sum((weights[0] * arcs) ** 2, axis=1)).sum() * elbows
         change = np.diff(np.vstack([previous, v.reshape(N, 2)]), axis=0)
         return 0.5 * (total + np.sum((weights[2] * scale * change) ** 2))
 
     motion, AB, C, arcs = predict(guess)
-    H, g = condense(now, motion - target[1:], AB, C, previous, guess, (arcs, JOINTS, levers[None]) if elbows else None)
+    H, g = condense(
+        now,
+        motion - target[1:],
+        AB,
+        C,
+        previous,
+        guess,
+        (arcs, JOINTS, levers[None]) if elbows else None,
+    )
     steps = 1e-3 * np.eye(2 * N)
     central = np.array([(cost(guess + s) - cost(guess - s)) / 2e-3 for s in steps])
     np.testing.assert_allclose(H @ guess + g, central, rtol=0, atol=1e-3 * np.abs(central).max())
@@ -74,7 +93,9 @@ def test_terminal_cost_solves_the_riccati_equation():
     np.testing.assert_allclose(riccati(h, position, acceleration), expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("horizon", "period", "seconds"), [(20, 0.01, 1.0), (20, 0.01, 0.2), (2, 0.1, 3.0)])
+@pytest.mark.parametrize(
+    ("horizon", "period", "seconds"), [(20, 0.01, 1.0), (20, 0.01, 0.2), (2, 0.1, 3.0)]
+)
 def test_stages_cover_the_horizon(horizon, period, seconds):
     lengths = stage_lengths(horizon, period, seconds)
     assert len(lengths) == horizon and lengths[0] == period and (np.diff(lengths) >= 0).all()
@@ -126,7 +147,12 @@ def test_check_catches_a_corrupted_solution(corrupt):
             results = call(*arguments)
             if corrupt == "stale":
                 return call(*random_qp(9)[2:4], *arguments[2:])
-            values = {"moved": results[0][3] * 0.99 + 1e-3, "outside": 0.2, "nan": np.nan, "huge": 1e308}
+            values = {
+                "moved": results[0][3] * 0.99 + 1e-3,
+                "outside": 0.2,
+                "nan": np.nan,
+                "huge": 1e308,
+            }
             results[0][3] = values[corrupt]
             return results
 
@@ -138,4 +164,7 @@ def test_check_catches_a_corrupted_solution(corrupt):
 def test_infeasible_problem_is_reported():
     _, _, H, g, low, high, _, _ = random_qp(2)
     rows = np.ones((1, 12))
-    assert QP(12, 1)(H, g, rows, np.array([-100.0]), low, high)[2] in (Status.QP_FAILED, Status.CHECK_FAILED)
+    assert QP(12, 1)(H, g, rows, np.array([-100.0]), low, high)[2] in (
+        Status.QP_FAILED,
+        Status.CHECK_FAILED,
+    )

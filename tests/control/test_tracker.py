@@ -48,7 +48,9 @@ def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
     """The degree-8 polynomial comes within sin q22 = 0.06 of Type 1 where it crosses, 20 times faster than the plan."""
     rest, singular = {1: (0, 0), 2: (0, 0)}, (0.0525327138758270, 0.00430328475849708)
     midway = {0: singular, 1: (-0.0253611967131164, -0.0430907147919202), 2: (0, 0)}
-    reference = fb.polynomial([(0, {0: (0.09, 0.06796322), **rest}), (2, midway), (4, {0: (0.05, 0.0), **rest})])
+    reference = fb.polynomial(
+        [(0, {0: (0.09, 0.06796322), **rest}), (2, midway), (4, {0: (0.05, 0.0), **rest})]
+    )
     tracker, estimates = Tracker(ROBOT, torque_limit=0.1), []
 
     def controller(t, q, q_dot, reference):
@@ -68,11 +70,15 @@ def test_constant_disturbance_leaves_no_offset_at_rest():
     run = fb.simulate(fb.FiveBar(m=0.6), lambda *a: tracker(*a) + offset, TASK_1, duration=3.0)
     assert np.linalg.norm(run.error[-1]) < 1e-9
     np.testing.assert_allclose(tracker.log.disturbance[-1], offset, atol=1e-7)
-    held = fb.simulate(ROBOT, lambda *a: fb.ComputedTorque(ROBOT, 100, 20)(*a) + offset, TASK_1, duration=3.0)
+    held = fb.simulate(
+        ROBOT, lambda *a: fb.ComputedTorque(ROBOT, 100, 20)(*a) + offset, TASK_1, duration=3.0
+    )
     assert np.linalg.norm(held.error[-1]) > 1e-4  # which computed torque leaves
 
 
-@pytest.mark.parametrize("reference", [TASK_1, fb.line((0.0, 0.1), (0.09, 0.06796322), 2.0)], ids=["there", "back"])
+@pytest.mark.parametrize(
+    "reference", [TASK_1, fb.line((0.0, 0.1), (0.09, 0.06796322), 2.0)], ids=["there", "back"]
+)
 def test_limits_of_torque_and_speed_are_kept(reference):
     tracker = Tracker(ROBOT, torque_limit=0.006, speed_limit=1.0)
     run = fb.simulate(ROBOT, tracker, reference, duration=2.5)
@@ -86,7 +92,11 @@ def test_speed_limit_across_type_2():
     asked = np.abs(fb.simulate(ROBOT, Tracker(ROBOT), chosen.reference).q_dot).max()
     tracker = Tracker(ROBOT, torque_limit=0.05, speed_limit=0.8 * asked)
     run = chosen.simulate(tracker)
-    assert np.abs(run.q_dot).max() < 0.8 * asked * 1.001 and not tracker.log.status.any() and len(run.events) == 1
+    assert (
+        np.abs(run.q_dot).max() < 0.8 * asked * 1.001
+        and not tracker.log.status.any()
+        and len(run.events) == 1
+    )
 
 
 def test_one_millisecond_and_other_robots(robot):
@@ -104,7 +114,10 @@ def test_other_modes(working):
     reference = fb.line((0.02, 0.1), (-0.03, 0.12), 1.0)
     start = fb.ikm(fb.igm(ROBOT, (0.02, 0.1), working), (0.0, 0.0))
     tracker = Tracker(ROBOT, assembly=int(start.pose.assembly))
-    assert largest(fb.simulate(ROBOT, tracker, reference, start=start)) < 2e-5 and not tracker.log.status.any()
+    assert (
+        largest(fb.simulate(ROBOT, tracker, reference, start=start)) < 2e-5
+        and not tracker.log.status.any()
+    )
 
 
 def test_start_in_motion_and_a_stop_that_is_no_motion():
@@ -140,12 +153,18 @@ def test_fallback_is_clipped_computed_torque_and_reported():
     failing(tracker, when)
     run = fb.simulate(ROBOT, tracker, TASK_1, duration=1.0, torque_limit=limit)
     status = tracker.log.status
-    assert (status[20:60] == Status.QP_FAILED).all() and not status[:20].any() and not status[60:].any()
+    assert (
+        (status[20:60] == Status.QP_FAILED).all()
+        and not status[:20].any()
+        and not status[60:].any()
+    )
     assert (tracker.log.iterations[20:60] == 7).all()
     computed = fb.ComputedTorque(ROBOT, 100, 20)
     for k in when:
         asked = computed(run.control.t[k], run.control.q[k], run.control.q_dot[k], TASK_1)
-        np.testing.assert_allclose(run.control.commanded[k], np.clip(asked, -limit, limit), atol=1e-12)
+        np.testing.assert_allclose(
+            run.control.commanded[k], np.clip(asked, -limit, limit), atol=1e-12
+        )
 
 
 def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
@@ -153,11 +172,15 @@ def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
     tracker = Tracker(ROBOT, torque_limit=0.05)
     failing(tracker, [*range(295, 310), *range(380, 390)])
     run = chosen.simulate(tracker)
-    assert (tracker.log.status[295:310] == Status.QP_FAILED).all() and not tracker.log.status[310:380].any()
+    assert (tracker.log.status[295:310] == Status.QP_FAILED).all() and not tracker.log.status[
+        310:380
+    ].any()
     controllers = {302: fb.PD(ROBOT, 100 * tracker.inertia, 20 * tracker.inertia)}
     controllers |= dict.fromkeys(range(380, 390), fb.ComputedTorque(ROBOT, 100, 20, assembly=1))
     for k, controller in controllers.items():
-        asked = controller(run.control.t[k], run.control.q[k], run.control.q_dot[k], chosen.reference)
+        asked = controller(
+            run.control.t[k], run.control.q[k], run.control.q_dot[k], chosen.reference
+        )
         np.testing.assert_allclose(run.control.commanded[k], np.clip(asked, -0.05, 0.05), atol=1e-9)
     assert np.abs(run.control.commanded).max() <= 0.05 and np.linalg.norm(run.error[-1]) < 1e-6
 
@@ -243,18 +266,28 @@ def test_reference_of_one_time():
 
 def test_wrong_period_and_massless_robot():
     tracker = Tracker(ROBOT, period=0.01)
-    with pytest.raises(ValueError, match="made for a period of 0.01 s was called again after 0.001 s"):
+    with pytest.raises(
+        ValueError, match="made for a period of 0.01 s was called again after 0.001 s"
+    ):
         fb.simulate(ROBOT, tracker, TASK_1, control_period=0.001)
     with pytest.raises(ValueError, match="m must be finite and > 0"):
         Tracker(fb.FiveBar(m=0.0))
 
 
 def test_compiled_is_the_same(compiler):
-    runs = [fb.simulate(ROBOT, Tracker(ROBOT, jit=jit), TASK_1, duration=0.5) for jit in (False, True)]
+    runs = [
+        fb.simulate(ROBOT, Tracker(ROBOT, jit=jit), TASK_1, duration=0.5) for jit in (False, True)
+    ]
     np.testing.assert_allclose(runs[0].tau, runs[1].tau, atol=1e-9)
 
 
 def test_benchmark_runs(compiler, capfd):
     qp_solvers.main(quick=True)
-    rows = [line.split() for line in capfd.readouterr().out.splitlines() if line.startswith("daqp condensed")]
-    assert len(rows) == 3 and all(row[5:7] == ["0", "0"] for row in rows)  # none failed, none silently
+    rows = [
+        line.split()
+        for line in capfd.readouterr().out.splitlines()
+        if line.startswith("daqp condensed")
+    ]
+    assert len(rows) == 3 and all(
+        row[5:7] == ["0", "0"] for row in rows
+    )  # none failed, none silently

@@ -16,10 +16,14 @@ NINE = (*GEOMETRY, "x0", "y0")
 @pytest.mark.parametrize("robot, unknown", [(LAB, GEOMETRY), (LAB, NINE), (NOMINAL, NINE)])
 def test_chosen_poses_tell_three_times_more_than_nine_of_a_grid(robot, unknown):
     chosen = fb.measurement_poses(robot, 9, unknown)
-    box = candidates(robot, 0.3, HOME, None).xi  # the grid is as large as the home mode's regular workspace lets it
+    box = candidates(
+        robot, 0.3, HOME, None
+    ).xi  # the grid is as large as the home mode's regular workspace lets it
     high = box[box[:, 1] > 0.02]
     sides = np.quantile(high, (0.15, 0.85), axis=0)
-    wide = np.stack(np.meshgrid(*(np.linspace(*sides[:, k], 3) for k in (0, 1))), axis=-1).reshape(-1, 2)
+    wide = np.stack(np.meshgrid(*(np.linspace(*sides[:, k], 3) for k in (0, 1))), axis=-1).reshape(
+        -1, 2
+    )
     for grid in (GRID, wide):
         pose = fb.igm(robot, grid, (-1, -1), unreachable="nan")
         kept = np.isfinite(pose.q).all(axis=1)
@@ -36,7 +40,13 @@ def test_the_promised_tip_error_comes_true():
     values, off = [], []
     for _ in range(150):
         points = chosen.xi + sigma * rng.standard_normal(chosen.xi.shape)
-        data = dict(q1=chosen.q[:, 0], q2=chosen.q[:, 1], x=points[:, 0], y=points[:, 1], assembly=chosen.assembly)
+        data = dict(
+            q1=chosen.q[:, 0],
+            q2=chosen.q[:, 1],
+            x=points[:, 0],
+            y=points[:, 1],
+            assembly=chosen.assembly,
+        )
         found = fb.calibrate(LAB, data, GEOMETRY, mistakes="keep")
         values.append(list(found.values.values()))
         off.append(found.predict(over.q, over.assembly) - over.xi)
@@ -53,7 +63,9 @@ def test_poses_keep_their_margin_their_modes_and_their_window():
     assert sines.min() > 0.4 and set(map(tuple, found.working.tolist())) <= {(-1, -1), (1, 1)}
     assert np.abs(found.xi[:, 0]).max() <= 0.1 and found.xi[:, 1].min() >= 0.03
     assert len(np.unique(found.xi, axis=0)) == 8
-    steps = np.abs(np.diff(np.column_stack([found.working, found.assembly]), axis=0)).any(axis=1).sum()
+    steps = (
+        np.abs(np.diff(np.column_stack([found.working, found.assembly]), axis=0)).any(axis=1).sum()
+    )
     kinds = len({(*w, a) for w, a in zip(found.working.tolist(), found.assembly.tolist())})
     assert steps == kinds - 1  # a mode is entered once
     assert "8 poses" in repr(found) and len(found.plot().axes) == 1
@@ -63,10 +75,14 @@ def test_a_list_of_poses_to_fill_in(tmp_path):
     found = fb.measurement_poses(LAB, 6, GEOMETRY, criterion="D", start={"offset1": 0.1})
     found.to_csv(tmp_path / "poses.csv")
     text = (tmp_path / "poses.csv").read_text().splitlines()
-    filled = [text[0]] + [",".join([*(c := line.split(","))[:2], c[7], c[8], *c[4:]]) for line in text[1:]]
+    filled = [text[0]] + [
+        ",".join([*(c := line.split(","))[:2], c[7], c[8], *c[4:]]) for line in text[1:]
+    ]
     (tmp_path / "filled.csv").write_text("\n".join(filled))
     calibrated = fb.calibrate(LAB, tmp_path / "filled.csv", GEOMETRY, start={"offset1": 0.1})
-    assert calibrated.values == pytest.approx({n: getattr(LAB, n, 0.0) for n in GEOMETRY} | {"offset1": 0.1}, abs=1e-11)
+    assert calibrated.values == pytest.approx(
+        {n: getattr(LAB, n, 0.0) for n in GEOMETRY} | {"offset1": 0.1}, abs=1e-11
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,18 +130,30 @@ def test_tip_error_by_jacobian_is_that_of_differences_and_of_monte_carlo():
 
 
 def test_worst_case_is_reached_by_a_corner_of_the_tolerances():
-    found = fb.tip_error(LAB, dict(l11=1e-5, l22=2e-5, offset1=1e-4), (0.02, 0.1), samples=2000, distribution="uniform")
+    found = fb.tip_error(
+        LAB,
+        dict(l11=1e-5, l22=2e-5, offset1=1e-4),
+        (0.02, 0.1),
+        samples=2000,
+        distribution="uniform",
+    )
     corners = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T * found.tolerances
-    assert found.worst[0] == pytest.approx(np.hypot(*(found.jacobian[0] @ corners.T)).max(), rel=1e-4)
+    assert found.worst[0] == pytest.approx(
+        np.hypot(*(found.jacobian[0] @ corners.T)).max(), rel=1e-4
+    )
     assert np.hypot(*found.drawn[0].T).max() <= found.worst[0] * 1.01
     assert found.monte_carlo_sd == pytest.approx(found.sd, rel=0.05)
 
 
 def test_near_type_2_the_tip_gets_away_and_robots_do_not_close(tmp_path):
     points = np.stack([np.zeros(4), [0.06, 0.1, 0.152, 0.1575]], axis=-1)
-    found = fb.tip_error(LAB, TOLERANCES | dict.fromkeys(LENGTHS, 3e-4), points, working=(-1, 1), samples=5000)
+    found = fb.tip_error(
+        LAB, TOLERANCES | dict.fromkeys(LENGTHS, 3e-4), points, working=(-1, 1), samples=5000
+    )
     assert (found.monte_carlo_sd / found.sd)[:2] == pytest.approx([1, 1], abs=0.03)
-    assert found.sd[3] > 50 * found.sd[0] and found.radius[3] == np.inf  # of more than 5 % there is no tip
+    assert (
+        found.sd[3] > 50 * found.sd[0] and found.radius[3] == np.inf
+    )  # of more than 5 % there is no tip
     assert found.open[:2].max() == 0 and found.open[3] == pytest.approx(0.06, abs=0.02)
     assert len(found.plot(tmp_path / "tip.png").axes) == 2
 
@@ -134,7 +162,11 @@ def test_near_type_2_the_tip_gets_away_and_robots_do_not_close(tmp_path):
     "change, error, words",
     [
         (dict(tolerances={"l13": 1.0}), ValueError, "tolerances: no 'l13'"),
-        (dict(tolerances={"l11": -1.0}), ValueError, r"tolerances\['l11'\] must be finite and >= 0"),
+        (
+            dict(tolerances={"l11": -1.0}),
+            ValueError,
+            r"tolerances\['l11'\] must be finite and >= 0",
+        ),
         (dict(tolerances=5), TypeError, "tolerances must be a mapping"),
         (dict(poses=(1.0, 1.0)), fb.UnreachableError, "unreachable"),
         (dict(samples=5), ValueError, "samples must be a whole number >= 10"),
@@ -152,10 +184,14 @@ def test_repeatability_of_a_case_by_hand():
     distances = np.sqrt([2, 5, 5])
     mean = distances.sum() / 3
     sd = np.sqrt(((distances - mean) ** 2).sum() / 2)
-    assert found.barycentre[0] == pytest.approx([1e-3, 1e-3]) and found.distances[0] == pytest.approx(1e-3 * distances)
+    assert found.barycentre[0] == pytest.approx([1e-3, 1e-3]) and found.distances[
+        0
+    ] == pytest.approx(1e-3 * distances)
     assert found.RP[0] == pytest.approx(1e-3 * (mean + 3 * sd)) == pytest.approx(3.38561011e-3)
     assert found.AP[0] == pytest.approx(3e-3)
-    assert "worst RP 3.3856 mm" in str(found) and "3 cycles at a pose, where the standard asks for 30" in str(found)
+    assert "worst RP 3.3856 mm" in str(
+        found
+    ) and "3 cycles at a pose, where the standard asks for 30" in str(found)
     assert len(found.plot().axes) == 1
     with pytest.raises(ValueError, match="points must have shape"):
         fb.repeatability([[0.0, 0.0]])
@@ -166,6 +202,8 @@ def test_repeatability_of_a_case_by_hand():
 @pytest.mark.parametrize("name", ["all three", "backlash", "tilted plane"])
 def test_outside_the_model_it_says_so_and_is_no_worse_than_a_quadratic_correction(name):
     rng = np.random.default_rng(2)
-    sigma = 2e-6 if name == "tilted plane" else 1e-5  # 1 degree moves points by 0.02 mm: to be measured first
-    old, new, said = against_quadratic(rng, name, sets=6, sigma=sigma)
-    assert new < old and said == 1.0
+    sigma = (
+        2e-6 if name == "tilted plane" else 1e-5
+    )  # 1 degree moves points by 0.02 mm: to be measured first
+    old, new, notes = against_quadratic(rng, name, sets=6, sigma=sigma)
+    assert new < old and notes == 1.0

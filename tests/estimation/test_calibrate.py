@@ -20,10 +20,12 @@ def off(found, true, names=None):
 
 
 @pytest.mark.parametrize(
-    "nominal", [LAB, NOMINAL, fb.FiveBar(0.06, 0.1, 0.06, 0.1, 0.1), fb.FiveBar(0.2, 0.2, 0.2, 0.2, 0.1)]
+    "nominal",
+    [LAB, NOMINAL, fb.FiveBar(0.06, 0.1, 0.06, 0.1, 0.1), fb.FiveBar(0.2, 0.2, 0.2, 0.2, 0.1)],
 )
 @pytest.mark.parametrize(
-    "unknown", [LENGTHS, GEOMETRY, (*GEOMETRY, "x0", "y0", "turn"), (*LENGTHS, *READING, *FRAME[:3])]
+    "unknown",
+    [LENGTHS, GEOMETRY, (*GEOMETRY, "x0", "y0", "turn"), (*LENGTHS, *READING, *FRAME[:3])],
 )
 def test_exact_data_give_lengths_to_1e_12(nominal, unknown):
     rng = np.random.default_rng(len(unknown))
@@ -61,7 +63,10 @@ def test_missing_coordinates_here_and_there_and_useless_rows():
     data["x"][[2, 5]], data["y"][[3, 5]], data["q1"][8] = np.nan, np.nan, np.nan
     found = fb.calibrate(LAB, data, GEOMETRY)
     assert off(found, true) < 1e-12
-    assert found.said == ("left out, without q1 or q2: row 9", "left out, without x, y or distance: row 6")
+    assert found.notes == (
+        "left out, without q1 or q2: row 9",
+        "left out, without x, y or distance: row 6",
+    )
 
 
 def test_distances_between_points_alone():
@@ -108,9 +113,16 @@ def test_pixels_of_a_camera_are_metres_of_an_unknown_scale():
     true = twin(rng, LAB, unknown) | dict(x0=640.0, y0=480.0, turn=3.0, scale=5200.0)
     q, points, _, working = seen(true, poses(true, 20, rng))
     points = points + 0.3 * rng.standard_normal(points.shape)
-    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1], working1=working[:, 0], working2=working[:, 1])
+    data = dict(
+        q1=q[:, 0],
+        q2=q[:, 1],
+        x=points[:, 0],
+        y=points[:, 1],
+        working1=working[:, 0],
+        working2=working[:, 1],
+    )
     found = fb.calibrate(LAB, data, unknown, sigma=0.3)
-    assert found.fits and found.said == () and found.rank == len(unknown)
+    assert found.fits and found.notes == () and found.rank == len(unknown)
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in unknown)
 
 
@@ -121,9 +133,13 @@ def test_counts_of_an_encoder():
     counts = {**data, "q1": data["q1"] * 4096 / (2 * np.pi), "q2": data["q2"] * 2000 / (2 * np.pi)}
     start = dict(ratio1=2 * np.pi / 4096, ratio2=2 * np.pi / 2000)
     assert off(fb.calibrate(LAB, counts, GEOMETRY, start=start), true) < 1e-12
-    found = fb.calibrate(LAB, counts, (*GEOMETRY, "ratio1", "ratio2"), start={k: 1.01 * v for k, v in start.items()})
+    found = fb.calibrate(
+        LAB, counts, (*GEOMETRY, "ratio1", "ratio2"), start={k: 1.01 * v for k, v in start.items()}
+    )
     assert off(found, true | start) < 1e-11
-    assert np.allclose(found.angles([[4096.0, 2000.0]]), 2 * np.pi + np.array([true["offset1"], true["offset2"]]))
+    assert np.allclose(
+        found.angles([[4096.0, 2000.0]]), 2 * np.pi + np.array([true["offset1"], true["offset2"]])
+    )
     assert np.allclose(found.readings(found.angles([[300.0, -70.0]])), [[300.0, -70.0]])
 
 
@@ -141,7 +157,9 @@ def test_a_start_that_leads_nowhere_is_replaced():
     points, q = np.column_stack([data["x"], data["y"]]), np.column_stack([data["q1"], data["q2"]])
     assert np.allclose(found.to_frame(found.to_robot(points)), points, rtol=0, atol=1e-13)
     working = fb.dgm(found.robot, found.angles(q), found.assembly).working
-    turned = found.angles(q) - fb.igm(found.robot, found.to_robot(points), working).q  # commanded for these points
+    turned = (
+        found.angles(q) - fb.igm(found.robot, found.to_robot(points), working).q
+    )  # commanded for these points
     assert np.abs(np.sin(turned / 2)).max() < 1e-10
 
 
@@ -182,12 +200,20 @@ def test_what_the_fit_says_of_itself():
         keep = np.arange(40) != k
         less = fb.calibrate(LAB, {key: column[keep] for key, column in data.items()}, GEOMETRY)
         total += np.sum(
-            (less.predict([data["q1"][k], data["q2"][k]], found.assembly[k]) - [data["x"][k], data["y"][k]]) ** 2
+            (
+                less.predict([data["q1"][k], data["q2"][k]], found.assembly[k])
+                - [data["x"][k], data["y"][k]]
+            )
+            ** 2
         )
     assert np.sqrt(total / 80) == pytest.approx(found.leave_one_out, rel=0.02)
     assert np.allclose(np.diag(found.correlation), 1) and np.abs(found.correlation).max() < 1 + 1e-9
-    assert repr(found).startswith("<Calibration: 7 unknowns, 40 rows, RMS ") and "\n" not in repr(found)
-    assert "the model fits to the sigma given" in str(found) and "all unknowns are told apart" in str(found)
+    assert repr(found).startswith("<Calibration: 7 unknowns, 40 rows, RMS ") and "\n" not in repr(
+        found
+    )
+    assert "the model fits to the sigma given" in str(
+        found
+    ) and "all unknowns are told apart" in str(found)
     assert fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5).fits is False
     assert "THE MODEL DOES NOT FIT" in str(fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5))
 
@@ -200,13 +226,19 @@ def test_standard_deviations_are_those_of_repeated_measurements():
     sigma = np.where(np.arange(15) % 2, 5e-5, 2e-4)
     values = []
     for _ in range(250):
-        data = clean | {axis: clean[axis] + sigma * rng.standard_normal(15) for axis in "xy"} | dict(sigma=sigma)
+        data = (
+            clean
+            | {axis: clean[axis] + sigma * rng.standard_normal(15) for axis in "xy"}
+            | dict(sigma=sigma)
+        )
         found = fb.calibrate(LAB, data, LENGTHS, mistakes="keep")
         values.append(list(found.values.values()))
     assert np.std(values, axis=0) == pytest.approx(list(found.sd.values()), rel=0.2)
     assert np.corrcoef(np.array(values).T) == pytest.approx(found.correlation, abs=0.2)
     assert found.absolute and found.p_value is not None
-    relative = fb.calibrate(LAB, {k: v for k, v in data.items() if k != "sigma"}, LENGTHS, weights=1 / sigma**2)
+    relative = fb.calibrate(
+        LAB, {k: v for k, v in data.items() if k != "sigma"}, LENGTHS, weights=1 / sigma**2
+    )
     assert relative.values == pytest.approx(found.values, abs=1e-12) and relative.p_value is None
 
 
@@ -218,7 +250,9 @@ def test_profile_likelihood():
     linear, bent = found.intervals(0.9), found.intervals(0.9, "profile")
     for name in LENGTHS:
         assert bent[name] == pytest.approx(linear[name], abs=0.02 * found.sd[name])
-        assert found.refit({name: bent[name][1]}) - found.chi2 == pytest.approx(1.6448536**2, rel=1e-3)
+        assert found.refit({name: bent[name][1]}) - found.chi2 == pytest.approx(
+            1.6448536**2, rel=1e-3
+        )
 
 
 def test_bounds_hold_and_are_named():
@@ -243,7 +277,11 @@ def test_robust_losses_pass_over_wrong_rows(loss):
     assert all(abs(robust.values[n] - true[n]) < 5 * robust.sd[n] for n in LENGTHS)
     with pytest.raises(ValueError, match="method 'profile' is of least squares"):
         robust.intervals(method="profile")
-    assert list(plain.outliers) == ["row 12", "row 4", "row 21"] or set(plain.outliers) == {"row 4", "row 12", "row 21"}
+    assert list(plain.outliers) == ["row 12", "row 4", "row 21"] or set(plain.outliers) == {
+        "row 4",
+        "row 12",
+        "row 21",
+    }
 
 
 def test_twelve_of_thirteen():

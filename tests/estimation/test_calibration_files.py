@@ -21,7 +21,11 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
     found = fb.calibrate(LAB, data, (*GEOMETRY, "scale"), sigma=1e-4, bounds={"d": (0.1, 0.2)})
     found.to_json(tmp_path / "c.json")
     again = fb.Calibration.from_json(tmp_path / "c.json")
-    assert str(again) == str(found) and again.sd == found.sd and np.array_equal(again.covariance, found.covariance)
+    assert (
+        str(again) == str(found)
+        and again.sd == found.sd
+        and np.array_equal(again.covariance, found.covariance)
+    )
     text = (tmp_path / "c.json").read_text()
     bad = [json.loads(text) for _ in range(4)]
     for (name, place), each in zip(product(("p", "start"), (3, 12)), bad):  # fuzzing found it
@@ -48,8 +52,18 @@ def test_pictures_of_points_of_halves_and_of_distances(tmp_path):
     del data["y"]
     assert len(fb.calibrate(LAB, data, LENGTHS).plot().axes) == 3
     q, points, assembly, _ = seen(true, poses(true, 12, rng, HOME))
-    far = dict(distance=np.hypot(*(points - np.roll(points, -1, axis=0)).T), to=(np.arange(12) + 1) % 12 + 1)
-    assert len(fb.calibrate(LAB, dict(q1=q[:, 0], q2=q[:, 1], assembly=assembly) | far, LENGTHS).plot().axes) == 3
+    far = dict(
+        distance=np.hypot(*(points - np.roll(points, -1, axis=0)).T),
+        to=(np.arange(12) + 1) % 12 + 1,
+    )
+    assert (
+        len(
+            fb.calibrate(LAB, dict(q1=q[:, 0], q2=q[:, 1], assembly=assembly) | far, LENGTHS)
+            .plot()
+            .axes
+        )
+        == 3
+    )
     assert robot_of(true).d == true["d"]
 
 
@@ -63,7 +77,11 @@ BAD = dict(q1=[0.1, 0.2], q2=[0.1, 0.2], x=[0.09, 0.09], y=[0.07, 0.07])
         (dict(q1=[1.0], x=[1.0], y=[1.0]), {}, "data has no column q2"),
         (BAD | dict(x=[1.0]), {}, "differ in length"),
         (BAD | dict(working1=[2, 1]), {}, "row 1: working1 must be \\+1 or -1"),
-        (BAD | dict(distance=[0.1, np.nan], to=[3, np.nan]), {}, "row 1: to = 3 must be the number of another row"),
+        (
+            BAD | dict(distance=[0.1, np.nan], to=[3, np.nan]),
+            {},
+            "row 1: to = 3 must be the number of another row",
+        ),
         (BAD | dict(distance=[0.1, np.nan]), {}, "row 1: distance without to"),
         (dict(q1=[0.1], q2=[0.2]), {}, "nothing is measured in data"),
         (BAD, dict(unknown=("l13",)), "unknown: no 'l13'; the known ones are l11"),

@@ -35,7 +35,14 @@ def test_the_same_seed_gives_the_same_motion_and_improving_helps():
 
 
 def test_it_is_simulated_written_and_read(tmp_path):
-    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), FOUND, control_period=5e-3, step=5e-3, duration=1.0)
+    run = fb.simulate(
+        ROBOT,
+        fb.ComputedTorque(ROBOT, 400.0, 40.0),
+        FOUND,
+        control_period=5e-3,
+        step=5e-3,
+        duration=1.0,
+    )
     assert np.abs(run.error).max() < 1e-3 and run.events == ()
     FOUND.to_csv(tmp_path / "a.csv")
     again = fb.from_csv(tmp_path / "a.csv")

@@ -14,7 +14,17 @@ from fivebar.estimation.identification.regressor import ladder, linear_names, re
 from tests.helpers.synthetic_logs import RUNGS, case_of, motion_of, torques_of
 
 ALL = case_of(3, RUNGS["all"])
-BIGLIDE = fb.Biglide(zz1=-0.01, zz2=0.01, my1=0.02, my2=-0.01, gravity=(0.0, -9.81), fv1=2.0, fv2=1.0, fs1=0.5, fs2=0.2)
+BIGLIDE = fb.Biglide(
+    zz1=-0.01,
+    zz2=0.01,
+    my1=0.02,
+    my2=-0.01,
+    gravity=(0.0, -9.81),
+    fv1=2.0,
+    fv2=1.0,
+    fs1=0.5,
+    fs2=0.2,
+)
 
 
 def slides(t):
@@ -28,10 +38,14 @@ def slides(t):
 @pytest.mark.parametrize("robot", [ALL.robot, BIGLIDE], ids=["five-bar", "biglide"])
 def test_the_torque_is_the_regressor_times_the_parameters(robot):
     rng = np.random.default_rng(0)
-    q, q_dot, q_ddot = motion_of(robot, rng, 2.0, 0.01)[1:] if robot.turns else slides(np.arange(0, 2, 0.01))
+    q, q_dot, q_ddot = (
+        motion_of(robot, rng, 2.0, 0.01)[1:] if robot.turns else slides(np.arange(0, 2, 0.01))
+    )
     theta = np.array([getattr(robot, name) for name in linear_names(robot)])
     tau = torques_of(robot, q, q_dot, q_ddot)
-    np.testing.assert_allclose(regressor(robot, q, q_dot, q_ddot, -1) @ theta, tau, atol=1e-12 * np.abs(tau).max())
+    np.testing.assert_allclose(
+        regressor(robot, q, q_dot, q_ddot, -1) @ theta, tau, atol=1e-12 * np.abs(tau).max()
+    )
 
 
 def test_the_ladder_has_every_parameter_once():
@@ -56,14 +70,20 @@ def test_the_chosen_set_has_the_lowest_cost_of_all_sets():
     for _ in range(20):
         A = rng.normal(size=(12, 7))
         cov, price = np.linalg.inv(A.T @ A), 4.0
-        theta = rng.normal(size=7) * rng.choice([0.0, 1.5], 7) + np.linalg.cholesky(cov) @ rng.normal(size=7)
+        theta = rng.normal(size=7) * rng.choice([0.0, 1.5], 7) + np.linalg.cholesky(
+            cov
+        ) @ rng.normal(size=7)
         kept = smallest(theta, cov, list(range(7)), price)
 
         def cost(inside, theta=theta, cov=cov, price=price):
-            return left_out_cost(theta, cov, [k for k in range(7) if k not in inside]) + price * len(inside)
+            return left_out_cost(
+                theta, cov, [k for k in range(7) if k not in inside]
+            ) + price * len(inside)
 
         every = [[k for k in range(7) if mask >> k & 1] for mask in range(2**7)]
-        assert cost(kept) == pytest.approx(min(map(cost, every)), abs=0.5)  # by exchanges, not by all 2^n
+        assert cost(kept) == pytest.approx(
+            min(map(cost, every)), abs=0.5
+        )  # by exchanges, not by all 2^n
 
 
 def test_deviations_count_that_what_is_left_out_need_not_be_0():
@@ -71,7 +91,9 @@ def test_deviations_count_that_what_is_left_out_need_not_be_0():
     value is within 2 sd in 95 %, and within 2 sd of a fit that takes the share for 0 in far fewer."""
     rng, n, inside = np.random.default_rng(6), 50, np.zeros(2)
     first = rng.normal(size=(n, 2))
-    W = np.stack([first, 0.9 * first + 0.4 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))], axis=-1)
+    W = np.stack(
+        [first, 0.9 * first + 0.4 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))], axis=-1
+    )
     counts, t = np.ones((n, 2), bool), np.arange(n) * 1.0
     for _ in range(200):
         tau = W @ (1.0, 0.5, 2.0) + rng.normal(size=(n, 2))  # 0.5 is two of its standard deviations
@@ -85,7 +107,9 @@ def test_deviations_count_that_what_is_left_out_need_not_be_0():
 def test_a_simulated_robot_that_sticks_and_slips_comes_back():
     robot = replace(fb.ROBOTS["iri-vertical"].robot, fs1=0.05, fs2=0.08)
     path = fb.Trajectory(0.0, 5.0, _lissajous)
-    run = fb.simulate(robot, fb.ComputedTorque(robot, 400.0, 40.0), path, control_period=2e-3, step=2e-3)
+    run = fb.simulate(
+        robot, fb.ComputedTorque(robot, 400.0, 40.0), path, control_period=2e-3, step=2e-3
+    )
     known = fb.FiveBar(robot.l11, robot.l12, robot.l21, robot.l22, robot.d, gravity=robot.gravity)
     unknown = "zz1", "zz2", "m", "mx11", "mx21", "fv1", "fv2", "fs1", "fs2", "zz12", "zz22"
     found = fb.identify(known, run, unknown=unknown)
@@ -93,10 +117,19 @@ def test_a_simulated_robot_that_sticks_and_slips_comes_back():
         assert value == pytest.approx(getattr(robot, name), rel=3e-3)
     assert found.misfit < 1e-3 and found.validation is None
     assert found.robot.fs2 == pytest.approx(0.08, rel=2e-3)
-    log = {"t": run.t, "q": run.q, "tau": run.tau}  # of which nothing says that its torques were held
+    log = {
+        "t": run.t,
+        "q": run.q,
+        "tau": run.tau,
+    }  # of which nothing says that its torques were held
     elsewhere = fb.identify(known, log, unknown=unknown, validate=log)
-    assert elsewhere.values == pytest.approx(found.values, rel=1e-9) and "held from its row" in elsewhere.said[0]
-    again = fb.identify(known, run, unknown=unknown, validate=log)  # nor does the first log, which is another's
+    assert (
+        elsewhere.values == pytest.approx(found.values, rel=1e-9)
+        and "held from its row" in elsewhere.notes[0]
+    )
+    again = fb.identify(
+        known, run, unknown=unknown, validate=log
+    )  # nor does the first log, which is another's
     assert again.validation.misfit > 2 * elsewhere.validation.misfit
 
 
@@ -115,10 +148,17 @@ def test_a_biglide_from_a_log():
     q, q_dot, q_ddot = slides(t)
     tau = torques_of(BIGLIDE, q, q_dot, q_ddot)
     rng = np.random.default_rng(2)
-    log = {"t": t, "q": q + 1e-6 * rng.normal(size=q.shape), "tau": tau + 0.05 * rng.normal(size=q.shape)}
+    log = {
+        "t": t,
+        "q": q + 1e-6 * rng.normal(size=q.shape),
+        "tau": tau + 0.05 * rng.normal(size=q.shape),
+    }
     found = fb.identify(fb.Biglide(gravity=BIGLIDE.gravity), log)
     assert {"mf1", "mf2", "m", "fv1", "fv2", "fs1", "fs2"} <= set(found.chosen)
-    z = [(found.values[name] - getattr(BIGLIDE, name)) / found.sd[name] for name in ("fv1", "fv2", "fs1", "fs2")]
+    z = [
+        (found.values[name] - getattr(BIGLIDE, name)) / found.sd[name]
+        for name in ("fv1", "fv2", "fs1", "fs2")
+    ]
     assert np.abs(z).max() < 4
 
 
@@ -135,7 +175,9 @@ def test_naive_differences_fail_where_the_filter_does_not():
     found = fb.identify(case.known, case.log)
     truth = case.robot.m
     assert abs(naive[2] / truth - 1) > 0.5  # most of the mass is gone
-    assert abs(found.values["m"] / truth - 1) < 0.01 and not found.said  # torques of these very times: not held
+    assert (
+        abs(found.values["m"] / truth - 1) < 0.01 and not found.notes
+    )  # torques of these very times: not held
 
 
 def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
@@ -144,7 +186,9 @@ def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
     off = {}
     for cutoff in (None, 40.0):
         found = fb.identify(case.known, case.log, cutoff=cutoff)
-        off[cutoff] = max(abs(found.values[n] - getattr(case.robot, n)) / found.sd[n] for n in found.chosen)
+        off[cutoff] = max(
+            abs(found.values[n] - getattr(case.robot, n)) / found.sd[n] for n in found.chosen
+        )
         assert (found.cutoff < 8.0) is (cutoff is None)
     assert off[None] < 4 < off[40.0]
 
@@ -153,8 +197,13 @@ def test_what_no_motion_shows_and_what_this_log_does_not():
     plain = case_of(0, RUNGS["plain"], 8.0)
     found = fb.identify(plain.known, plain.log)
     assert found.chosen == ("zz1", "zz2", "m")
-    assert "without gravity" in found.indistinguishable[0] and "mx11, my11, mx21, my21" in found.indistinguishable[0]
-    rhombus = fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.0, zz1=0.002, zz2=0.003, m=0.4)  # distal bars turn as the cranks do
+    assert (
+        "without gravity" in found.indistinguishable[0]
+        and "mx11, my11, mx21, my21" in found.indistinguishable[0]
+    )
+    rhombus = fb.FiveBar(
+        0.1, 0.1, 0.1, 0.1, 0.0, zz1=0.002, zz2=0.003, m=0.4
+    )  # distal bars turn as the cranks do
     t = np.arange(0, 8, 1e-3)
     k = 2 * np.pi * np.array([0.4, 1.0, 1.4])
     s, c = np.sin(np.outer(t, k)), np.cos(np.outer(t, k))

@@ -55,7 +55,10 @@ def test_the_smallest_sufficient_model_of_robots_on_the_ladder(record_property):
         found = fb.identify(case.known, case.log, validate=second)
         if set(found.chosen) == case.named | {"zz1", "zz2", "m"}:
             right += 1
-            z += [(found.values[name] - getattr(case.robot, name)) / found.sd[name] for name in found.chosen]
+            z += [
+                (found.values[name] - getattr(case.robot, name)) / found.sd[name]
+                for name in found.chosen
+            ]
             ratios.append(missed(found, second, found.robot) / missed(found, second, case.robot))
         else:
             for name in set(found.chosen) ^ (case.named | {"zz1", "zz2", "m"}):

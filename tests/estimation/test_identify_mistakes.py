@@ -30,15 +30,27 @@ def spoilt(values, *rows):
     ("change", "options", "words"),
     [
         ({"tau": TAU * [-1, 1]}, {}, "if the sign of tau1 is the other one"),
-        ({"tau": -TAU}, {}, "masses or friction below 0; .* if the sign of tau1 and tau2 is the other one"),
+        (
+            {"tau": -TAU},
+            {},
+            "masses or friction below 0; .* if the sign of tau1 and tau2 is the other one",
+        ),
         ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
         ({"q": np.degrees(Q)}, {}, 'as deg all of them do: units={"q1": "deg", "q2": "deg"}'),
         ({}, {"assembly": 1}, "if the assembly mode is -1"),
-        ({"q": np.column_stack([Q[:, 0], np.full(len(T), Q[0, 1])])}, {}, "q21 hardly moves: .* move both motors"),
+        (
+            {"q": np.column_stack([Q[:, 0], np.full(len(T), Q[0, 1])])},
+            {},
+            "q21 hardly moves: .* move both motors",
+        ),
         ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
         ({"tau": None}, {}, "the log has no torques"),
         ({"tau": 0 * TAU}, {}, "tau1 stays at its largest value"),
-        ({"q": spoilt(Q, 5000, 5001, 5002)}, {}, "q1 leaves its neighbours in 3 rows, the first at 5 s: leave"),
+        (
+            {"q": spoilt(Q, 5000, 5001, 5002)},
+            {},
+            "q1 leaves its neighbours in 3 rows, the first at 5 s: leave",
+        ),
         ({}, {"unknown": ["mass"]}, "no parameter 'mass'; the torque is linear in zz1, zz2, m"),
         ({}, {"cutoff": 200.0}, "at most 83.33 Hz"),
         ({"speed": T}, {}, "no column 'speed'; the known ones are t, q1"),
@@ -67,18 +79,26 @@ def test_too_slow_a_log_is_refused(every):
     ("change", "words"),
     [
         ({"q": (Q + np.pi) % (2 * np.pi) - np.pi + [2 * np.pi, 0]}, ""),
-        ({"tau": np.roll(TAU, 5, axis=0)}, "the torques come (4.9|5)[0-9.]* ± 0.[0-9]+ ms too late"),
+        (
+            {"tau": np.roll(TAU, 5, axis=0)},
+            "the torques come (4.9|5)[0-9.]* ± 0.[0-9]+ ms too late",
+        ),
         ({"tau": TAU + [0.1, 0.0]}, "tau1 is off by 0.[01][0-9.]* ± .* sensor's zero"),
         ({"tau": clipped(TAU)}, "stays at its largest value in .* these rows do not count"),
-        ({"tau": spoilt(TAU, 3000, 7000, 7001)}, "tau1 leaves its neighbours in 3 rows .* do not count"),
+        (
+            {"tau": spoilt(TAU, 3000, 7000, 7001)},
+            "tau1 leaves its neighbours in 3 rows .* do not count",
+        ),
         ({"t": T + np.random.default_rng(0).uniform(-2e-4, 2e-4, len(T))}, "off an even grid"),
     ],
 )
 def test_what_was_done_about_it_is_said(change, words):
     found = fb.identify(ROBOT, {**LOG, **change})
-    assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words or "zero" in words
+    assert (
+        set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words or "zero" in words
+    )
     if words:
-        assert any(re.search(words, sentence) for sentence in found.said)
+        assert any(re.search(words, sentence) for sentence in found.notes)
     assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.03 if "late" in words else 0.01)
 
 
@@ -91,17 +111,17 @@ def test_wrapped_angles_lost_rows_gaps_and_a_restart():
     t[7000:] -= 4.0
     q[500], tau[2000:2010], t[900] = np.nan, np.nan, np.nan
     found = fb.identify(ROBOT, {"t": t, "q": q, "tau": tau})
-    said = " | ".join(found.said)
+    notes = " | ".join(found.notes)
     for words in ("rows without a time", "without both joints' positions", "jumps by more than half a turn",
                   "a restart", "gaps in time are not bridged", "were bridged by cubic splines"):  # fmt: skip
-        assert words in said
+        assert words in notes
     assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
 
 
 def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_noise():
     found = fb.identify(replace(ROBOT, l11=0.85 * ROBOT.l11), LOG)
-    assert any("times the noise of this log" in sentence for sentence in found.said)
-    assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).said)
+    assert any("times the noise of this log" in sentence for sentence in found.notes)
+    assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).notes)
 
 
 def test_other_lengths_and_other_robots():

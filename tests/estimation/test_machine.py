@@ -4,7 +4,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from fivebar.estimation.calibration.measured_robot import UNKNOWNS, bars_off, frame, seen, sines_at, unframe, values_of
+from fivebar.estimation.calibration.measured_robot import (
+    UNKNOWNS,
+    bars_off,
+    frame,
+    seen,
+    sines_at,
+    unframe,
+    values_of,
+)
 from tests.helpers.twins import LAB, NOMINAL, poses, twin
 from tests.helpers.twins import seen as seen_by_hand
 

@@ -19,7 +19,9 @@ def data_of(seed, n=20, sigma=1e-4, modes_noted=False):
     q, points, _, working = seen(true, poses(true, n, rng))
     points = points + sigma * rng.standard_normal(points.shape)
     data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
-    return true, data | dict(working1=working[:, 0].copy(), working2=working[:, 1].copy()) if modes_noted else data
+    return true, data | dict(
+        working1=working[:, 0].copy(), working2=working[:, 1].copy()
+    ) if modes_noted else data
 
 
 def degrees(data, *names):
@@ -36,7 +38,9 @@ COLUMNS = {
     "y in mm": lambda data: data | dict(y=1e3 * data["y"]),
     "x and y in mm": lambda data: data | dict(x=1e3 * data["x"], y=1e3 * data["y"]),
     "x and y swapped": lambda data: data | dict(x=data["y"], y=data["x"]),
-    "q1 and q2 in counts, 4096 a turn": lambda data: data | dict(q1=COUNTS * data["q1"], q2=COUNTS * data["q2"]),
+    "q1 and q2 in counts, 4096 a turn": lambda data: (
+        data | dict(q1=COUNTS * data["q1"], q2=COUNTS * data["q2"])
+    ),
 }
 
 
@@ -47,7 +51,7 @@ def test_a_wrong_column_is_named_and_mended(what):
     with pytest.raises(ValueError, match=f"a mistake in data: column {what}"):
         fb.calibrate(LAB, COLUMNS[what](data), FREE)
     found = fb.calibrate(LAB, COLUMNS[what](data), FREE, mistakes="mend")
-    assert found.rms < 1.2e-4 and found.said[0].startswith(f"put right: column {what}")
+    assert found.rms < 1.2e-4 and found.notes[0].startswith(f"put right: column {what}")
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
 
 
@@ -61,14 +65,18 @@ def test_a_wrong_unit_where_one_coordinate_is_measured(what):
         fb.calibrate(LAB, COLUMNS[what](data), GEOMETRY)
     q, points, assembly, _ = seen(true, poses(true, 20, rng))
     far = 1e3 * np.hypot(*(points - np.roll(points, -1, axis=0)).T)
-    data = dict(q1=q[:, 0], q2=q[:, 1], distance=far, to=np.roll(np.arange(20), -1) + 1, assembly=assembly)
+    data = dict(
+        q1=q[:, 0], q2=q[:, 1], distance=far, to=np.roll(np.arange(20), -1) + 1, assembly=assembly
+    )
     with pytest.raises(ValueError, match="a mistake in data: column distance in mm"):
         fb.calibrate(LAB, data, GEOMETRY)
 
 
 def test_two_wrong_columns_are_both_named():
     _, data = data_of(2)
-    with pytest.raises(ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"):
+    with pytest.raises(
+        ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"
+    ):
         fb.calibrate(LAB, degrees(data, "q2") | dict(y=1e3 * data["y"]), FREE)
 
 
@@ -79,22 +87,30 @@ def test_wrong_rows_are_named():
     data["x"][9], data["y"][9] = data["y"][9], data["x"][9]
     with pytest.raises(ValueError) as error:
         fb.calibrate(LAB, data, FREE)
-    for words in ("3 mistakes", "row 5: q1 in degrees", "row 8: x in mm", "row 10: x and y swapped"):
+    for words in (
+        "3 mistakes",
+        "row 5: q1 in degrees",
+        "row 8: x in mm",
+        "row 10: x and y swapped",
+    ):
         assert words in str(error.value)
     found = fb.calibrate(LAB, data, FREE, mistakes="mend")
-    assert found.rms < 1.2e-4 and len(found.said) == 3
+    assert found.rms < 1.2e-4 and len(found.notes) == 3
 
 
 def test_modes_that_are_noted_wrong():
     _, data = data_of(4, modes_noted=True)
-    assert fb.calibrate(LAB, data, FREE).said == ()
+    assert fb.calibrate(LAB, data, FREE).notes == ()
     data["working1"][3] *= -1
     with pytest.raises(
-        ValueError, match=r"a mistake in data: row 4: noted working \([+-]1, [+-]1\), but its angles and"
+        ValueError,
+        match=r"a mistake in data: row 4: noted working \([+-]1, [+-]1\), but its angles and",
     ):
         fb.calibrate(LAB, data, FREE)
     data["working2"] *= -1
-    with pytest.raises(ValueError, match="column working2 with the wrong sign in 20 of 20 rows; row 4: noted"):
+    with pytest.raises(
+        ValueError, match="column working2 with the wrong sign in 20 of 20 rows; row 4: noted"
+    ):
         fb.calibrate(LAB, data, FREE)
 
 
@@ -105,9 +121,14 @@ def test_a_row_alone_in_its_mode_is_pointed_at_where_no_modes_are_noted():
     shown = [*at_home[:14], *poses(true, 1, rng, ((1, 1),))]
     q, points, *_ = seen(true, shown)
     data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
-    (sentence,) = fb.calibrate(LAB, data, GEOMETRY).said
-    assert sentence.startswith("row 15 is in working (+1, +1), assembly") and "working (-1, -1)" in sentence
-    with pytest.raises(ValueError, match="a mistake in data: column q1 in degrees.*; row 15 is in working"):
+    (sentence,) = fb.calibrate(LAB, data, GEOMETRY).notes
+    assert (
+        sentence.startswith("row 15 is in working (+1, +1), assembly")
+        and "working (-1, -1)" in sentence
+    )
+    with pytest.raises(
+        ValueError, match="a mistake in data: column q1 in degrees.*; row 15 is in working"
+    ):
         fb.calibrate(LAB, degrees(data, "q1"), GEOMETRY)
 
 
@@ -140,9 +161,14 @@ def test_garbage_is_called_so():
 def test_a_heading_that_names_the_wrong_unit(tmp_path):
     _, data = data_of(12)
     rows = "\n".join(",".join(f"{v:.7f}" for v in row) for row in zip(*data.values()))
-    for head, words in (("q1,q2_deg,x,y", "q2 in rad, not"), ("q1,q2,x (mm),y (mm)", "x and y in m, not")):
+    for head, words in (
+        ("q1,q2_deg,x,y", "q2 in rad, not"),
+        ("q1,q2,x (mm),y (mm)", "x and y in m, not"),
+    ):
         (tmp_path / "a.csv").write_text(f"{head}\n{rows}\n")
-        with pytest.raises(ValueError, match=f"a mistake in .*a.csv: column {words} in the unit that is stated"):
+        with pytest.raises(
+            ValueError, match=f"a mistake in .*a.csv: column {words} in the unit that is stated"
+        ):
             fb.calibrate(LAB, tmp_path / "a.csv", FREE)
 
 
@@ -150,8 +176,12 @@ def test_a_mode_noted_wrong_where_one_coordinate_is_measured():
     rng = np.random.default_rng(5)
     true = twin(rng, LAB, LENGTHS)
     q, points, assembly, _ = seen(true, poses(true, 16, rng))
-    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1].copy(), assembly=assembly.copy())
-    far = int(np.argmax(np.abs(points[:, 0] - fb.dgm(LAB, q, -assembly, unreachable="nan").xi[:, 0])))
+    data = dict(
+        q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1].copy(), assembly=assembly.copy()
+    )
+    far = int(
+        np.argmax(np.abs(points[:, 0] - fb.dgm(LAB, q, -assembly, unreachable="nan").xi[:, 0]))
+    )
     data["y"][far], data["assembly"][far] = np.nan, -assembly[far]
     with pytest.raises(ValueError, match=f"row {far + 1}: noted assembly"):
         fb.calibrate(LAB, data, LENGTHS)
@@ -165,7 +195,7 @@ def test_good_data_are_never_accused():
         true = twin(rng, LAB, unknown, spread=4.0)
         sigma = 10 ** rng.uniform(-6, -3)
         found = fb.calibrate(LAB, measured(true, int(rng.integers(8, 40)), rng, sigma), unknown)
-        assert found.said == () and found.rms < 1.5 * sigma
+        assert found.notes == () and found.rms < 1.5 * sigma
 
 
 def test_an_outlier_that_is_no_known_mistake_is_an_outlier():
@@ -183,7 +213,9 @@ def a_file(path, mistakes=True):
         data["q2"] = np.degrees(data["q2"])
         data["working1"][6], data["working2"][6] = -data["working1"][6], -data["working2"][6]
     rows = zip(*(data[name] for name in ("q1", "q2", "x", "y", "working1", "working2")))
-    lines = [f"{a:.6f};{b:.6f};{1e3 * x:.4f};{1e3 * y:.4f};{v:+d};{w:+d}" for a, b, x, y, v, w in rows]
+    lines = [
+        f"{a:.6f};{b:.6f};{1e3 * x:.4f};{1e3 * y:.4f};{v:+d};{w:+d}" for a, b, x, y, v, w in rows
+    ]
     head = "# camera, Tuesday\nq1;q2;x (mm);y (mm);working1;working2\n"
     path.write_text(head + "\n".join(lines).replace(".", ","), encoding="utf-8")
     return str(path)
@@ -194,7 +226,9 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
     command = ["calibrate", wrong, "--unknown", *FREE, "scale", "--sigma", "1e-4"]
     assert main(command) == 1
     printed = capsys.readouterr()
-    assert printed.out == "" and printed.err.startswith(f"fivebar: 2 mistakes in {wrong}: column q2 in degrees? (")
+    assert printed.out == "" and printed.err.startswith(
+        f"fivebar: 2 mistakes in {wrong}: column q2 in degrees? ("
+    )
     assert "; line 9: noted working (" in printed.err and "--mend" in printed.err
     out = tmp_path / "out"
     assert main(["calibrate", right, *command[2:], "--out", str(out)]) == 0
@@ -206,7 +240,10 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
     }  # fmt: skip
     assert main([*command, "--mend"]) == 0
     mended = capsys.readouterr().out
-    assert mended.split("\n\nput right")[0].rstrip() == text.split("\n\nx (mm)")[0].rstrip() or "put right" in mended
+    assert (
+        mended.split("\n\nput right")[0].rstrip() == text.split("\n\nx (mm)")[0].rstrip()
+        or "put right" in mended
+    )
 
 
 @pytest.mark.parametrize(

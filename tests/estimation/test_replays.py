@@ -8,7 +8,9 @@ import pytest
 import fivebar as fb
 
 ROBOT = fb.FiveBar()
-RUN = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), fb.line((0.09, 0.068), (0.0, 0.1), 1.0), step=2e-3)
+RUN = fb.simulate(
+    ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), fb.line((0.09, 0.068), (0.0, 0.1), 1.0), step=2e-3
+)
 COLUMNS = {"t": RUN.t, "q": RUN.q, "tau": RUN.tau}
 
 
@@ -16,18 +18,27 @@ def test_a_replay_of_the_torques_is_the_run_and_of_another_robot_is_not(tmp_path
     same = fb.replay(RUN)
     assert same.figures["max_error_m"] < 1e-9 and np.nanmax(np.abs(same.tau_difference)) < 1e-15
     other = fb.replay(RUN, replace(ROBOT, m=0.6), restart=0.25)
-    assert 1e-6 < other.figures["max_error_m"] < fb.replay(RUN, replace(ROBOT, m=0.6)).figures["max_error_m"]
+    assert (
+        1e-6
+        < other.figures["max_error_m"]
+        < fb.replay(RUN, replace(ROBOT, m=0.6)).figures["max_error_m"]
+    )
     measured = fb.from_log(COLUMNS)
     held = fb.replay(measured)
     assert held.figures["max_error_m"] < 2e-4  # rates by differentiation, torques as means
     held.plot(tmp_path / "a.png"), held.page(tmp_path / "a.html"), held.to_csv(tmp_path / "a.csv")
     held.scene().save(tmp_path / "b.html")
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html", "a.csv", "b.html"))
+    assert all(
+        (tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html", "a.csv", "b.html")
+    )
     assert "\n" not in repr(held) and "torques apart" in str(held)
 
 
 def test_a_replay_of_the_reference_needs_other_torques_of_another_robot():
-    light, heavy = fb.replay(RUN, by="reference"), fb.replay(RUN, replace(ROBOT, m=1.0), "reference")
+    light, heavy = (
+        fb.replay(RUN, by="reference"),
+        fb.replay(RUN, replace(ROBOT, m=1.0), "reference"),
+    )
     assert light.figures["max_error_m"] < 1e-4 and heavy.figures["max_error_m"] < 1e-4
     assert np.nanstd(heavy.tau_difference) > 10 * np.nanstd(light.tau_difference)
     without = fb.replay(fb.from_log(RUN.t, *RUN.q.T), by="reference")

@@ -8,7 +8,15 @@ import numpy as np
 
 from fivebar.models.machine_code import c_compiler
 
-STRICT = "-std=c99", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"
+STRICT = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-pedantic",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Werror",
+)
 ARM = "arm-linux-gnueabihf-gcc"
 EMULATED = "qemu-arm"
 TRIGONOMETRIC = {ca.OP_SIN, ca.OP_COS, ca.OP_ATAN2}
@@ -50,11 +58,22 @@ class Program:
         header.write_text(text)
         self.functions, self.single, self.arm = functions, single, arm
         source, self.path = folder / "main.c", folder / f"main-{single}-{arm}"
-        source.write_text(MAIN.format(header=header, calls="".join(_call(*each) for each in functions.items())))
+        source.write_text(
+            MAIN.format(header=header, calls="".join(_call(*each) for each in functions.items()))
+        )
         compiler = shutil.which(ARM) if arm else c_compiler()
-        options = [*STRICT, "-O2", "-ffp-contract=off", *flags, *(["-DFIVEBAR_FLOAT"] * single), *(["-static"] * arm)]
+        options = [
+            *STRICT,
+            "-O2",
+            "-ffp-contract=off",
+            *flags,
+            *(["-DFIVEBAR_FLOAT"] * single),
+            *(["-static"] * arm),
+        ]
         done = subprocess.run(
-            [compiler, *options, str(source), "-o", str(self.path), "-lm"], capture_output=True, text=True
+            [compiler, *options, str(source), "-o", str(self.path), "-lm"],
+            capture_output=True,
+            text=True,
         )
         assert done.returncode == 0, done.stderr
 
@@ -62,7 +81,9 @@ class Program:
         """Results (n, all elements, matrices by rows) and statuses (n,) of inputs (n, all elements)."""
         command = [shutil.which(EMULATED)] * self.arm + [str(self.path), name]
         kind = REAL[self.single]
-        done = subprocess.run(command, input=np.asarray(samples, dtype=kind).tobytes(), capture_output=True)
+        done = subprocess.run(
+            command, input=np.asarray(samples, dtype=kind).tobytes(), capture_output=True
+        )
         assert done.returncode == 0, done.stderr
         found = np.frombuffer(done.stdout, dtype=kind).reshape(len(samples), -1).astype(float)
         return found[:, :-1], found[:, -1].astype(int)
@@ -84,7 +105,12 @@ def _call(name, function):
         arguments.append(f"{cast}(out + {place})")
         place += rows * columns
     return CALL.format(
-        name=name, inputs=inputs, outputs=place, arguments=", ".join(arguments), first=mode, second=min(mode + 1, 15)
+        name=name,
+        inputs=inputs,
+        outputs=place,
+        arguments=", ".join(arguments),
+        first=mode,
+        second=min(mode + 1, 15),
     )
 
 
@@ -157,6 +183,8 @@ def bound(function, samples, share, only=None):
     only: the operations that change.
     """
     codes = [function.instruction_id(k) for k in range(function.n_instructions())]
-    moved = [k for k, code in enumerate(codes) if code != ca.OP_OUTPUT and (only is None or code in only)]
+    moved = [
+        k for k, code in enumerate(codes) if code != ca.OP_OUTPUT and (only is None or code in only)
+    ]
     exact, *others = evaluate(function, samples, moved, share)
     return np.sum(np.abs(others - exact), axis=0) if moved else np.zeros_like(exact)

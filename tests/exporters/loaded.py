@@ -61,7 +61,9 @@ class InPinocchio:
         ends = [each for frame in frames for each in (frame.parentJoint, frame.placement)]
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         self.loop, self.loops = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        self.loop.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, self.model, *ends, world))
+        self.loop.append(
+            pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, self.model, *ends, world)
+        )
         self.loops.append(self.loop[0].createData())
         self.data = self.model.createData()
         pin.initConstraintDynamics(self.model, self.data, self.loop, self.loops)
@@ -69,19 +71,31 @@ class InPinocchio:
 
     def place(self, q):
         """A joint without limits is (cos, sin) here."""
-        return self.pin.integrate(self.model, self.pin.neutral(self.model), np.asarray(q, dtype=float))
+        return self.pin.integrate(
+            self.model, self.pin.neutral(self.model), np.asarray(q, dtype=float)
+        )
 
     def mass(self, q):
         found = self.pin.crba(self.model, self.data, self.place(q))
         return np.triu(found) + np.triu(found, 1).T
 
     def bias(self, q, v):
-        return self.pin.nonLinearEffects(self.model, self.data, self.place(q), v) + self.model.damping * v
+        return (
+            self.pin.nonLinearEffects(self.model, self.data, self.place(q), v)
+            + self.model.damping * v
+        )
 
     def closed(self, q, v, efforts):
         """Under the efforts (4,) of all joints, friction included: it applies none itself."""
         found = self.pin.constraintDynamics(
-            self.model, self.data, self.place(q), np.array(v), efforts, self.loop, self.loops, self.settings
+            self.model,
+            self.data,
+            self.place(q),
+            np.array(v),
+            efforts,
+            self.loop,
+            self.loops,
+            self.settings,
         )
         return found.copy()
 

@@ -47,7 +47,9 @@ def test_bodies_exist_and_are_the_robot():
 
 
 def test_a_robot_without_masses_has_none():
-    with pytest.raises(ValueError, match="asks for masses, and this robot has none: give it zz1, zz2, m"):
+    with pytest.raises(
+        ValueError, match="asks for masses, and this robot has none: give it zz1, zz2, m"
+    ):
         legs_of(fb.ROBOTS["hoang-2015"].robot)
     with pytest.raises(ValueError, match="leg 1 of this robot: with zz1 = 0"):
         legs_of(fb.FiveBar(zz1=0))
@@ -92,7 +94,11 @@ def test_bodies_are_found_wherever_there_are_any():
         else:
             for name, value in values.items():
                 assert value == pytest.approx(getattr(robot, name), rel=1e-11, abs=1e-13), name
-            assert all(body.mass > 0 < body.inertia for leg in legs_of(robot) for body in (leg.drive, leg.bar))
+            assert all(
+                body.mass > 0 < body.inertia
+                for leg in legs_of(robot)
+                for body in (leg.drive, leg.bar)
+            )
             found.append(True)
     assert 10 < sum(found) < 50
 

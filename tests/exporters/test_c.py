@@ -15,7 +15,9 @@ from . import chip
 
 ROBOTS = {
     "fivebar": fb.FiveBar(),
-    "uneven": fb.FiveBar(l11=0.1, l12=0.13, l21=0.08, l22=0.15, d=0.05, zz1=0.001, zz2=0.003, m=0.2),
+    "uneven": fb.FiveBar(
+        l11=0.1, l12=0.13, l21=0.08, l22=0.15, d=0.05, zz1=0.001, zz2=0.003, m=0.2
+    ),
     "biglide": fb.Biglide(),
     "vertical": robot_of_case(CASES[0]),
     "rubbing": robot_of_case(CASES[1], elbows=(0.004, 0.007)),
@@ -63,7 +65,9 @@ def made(request, tmp_path_factory):
 
 def pairs(functions, robot, seed=0):
     rng = np.random.default_rng(seed)
-    return [(name, function, samples_of(robot, function, rng)) for name, function in functions.items()]
+    return [
+        (name, function, samples_of(robot, function, rng)) for name, function in functions.items()
+    ]
 
 
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero")
@@ -87,7 +91,9 @@ def test_the_models_themselves_say_the_same(made):
     prefix = next(iter(functions)).rpartition("_dgm")[0]
 
     def call(name, *inputs):
-        (found,), (status,) = own(f"{prefix}_{name}", [np.concatenate([np.ravel(each) for each in inputs])])
+        (found,), (status,) = own(
+            f"{prefix}_{name}", [np.concatenate([np.ravel(each) for each in inputs])]
+        )
         return found, status
 
     for _ in range(20):
@@ -119,13 +125,18 @@ def test_the_models_themselves_say_the_same(made):
 def test_arm_is_equal_to_the_bit_where_no_trigonometric_function_is(made, single):
     need("ARM compilers")
     robot, functions, program = made
-    here, there = program(single=single), program(single=single, arm=True, flags=["-mfpu=neon-vfpv4"])
+    here, there = (
+        program(single=single),
+        program(single=single, arm=True, flags=["-mfpu=neon-vfpv4"]),
+    )
     ulp, exact = (np.finfo(chip.REAL[single]).eps), 0
     for name, function, samples in pairs(functions, robot, seed=2):
         (own, own_status), (arms, arms_status) = here(name, samples), there(name, samples)
         np.testing.assert_array_equal(own_status, arms_status, name)
         good = own_status == 0
-        share = chip.bound(function, samples[good], ulp, chip.TRIGONOMETRIC)  # sin, cos, atan2 may differ by an ulp
+        share = chip.bound(
+            function, samples[good], ulp, chip.TRIGONOMETRIC
+        )  # sin, cos, atan2 may differ by an ulp
         late = chip.bound(function, samples[good], ulp)  # what follows is then rounded anew
         untouched = share == 0
         exact += untouched.sum()
@@ -142,8 +153,12 @@ def test_single_precision_errs_by_no_more_than_its_instructions_round(made):
     for name, function, samples in pairs(functions, robot, seed=3):
         found, status = own(name, samples)
         exact = chip.evaluate(function, samples)[0]
-        allowed = chip.bound(function, samples, np.finfo(np.float32).eps)  # twice what a rounding is
-        tame = (status == 0) & (allowed < 1e-3 * np.abs(exact)).all(axis=1)  # first order says it all
+        allowed = chip.bound(
+            function, samples, np.finfo(np.float32).eps
+        )  # twice what a rounding is
+        tame = (status == 0) & (allowed < 1e-3 * np.abs(exact)).all(
+            axis=1
+        )  # first order says it all
         assert tame.mean() > 0.1, name
         assert (np.abs(found - exact)[tame] <= allowed[tame]).all(), name
 
@@ -166,7 +181,9 @@ int step(const double *in, double *out)
 """
 
 
-@pytest.mark.parametrize("flags, most", [((), 1e-12), (("-DFIVEBAR_FLOAT",), 2e-7)], ids=["double", "float"])
+@pytest.mark.parametrize(
+    "flags, most", [((), 1e-12), (("-DFIVEBAR_FLOAT",), 2e-7)], ids=["double", "float"]
+)
 def test_the_loop_closed_by_the_exported_controller(flags, most):
     """The lab's control task 1 by C that gets what a chip gets: the run is that of ComputedTorque to its precision."""
     need("a C compiler")
@@ -188,7 +205,9 @@ def test_the_loop_closed_by_the_exported_controller(flags, most):
 def test_a_motor_gets_nothing_where_there_is_no_pose(tmp_path):
     need("a C compiler")
     function = controller(fb.FiveBar())
-    own = chip.Program(tmp_path, fb.export(fb.FiveBar(), "c"), {"fivebar_computed_torque": function})
+    own = chip.Program(
+        tmp_path, fb.export(fb.FiveBar(), "c"), {"fivebar_computed_torque": function}
+    )
     sample = np.zeros((1, 15))
     sample[0, :2], sample[0, 14] = (np.pi, 0.0), -1
     found, status = own("fivebar_computed_torque", sample)

@@ -20,7 +20,9 @@ SIMULATORS = "mjcf", "urdf", "sdf"
 
 
 @pytest.mark.parametrize("format", SIMULATORS)
-@pytest.mark.parametrize("robot", [fb.FiveBar(gravity=(0.0, -9.81), fs1=0.01, fv12=0.1), fb.Biglide()])
+@pytest.mark.parametrize(
+    "robot", [fb.FiveBar(gravity=(0.0, -9.81), fs1=0.01, fv12=0.1), fb.Biglide()]
+)
 def test_files_are_xml_and_say_how_they_are_closed(robot, format, tmp_path):
     text = fb.export(robot, format, tmp_path / "robot", name="mine")
     assert (tmp_path / "robot").read_text() == text
@@ -70,14 +72,26 @@ def test_a_robot_that_does_not_close_at_0_is_shown_where_it_does():
         (dict(format="mjcf", functions=["dgm"]), "functions is no option of mjcf"),
         (dict(format="c", closure="joint"), "closure is no option of c"),
         (dict(format="sdf", closure="weld"), "closure must be one of constraint, joint"),
-        (dict(format="c", functions=["dgm", "foo"]), "no function 'foo'; the known ones are dgm, passive"),
+        (
+            dict(format="c", functions=["dgm", "foo"]),
+            "no function 'foo'; the known ones are dgm, passive",
+        ),
         (dict(format="c", functions=[]), "functions must name at least one of dgm"),
-        (dict(format="c", name="1st"), "name must be a letter, then letters, digits and _, not '1st'"),
+        (
+            dict(format="c", name="1st"),
+            "name must be a letter, then letters, digits and _, not '1st'",
+        ),
         (dict(format="mjcf", name='a"b'), "name must be a letter"),
         (dict(format="mjcf", step=0.0), "step must be finite and > 0"),
         (dict(format="mjcf", step=float("nan")), "step must be finite"),
-        (dict(format="urdf", start=fb.dgm(fb.FiveBar(d=0.1), (0, 0))), "start is a pose of another robot"),
-        (dict(format="urdf", start=fb.dgm(fb.FiveBar(), np.zeros((3, 2)))), "start must be one pose that closes"),
+        (
+            dict(format="urdf", start=fb.dgm(fb.FiveBar(d=0.1), (0, 0))),
+            "start is a pose of another robot",
+        ),
+        (
+            dict(format="urdf", start=fb.dgm(fb.FiveBar(), np.zeros((3, 2)))),
+            "start must be one pose that closes",
+        ),
     ],
 )
 def test_wrong_options_are_refused(options, message):
@@ -87,13 +101,18 @@ def test_wrong_options_are_refused(options, message):
 
 
 def test_robots_that_no_format_has():
-    for robot in (replace(fb.FiveBar(), m=casadi.SX.sym("m")), replace(fb.FiveBar(), l11=casadi.SX.sym("l"))):
+    for robot in (
+        replace(fb.FiveBar(), m=casadi.SX.sym("m")),
+        replace(fb.FiveBar(), l11=casadi.SX.sym("l")),
+    ):
         for format in (*SIMULATORS, "c"):
             with pytest.raises(ValueError, match="symbols as parameters"):
                 fb.export(robot, format)
     with pytest.raises(TypeError, match="robot must be a FiveBar or a Biglide"):
         fb.export("amoro", "c")
-    with pytest.raises(ValueError, match="MuJoCo takes no body below 1e-15 kg or kg m.2, and proximal2 would be"):
+    with pytest.raises(
+        ValueError, match="MuJoCo takes no body below 1e-15 kg or kg m.2, and proximal2 would be"
+    ):
         fb.export(fb.FiveBar(zz2=1e-15), "mjcf")
     text = fb.export(fb.ROBOTS["hoang-2015"].robot, "c")
     assert "fivebar_ikm2(" in text and "dynamic" not in text and "torque(" not in text
@@ -107,7 +126,9 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     before = out.read_bytes()
     with pytest.raises(ValueError):
         fb.export(fb.FiveBar(m=0), "mjcf", out)
-    assert out.read_bytes() == before and [each.name for each in tmp_path.iterdir()] == ["robot.xml"]
+    assert out.read_bytes() == before and [each.name for each in tmp_path.iterdir()] == [
+        "robot.xml"
+    ]
     with pytest.raises(OSError):
         fb.export(fb.FiveBar(), "mjcf", tmp_path / "nowhere" / "robot.xml")
 
@@ -115,13 +136,34 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
 def test_the_command(tmp_path, capsys):
     for format in (*SIMULATORS, "c"):
         out = tmp_path / f"robot.{format}"
-        assert main(["export", "--format", format, "--out", str(out), "--robot", "biglide", "--m", "2"]) == 0
+        assert (
+            main(
+                ["export", "--format", format, "--out", str(out), "--robot", "biglide", "--m", "2"]
+            )
+            == 0
+        )
         assert capsys.readouterr().out == f"{out}\n"
         assert out.read_text() == fb.export(fb.Biglide(m=2), format)
     assert main(["export", "--format", "c", "--functions", "igm", "dkm", "--name", "left"]) == 0
     text = capsys.readouterr().out
     assert "left_igm(" in text and "left_dkm(" in text and "left_dgm(" not in text
-    assert main(["export", "--format", "mjcf", "--start", "0.2", "0.1", "--assembly", "-1", "--step", "0.002"]) == 0
+    assert (
+        main(
+            [
+                "export",
+                "--format",
+                "mjcf",
+                "--start",
+                "0.2",
+                "0.1",
+                "--assembly",
+                "-1",
+                "--step",
+                "0.002",
+            ]
+        )
+        == 0
+    )
     assert capsys.readouterr().out == fb.export(
         fb.FiveBar(), "mjcf", start=fb.dgm(fb.FiveBar(), (0.2, 0.1)), step=0.002
     )
@@ -147,7 +189,11 @@ def test_the_command_refuses(arguments, message, capsys):
 
 def test_headers_get_along_with_each_other_with_cplusplus_and_not_with_fast_math(tmp_path):
     need("a C compiler")
-    for name, robot in (("left", fb.FiveBar()), ("right", fb.FiveBar(d=0.1)), ("feet", fb.Biglide())):
+    for name, robot in (
+        ("left", fb.FiveBar()),
+        ("right", fb.FiveBar(d=0.1)),
+        ("feet", fb.Biglide()),
+    ):
         fb.export(robot, "c", tmp_path / f"{name}.h", name=name)
     source = tmp_path / "main.c"
     includes = "".join(f'#include "{name}.h"\n' for name in ("left", "right", "feet", "left"))
@@ -171,8 +217,18 @@ def test_any_function_of_sx_is_written():
         casadi.exp(x[0]), casadi.logic_and(x[0] <= 1, casadi.logic_not(x[1] == 2)), casadi.fabs(x[0]) ** 2.5,
         -casadi.inf,
     ]  # fmt: skip
-    text = to_c(casadi.Function("f", [x], [casadi.densify(casadi.vertcat(*every))], ["x"], ["y"]), "f")
-    for piece in ("FIVEBAR_(tan)(", "FIVEBAR_(fmin)(", " ? ", "+!", "<=", "FIVEBAR_(pow)(", "-INFINITY"):
+    text = to_c(
+        casadi.Function("f", [x], [casadi.densify(casadi.vertcat(*every))], ["x"], ["y"]), "f"
+    )
+    for piece in (
+        "FIVEBAR_(tan)(",
+        "FIVEBAR_(fmin)(",
+        " ? ",
+        "+!",
+        "<=",
+        "FIVEBAR_(pow)(",
+        "-INFINITY",
+    ):
         assert piece in text, piece
     with pytest.raises(ValueError, match="no words for CasADi's operation OP_ERF"):
         to_c(casadi.Function("g", [x], [casadi.erf(x)]), "g")

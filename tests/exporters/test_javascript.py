@@ -30,12 +30,30 @@ EXACT = set(OPERATIONS) | set(OWN) - {ca.OP_POW, ca.OP_CONSTPOW} | {
 def batch(function, samples):
     """CasADi's own results (n, all elements by columns)."""
     ends = np.cumsum([function.numel_in(k) for k in range(function.n_in())])[:-1]
-    whole = ca.Function("whole", function.sx_in(), [ca.vertcat(*map(ca.vec, function.call(function.sx_in())))])
+    whole = ca.Function(
+        "whole", function.sx_in(), [ca.vertcat(*map(ca.vec, function.call(function.sx_in())))]
+    )
     return whole.map(len(samples))(*(part.T for part in np.split(samples, ends, axis=1))).full().T
 
 
 def test_every_operation_at_every_kind_of_number():
-    odd = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 1e300, -1e300, np.inf, -np.inf, np.nan, 0.3, 1e16]
+    odd = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        -2.5,
+        3.0,
+        1e-310,
+        1e300,
+        -1e300,
+        np.inf,
+        -np.inf,
+        np.nan,
+        0.3,
+        1e16,
+    ]
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     samples = np.array([(a, b) for a in odd for b in odd])
     codes = sorted({*OPERATIONS, *FUNCTIONS} - {ca.OP_ASSIGN, ca.OP_CONSTPOW})
@@ -64,7 +82,9 @@ def test_models_are_casadis_to_the_bit_where_nothing_is_trigonometric(name):
         # lengths of other robots too, points in and out of reach
         lengths = np.array(values) * rng.uniform(0.7, 1.3, (COUNT, len(values)))
         size = 3.0 if kind is fb.FiveBar and modes == 1 else 0.4
-        samples = np.hstack([rng.uniform(-size, size, (COUNT, 2)), rng.choice([-1.0, 1.0], (COUNT, modes)), lengths])
+        samples = np.hstack(
+            [rng.uniform(-size, size, (COUNT, 2)), rng.choice([-1.0, 1.0], (COUNT, modes)), lengths]
+        )
         found, expected = run(to_javascript(function), function, samples), batch(function, samples)
         closes = np.isfinite(expected).all(axis=1)
         assert 0.1 < closes.mean() < 0.95
@@ -77,7 +97,9 @@ def test_models_are_casadis_to_the_bit_where_nothing_is_trigonometric(name):
         np.testing.assert_array_equal(found[:, untouched], expected[:, untouched])
         assert (np.abs(found - expected)[some] <= 2 * share + late).all()
         assert untouched.sum() >= (12 if modes == 2 else 1)
-        assert (np.isnan(found) == np.isnan(expected)).all(axis=1).mean() > 1 - 1e-4  # the limit itself, by an ulp
+        assert (np.isnan(found) == np.isnan(expected)).all(
+            axis=1
+        ).mean() > 1 - 1e-4  # the limit itself, by an ulp
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -87,10 +109,16 @@ def test_models_are_pythons_at_random_and_at_the_limits(name):
     size = sum(robot.distal) + robot.d
     turn = np.exp(1j * rng.uniform(-np.pi, np.pi, 2000))
     left, right = robot.drives
-    reach = [left.length + robot.distal[0], abs(left.length - robot.distal[0])] if robot.turns else [robot.distal[0]]
+    reach = (
+        [left.length + robot.distal[0], abs(left.length - robot.distal[0])]
+        if robot.turns
+        else [robot.distal[0]]
+    )
     limits = [complex(left.x, 0) + radius * part for radius, part in zip(reach, np.split(turn, 2))]
     at = np.concatenate([*limits, [complex(left.x), complex(right.x), 0.0]])
-    xi = np.concatenate([rng.uniform(-size, size, (4000, 2)), np.stack([at.real, at.imag], axis=-1)])
+    xi = np.concatenate(
+        [rng.uniform(-size, size, (4000, 2)), np.stack([at.real, at.imag], axis=-1)]
+    )
     working = rng.choice([-1, 1], xi.shape)
     q = rng.uniform(-np.pi, np.pi, (4000, 2)) * (1 if robot.turns else size)
     q = np.concatenate([q, [[0.0, 0.0], [np.pi, 0.0], [-np.pi / 2, -np.pi / 2]], q[:500] * [1, 0]])
@@ -105,7 +133,9 @@ def test_models_are_pythons_at_random_and_at_the_limits(name):
             parts[function.name_out(k)] = found[:, start : start + function.numel_out(k)]
             start += function.numel_out(k)
         closes = (
-            np.isfinite(pose.det_A) & np.isfinite(pose.xi).all(axis=-1) & np.isfinite(np.stack(pose.sines)).all(axis=0)
+            np.isfinite(pose.det_A)
+            & np.isfinite(pose.xi).all(axis=-1)
+            & np.isfinite(np.stack(pose.sines)).all(axis=0)
         )
         np.testing.assert_array_equal(parts["closes"][:, 0], closes)
         assert closes.any() and not closes.all()
@@ -117,10 +147,14 @@ def test_models_are_pythons_at_random_and_at_the_limits(name):
         for key, value in expected.items():
             apart = np.abs(parts[key] - value)[closes]
             if key == "q":
-                apart = np.abs(np.remainder(apart + np.pi, 2 * np.pi) - np.pi) if robot.turns else apart
+                apart = (
+                    np.abs(np.remainder(apart + np.pi, 2 * np.pi) - np.pi) if robot.turns else apart
+                )
             # at a limit the rounding of a square counts by its root
             assert np.nanmax(apart) < 1e-7 and np.nanmean(apart > 1e-11) < 0.35, key
-        tame = closes & (np.abs(np.stack(pose.sines)).min(axis=0) > 1e-6) & (np.abs(pose.det_A) > 1e-6)
+        tame = (
+            closes & (np.abs(np.stack(pose.sines)).min(axis=0) > 1e-6) & (np.abs(pose.det_A) > 1e-6)
+        )
         np.testing.assert_array_equal(parts["working"][tame], pose.working[tame])
         np.testing.assert_array_equal(parts["assembly"][tame, 0], pose.assembly[tame])
 

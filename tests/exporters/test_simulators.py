@@ -15,12 +15,23 @@ from .loaded import DRIVES, InDrake, InMujoco, InPinocchio, spread
 
 ROBOTS = {
     "amoro": fb.FiveBar(),
-    "uneven": fb.FiveBar(l11=0.1, l12=0.13, l21=0.08, l22=0.15, d=0.05, zz1=0.001, zz2=0.003, m=0.2),
+    "uneven": fb.FiveBar(
+        l11=0.1, l12=0.13, l21=0.08, l22=0.15, d=0.05, zz1=0.001, zz2=0.003, m=0.2
+    ),
     "biglide": fb.Biglide(),
     "vertical": robot_of_case(CASES[0]),
     **{f"random {k}": robot_of_case(CASES[k], elbows=(0.004, 0.007)) for k in (1, 2, 3, 4)},
     "heavy biglide": replace(
-        fb.Biglide(), zz1=0.02, zz2=-0.01, my1=0.1, my2=-0.05, gravity=(1.0, -9.81), fv1=2.0, fv2=3.0, fs1=0.5, fs2=0.2
+        fb.Biglide(),
+        zz1=0.02,
+        zz2=-0.01,
+        my1=0.1,
+        my2=-0.05,
+        gravity=(1.0, -9.81),
+        fv1=2.0,
+        fv2=3.0,
+        fs1=0.5,
+        fs2=0.2,
     ),
 }
 # Of what the loop's forces change, per condition number of what they act against, J M^-1 J^T: MuJoCo's 1 - 0.9999, and
@@ -37,7 +48,9 @@ def robot(request):
 def joints(rates):
     """Coordinates and rates of all four joints, leg by leg."""
     pose = rates.pose
-    return np.ravel([pose.q, pose.q_passive], order="F"), np.ravel([rates.q_dot, rates.q_passive_dot], order="F")
+    return np.ravel([pose.q, pose.q_passive], order="F"), np.ravel(
+        [rates.q_dot, rates.q_passive_dot], order="F"
+    )
 
 
 def four(acc):
@@ -60,7 +73,10 @@ def states(robot, count=8, moving=True):
 def all_trees(robot):
     urdf, sdf, mjcf = (fb.export(robot, name) for name in ("urdf", "sdf", "mjcf"))
     yield from (InMujoco(mjcf), InPinocchio(urdf, robot.gravity))
-    yield from (InDrake(text, kind, robot.gravity) for text, kind in ((urdf, "urdf"), (sdf, "sdf"), (mjcf, "xml")))
+    yield from (
+        InDrake(text, kind, robot.gravity)
+        for text, kind in ((urdf, "urdf"), (sdf, "sdf"), (mjcf, "xml"))
+    )
     plain = InMujoco(urdf)
     plain.model.opt.gravity[:] = (*robot.gravity, 0.0)
     yield plain
@@ -80,10 +96,15 @@ def test_the_opened_tree_in_every_simulator(robot):
             along = np.array([joints(fb.dkm(rates.pose, unit))[1] for unit in np.eye(2)]).T
             across = four(fb.dkm2(rates, (0.0, 0.0)))
             M, c = fb.dynamic_model(rates)
-            np.testing.assert_allclose(along.T @ mass @ along, M, rtol=1e-9, atol=1e-9 * np.abs(M).max())
+            np.testing.assert_allclose(
+                along.T @ mass @ along, M, rtol=1e-9, atol=1e-9 * np.abs(M).max()
+            )
             scale = np.abs(along.T @ mass).max() * np.abs(across).max() + np.abs(bias).max()
             np.testing.assert_allclose(
-                along.T @ (mass @ across + bias), c - dry(robot, rates), rtol=1e-9, atol=1e-11 * scale
+                along.T @ (mass @ across + bias),
+                c - dry(robot, rates),
+                rtol=1e-9,
+                atol=1e-11 * scale,
             )
 
 
@@ -121,7 +142,9 @@ def test_full_bodies_of_40_digits_by_way_of_base_parameters_urdf_and_pinocchio(c
     need("other simulators")
     robot = robot_of_case(case)
     loaded = InPinocchio(fb.export(robot, "urdf"), robot.gravity)
-    q, q_dot, tau, q_ddot = (np.array(numbers(row[name])) for name in ("q", "q_dot", "tau", "q_ddot"))
+    q, q_dot, tau, q_ddot = (
+        np.array(numbers(row[name])) for name in ("q", "q_dot", "tau", "q_ddot")
+    )
     rates = fb.dkm(fb.dgm(robot, q, int(row["assembly"])), q_dot)
     found = loaded.closed(*joints(rates), applied(loaded, robot, rates, tau))
     np.testing.assert_allclose(found[DRIVES], q_ddot, rtol=1e-9, atol=1e-10 * np.abs(q_ddot).max())
@@ -136,7 +159,9 @@ def given_way(robot, rates, tau):
     columns = []
     for drive, leg, bar, sign in zip(robot.drives, pose.legs, robot.distal, (1, -1)):
         turn = bar * np.array([-leg.distal[1], leg.distal[0]])
-        own = np.array(drive.tangent(leg.direction)) + turn * robot.turns  # q12 counts from the proximal bar
+        own = (
+            np.array(drive.tangent(leg.direction)) + turn * robot.turns
+        )  # q12 counts from the proximal bar
         columns += [sign * own, sign * turn]
     jacobian = np.array(columns).T
     weights = np.linalg.cond(jacobian @ np.linalg.solve(mass, jacobian.T))
@@ -157,7 +182,10 @@ def test_accelerations_of_the_loop_in_mujoco_to_its_compliance(robot):
         if (dry(robot, rates) != 0).any() and slow.any():
             continue  # its friction is as soft: it brakes less what stands soon
         count += 1
-        expected, (changed, mass) = four(fb.forward_dynamics(rates, tau)), given_way(robot, rates, tau)
+        expected, (changed, mass) = (
+            four(fb.forward_dynamics(rates, tau)),
+            given_way(robot, rates, tau),
+        )
         found, jacobian, soft, held = loaded.closed(q, v, tau)
         bias = loaded.bias(q, v)
         assert weighed(mass, found - expected) < IN_MUJOCO * changed
@@ -172,7 +200,10 @@ def test_accelerations_of_the_loop_in_drake_from_rest(robot):
     robot = replace(robot, fs1=0.0, fs2=0.0)  # dry friction it does not know
     loaded = InDrake(fb.export(robot, "sdf"), "sdf", robot.gravity, step=1e-5)
     for rates, tau in states(robot, moving=False):
-        expected, (changed, mass) = four(fb.forward_dynamics(rates, tau)), given_way(robot, rates, tau)
+        expected, (changed, mass) = (
+            four(fb.forward_dynamics(rates, tau)),
+            given_way(robot, rates, tau),
+        )
         assert weighed(mass, loaded.closed(*joints(rates), tau) - expected) < IN_DRAKE * changed
 
 
@@ -222,7 +253,9 @@ def test_what_is_loaded_stands_closed():
         loaded = InMujoco(fb.export(robot, "mjcf", start=start))
         loaded.lib.mj_forward(loaded.model, loaded.data)
         pose = start or fb.dgm(robot, (0.0, 0.0))
-        np.testing.assert_allclose(loaded.data.qpos, np.ravel([pose.q, pose.q_passive], order="F"), atol=1e-15)
+        np.testing.assert_allclose(
+            loaded.data.qpos, np.ravel([pose.q, pose.q_passive], order="F"), atol=1e-15
+        )
         np.testing.assert_allclose(loaded.data.site_xpos[:, :2], [pose.xi, pose.xi], atol=1e-15)
         assert np.abs(loaded.data.efc_pos).max() < 1e-15
 

@@ -29,39 +29,55 @@ def test_both_inertias_of_the_labs_papers_are_right(tmp_path, inertia):
 
 def test_another_robots_length_is_said(tmp_path):
     found = report(tmp_path, HELPERS.replace("d = 0.118", "d = 0.18"))
-    assert found.points < 20 and "d = 0.18, the lab's robot 0.118: graded for that" in " ".join(found.notes)
+    assert found.points < 20 and "d = 0.18, the lab's robot 0.118: graded for that" in " ".join(
+        found.notes
+    )
 
 
 def test_the_labs_own_threshold_stands_beside_ours(tmp_path):
     """An error of 1e-5 is OK for the lab's mean of 1e-3, and none for us."""
-    found = report(tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 1e-5, OA13[1]"))
+    found = report(
+        tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 1e-5, OA13[1]")
+    )
     check = next(check for check in found.checks if check.name == "test_dgm_oscillating")
-    assert check.outcome == "wrong" and re.match(r"mean errors 1e-05 and .*: OK \(threshold 0\.001\)", check.beside)
-    coarse = report(tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 1e-2, OA13[1]"))
+    assert check.outcome == "wrong" and re.match(
+        r"mean errors 1e-05 and .*: OK \(threshold 0\.001\)", check.beside
+    )
+    coarse = report(
+        tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 1e-2, OA13[1]")
+    )
     assert "error in model" in coarse.checks[0].beside
 
 
 def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     wrong = HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + d/2, OA13[1]")
     checks = report(tmp_path, wrong).checks
-    assert {c.misconception for c in checks if c.function == "dgm"} == {"origin in the left base joint"}
+    assert {c.misconception for c in checks if c.function == "dgm"} == {
+        "origin in the left base joint"
+    }
     passive = [c for c in checks if c.function == "dgm_passive"]
     assert [c.share for c in passive] == [1.0, 1.0]
-    said = "consistent with your dgm, which is wrong: origin in the left base joint"
-    assert all(said in c.remarks for c in passive)
+    notes = "consistent with your dgm, which is wrong: origin in the left base joint"
+    assert all(notes in c.remarks for c in passive)
 
 
 def test_a_wrong_helper_that_is_no_task_loses_the_points_of_those_that_call_it(tmp_path):
     """Nothing else is asked about compute_A_B: what is consistent with it has lost its points once only."""
     wrong = HELPERS.replace("A = np.array([u12, u22])", "A = np.array([u12, 0.7*u22 + 0.1])")
-    checks = [c for c in report(tmp_path, wrong).checks if c.function in ("dkm", "ikm", "dkm2", "dynamic_model")]
+    checks = [
+        c
+        for c in report(tmp_path, wrong).checks
+        if c.function in ("dkm", "ikm", "dkm2", "dynamic_model")
+    ]
     assert {c.share for c in checks} == {0.0}
     assert {c.misconception for c in checks} == {"consistent with your compute_A_B, which is wrong"}
 
 
 def test_one_slip_of_the_pen_is_found_where_it_stands(tmp_path):
     wrong = HELPERS.replace("qpDD[0], qpDD[1]", "qpDD[0], qpDD[1]*qpDD[1]")
-    (name,) = {c.misconception for c in report(tmp_path, wrong).checks if c.function == "dkm2_passive"}
+    (name,) = {
+        c.misconception for c in report(tmp_path, wrong).checks if c.function == "dkm2_passive"
+    }
     line = wrong.split("\n").index("    return qpDD[0], qpDD[1]*qpDD[1]") + 1
     assert name == f"a part too many in line {line}, `qpDD[1]*qpDD[1]`: all else is right"
 
@@ -71,7 +87,9 @@ def test_numpy_by_way_of_the_labs_star_import(tmp_path):
 
 
 def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_path):
-    checks = report(tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 0.0123, OA13[1]")).checks
+    checks = report(
+        tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 0.0123, OA13[1]")
+    ).checks
     assert checks[0].misconception == "x is off by 0.0123"
     assert ("looks like", "x is off by #") in list(told(checks[0]))
 
@@ -79,16 +97,23 @@ def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_p
 def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):
     found = report(tmp_path, (FOLDER / "columns.py").read_text())
     assert found.points == 20
-    assert any("no longer takes an array of one element" in note and "A11A12[1].item()" in note for note in found.notes)
+    assert any(
+        "no longer takes an array of one element" in note and "A11A12[1].item()" in note
+        for note in found.notes
+    )
 
 
 def tracked(folder, task, gains, *arguments, code=0):
-    script = (LABS / "amoro/control.py").read_text().replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}")
+    script = (
+        (LABS / "amoro/control.py").read_text().replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}")
+    )
     (folder / "chosen_models.py").write_text((LABS / "amoro/chosen_models.py").read_text())
     return run(folder, script, "--mark", task, "--json", *arguments, code=code)
 
 
-@pytest.mark.parametrize("gains, task, low, high", [("100.0, 20.0", "1", 20, 20), ("100.0, 20.0", "2", 0, 0)])
+@pytest.mark.parametrize(
+    "gains, task, low, high", [("100.0, 20.0", "1", 20, 20), ("100.0, 20.0", "2", 0, 0)]
+)
 def test_the_tracking_error_is_the_mark(tmp_path, gains, task, low, high):
     """Computed torque follows task 1 and is lost at the singularity of task 2."""
     found = json.loads(tracked(tmp_path, task, gains).stdout)["tracking"]
@@ -97,5 +122,11 @@ def test_the_tracking_error_is_the_mark(tmp_path, gains, task, low, high):
 
 
 def test_a_mark_is_for_the_five_bar_and_for_the_whole_task(tmp_path):
-    assert "it is a task of the five-bar" in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
-    assert "the task at 2 s (--until)" in tracked(tmp_path, "1", "100.0, 20.0", "--until", "1", code=1).stderr
+    assert (
+        "it is a task of the five-bar"
+        in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
+    )
+    assert (
+        "the task at 2 s (--until)"
+        in tracked(tmp_path, "1", "100.0, 20.0", "--until", "1", code=1).stderr
+    )

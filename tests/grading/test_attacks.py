@@ -55,7 +55,11 @@ class Scene:
         return HONEST + code
 
     def left_behind(self):
-        return [p for folder in ("/tmp", "/var/tmp", "/dev/shm") for p in Path(folder).glob(f"{self.mark}*")]
+        return [
+            p
+            for folder in ("/tmp", "/var/tmp", "/dev/shm")
+            for p in Path(folder).glob(f"{self.mark}*")
+        ]
 
 
 def processes(nonces):
@@ -63,7 +67,10 @@ def processes(nonces):
     found = []
     for place in Path("/proc").glob("[0-9]*"):
         try:
-            line, state = (place / "cmdline").read_bytes(), (place / "stat").read_text().rpartition(")")[2].split()[0]
+            line, state = (
+                (place / "cmdline").read_bytes(),
+                (place / "stat").read_text().rpartition(")")[2].split()[0],
+            )
         except OSError:
             continue
         if state != "Z" and any(nonce.encode() in line for nonce in nonces):
@@ -99,11 +106,20 @@ def test_an_attack_earns_nothing_and_breaks_nothing(name, isolate, scene, monkey
         reply = student.ask("evil", [(1.25,)], limit=limit)[0]
         later = student.ask("double", [(1.5,)], limit=5)[0]
     assert reply.kind in kinds, reply
-    assert scene.secret * 1.25 not in numbers(reply.value) and scene.secret not in numbers(reply.value)
+    assert scene.secret * 1.25 not in numbers(reply.value) and scene.secret not in numbers(
+        reply.value
+    )
     assert reply.kind == "exception" or repr(scene.secret) not in f"{reply}{student.output}"
     assert later.value == 3.0 or name in SELF_HARM, later
-    assert reply.text.isprintable() and student.output.replace("\n", "").replace("\t", "").isprintable()
-    assert len(reply.text) <= 500 and len(repr(reply.value)) < 200_000 and len(student.output) <= 64_000
+    assert (
+        reply.text.isprintable()
+        and student.output.replace("\n", "").replace("\t", "").isprintable()
+    )
+    assert (
+        len(reply.text) <= 500
+        and len(repr(reply.value)) < 200_000
+        and len(student.output) <= 64_000
+    )
     assert not processes([worker.nonce for worker in started])
     assert not scene.left_behind()
     assert set(os.listdir("/proc/self/fd")) <= before and set(descendants(os.getpid())) <= others
@@ -114,14 +130,18 @@ def test_what_reads_only_finds_nothing(isolate, scene):
     for name, empty in (("modules", []), ("own environment", []), ("inherited descriptors", 0)):
         with Student(Submission("evil.py", scene.source(ATTACKS[name][0])), isolate) as student:
             assert student.ask("evil", [(1.0,)])[0].value == empty, name
-    with Student(Submission("evil.py", scene.source(ATTACKS["always pleased"][0])), isolate) as student:
+    with Student(
+        Submission("evil.py", scene.source(ATTACKS["always pleased"][0])), isolate
+    ) as student:
         assert type(came := student.ask("evil", [(1.0,)])[0].value) is float and came == 0.0
     for name in ("an endless generator", "a class of a strange name"):
         with Student(Submission("evil.py", scene.source(ATTACKS[name][0])), isolate) as student:
             assert student.ask("evil", [(1.0,)])[0].value["~"] == "other"
 
 
-@pytest.mark.parametrize("code", ["import os\nos._exit(0)\n", "while True: pass\n", "import sys\nsys.exit()\n"])
+@pytest.mark.parametrize(
+    "code", ["import os\nos._exit(0)\n", "while True: pass\n", "import sys\nsys.exit()\n"]
+)
 def test_a_file_that_ends_or_hangs_on_import_is_still_graded(code, isolate, monkeypatch):
     monkeypatch.setattr("fivebar.grading.worker.student.LOAD_LIMIT", 1.0)
     source = f"a = 1\n{code}def double(x): return 2 * x\n"
@@ -172,7 +192,11 @@ FORGED = [
     {"k": "value", "s": 0, "v": {"~": "array", "shape": [True, 1.5], "data": [1]}},
     {"k": "value", "s": 0, "v": {"~": "array", "shape": [10**6] * 5 + [0], "data": []}},
     {"k": "value", "s": 0, "v": {"~": ["array"], "re": None}},
-    {"k": "value", "s": 0, "v": {"~": "array", "shape": [2], "data": [{"~": "array", "shape": [1], "data": [1]}, 2]}},
+    {
+        "k": "value",
+        "s": 0,
+        "v": {"~": "array", "shape": [2], "data": [{"~": "array", "shape": [1], "data": [1]}, 2]},
+    },
     {"k": "value", "s": 0, "v": {"~": "other", "type": DEEP, "text": ""}},
     {"k": "missing", "absent": [DEEP, "a"]},
     {"k": "at", "i": 0, "l": DEEP},
@@ -206,7 +230,9 @@ def evil(x):
             later = student.ask("double", [(1.5,)])[0]
             assert later.value == 3.0 or where == "import", (forged, later)
             assert all(name.isprintable() for name in student.names)
-            assert student.trouble is None or (where == "import" and len(student.trouble.text) <= 600)
+            assert student.trouble is None or (
+                where == "import" and len(student.trouble.text) <= 600
+            )
 
 
 def test_a_function_cannot_go_missing_between_two_answers():

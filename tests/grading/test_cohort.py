@@ -21,7 +21,16 @@ from fivebar.grading.program import Job
 from fivebar.grading.worker.sandbox import IsolationError
 from tests.helpers import ROOT
 
-from ..helpers.grading_lab import CRASHES, HALF, HANGS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
+from ..helpers.grading_lab import (
+    CRASHES,
+    HALF,
+    HANGS,
+    RIGHT,
+    SHIFTED,
+    UNTOUCHED,
+    write_lab,
+    written,
+)
 from ..helpers.processes import descendants
 
 
@@ -36,11 +45,25 @@ def folder(tmp_path):
 
 
 def command(labs, folder, out, *options):
-    return ["grade", "elbow", str(folder), "--labs", str(labs), "--out", str(out), "--isolate", "process", *options]
+    return [
+        "grade",
+        "elbow",
+        str(folder),
+        "--labs",
+        str(labs),
+        "--out",
+        str(out),
+        "--isolate",
+        "process",
+        *options,
+    ]
 
 
 def points(out):
-    return {path.stem: json.loads(path.read_text())["points"] for path in (out / "students").glob("*.json")}
+    return {
+        path.stem: json.loads(path.read_text())["points"]
+        for path in (out / "students").glob("*.json")
+    }
 
 
 def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
@@ -72,7 +95,11 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     assert len((out / "checks.csv").read_text().splitlines()) == 1 + 3 * 11
     assert "'=HYPERLINK(1)," in (out / "scores.csv").read_text()
     page = (out / "summary.html").read_text()
-    assert "<img" not in page and "&lt;img src=x onerror=alert(1)&gt;" in page and 'href="students/anna.html"' in page
+    assert (
+        "<img" not in page
+        and "&lt;img src=x onerror=alert(1)&gt;" in page
+        and 'href="students/anna.html"' in page
+    )
     assert all((out / "students" / f"{stem}.html").exists() for stem in got)
     stamps = {path: path.stat().st_mtime_ns for path in (out / "students").glob("*.json")}
     written(folder / "ben.py", RIGHT)
@@ -92,7 +119,9 @@ def test_what_is_graded_again(labs, folder, tmp_path):
     run_cohort(first, [entry], 1)
     assert first.done(entry).points == 4
     assert begin(lab, out, None, None, "process", None).seed == first.seed  # of the earlier run
-    assert begin(lab, out, first.seed, b"a secret", "process", None).done(entry) is None  # another robot
+    assert (
+        begin(lab, out, first.seed, b"a secret", "process", None).done(entry) is None
+    )  # another robot
     assert begin(lab, out, "other", None, "process", None).done(entry) is None
     first.file(entry, ".json").write_text("{}")
     assert first.done(entry) is None
@@ -147,14 +176,24 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     kept = points(out)  # each file is whole
     assert 3 <= len(kept) < 12 and not (out / "summary.html").exists()
     if number == signal.SIGINT:
-        assert run.returncode == 1 and "interrupted" in err and "goes on from there" in err and "Traceback" not in err
+        assert (
+            run.returncode == 1
+            and "interrupted" in err
+            and "goes on from there" in err
+            and "Traceback" not in err
+        )
     seeds = {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")}
     run = subprocess.run(
-        [sys.executable, "-m", "fivebar", *command(labs, folder, out)], cwd=ROOT, capture_output=True, text=True
+        [sys.executable, "-m", "fivebar", *command(labs, folder, out)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
     )
     assert run.returncode == 0 and f"{len(kept)} of 12 are graded already" in run.stderr
     assert points(out) == {f"s{k:02d}": (4 if k % 2 else 1) for k in range(12)}
-    assert {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")} == seeds
+    assert {
+        json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")
+    } == seeds
 
 
 def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
@@ -163,10 +202,14 @@ def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
     written(folder / "b.py", RIGHT + "x=1;" * 200_000)
     written(folder / "c.py", RIGHT)
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
-    assert [report.points for report in run_cohort(cohort, find_submissions(folder, cohort.lab)[0], 1)][::2] == [0, 4]
+    assert [
+        report.points for report in run_cohort(cohort, find_submissions(folder, cohort.lab)[0], 1)
+    ][::2] == [0, 4]
 
 
-@pytest.mark.parametrize("error, key", [(ValueError("strange"), "failed"), (IsolationError("no room"), "error")])
+@pytest.mark.parametrize(
+    "error, key", [(ValueError("strange"), "failed"), (IsolationError("no room"), "error")]
+)
 def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_it(
     labs, folder, tmp_path, monkeypatch, error, key
 ):
@@ -178,7 +221,9 @@ def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_
     monkeypatch.setattr(worker_loop, "grade", fails_unless_told)
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     entry = Entry("a", written(folder / "a.py", RIGHT))
-    direct = SimpleNamespace(ask=lambda job, lab: worker_loop._graded(json.loads(worker_loop.request_line(job, lab))))
+    direct = SimpleNamespace(
+        ask=lambda job, lab: worker_loop._graded(json.loads(worker_loop.request_line(job, lab)))
+    )
     assert key in direct.ask(cohort.job(entry), cohort.lab)
     if key == "error":
         with pytest.raises(GraderError, match="no room"):
@@ -224,22 +269,42 @@ def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, c
     assert points(tmp_path / "out") == {"a": 5, "c": 5}
     assert main(command(labs, folder, tmp_path / "out")) == 1
     printed = capsys.readouterr()
-    assert "2 of 3 are graded already" in printed.err and "1 of 3 not graded: b; run it again" in printed.err
+    assert (
+        "2 of 3 are graded already" in printed.err
+        and "1 of 3 not graded: b; run it again" in printed.err
+    )
     assert "elbow: 2 students" in printed.out
     _, row_a, row_b, _ = (tmp_path / "out" / "scores.csv").read_text().splitlines()
-    assert row_a.startswith("a,a.py,5,5,100.0,graded,") and row_b.startswith('b,b.py,,,,not graded,"NOT GRADED: ')
+    assert row_a.startswith("a,a.py,5,5,100.0,graded,") and row_b.startswith(
+        'b,b.py,,,,not graded,"NOT GRADED: '
+    )
     assert "Not graded: run it again" in (tmp_path / "out" / "summary.html").read_text()
 
 
-def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(labs, folder, tmp_path, capsys):
+def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(
+    labs, folder, tmp_path, capsys
+):
     written(folder / "anna.py", SHIFTED)
     written(folder / "ben.py", SHIFTED)
     out = tmp_path / "out"
     assert main(command(labs, folder, out)) == 0
-    anna, ben = (json.loads((out / "students" / f"{name}.json").read_text()) for name in ("anna", "ben"))
-    assert [check["asked"] for check in anna["checks"]] == [check["asked"] for check in ben["checks"]]
+    anna, ben = (
+        json.loads((out / "students" / f"{name}.json").read_text()) for name in ("anna", "ben")
+    )
+    assert [check["asked"] for check in anna["checks"]] == [
+        check["asked"] for check in ben["checks"]
+    ]
     capsys.readouterr()
-    again = ["grade", "elbow", str(folder / "anna.py"), "--labs", str(labs), "--seed", anna["seed"], "--json"]
+    again = [
+        "grade",
+        "elbow",
+        str(folder / "anna.py"),
+        "--labs",
+        str(labs),
+        "--seed",
+        anna["seed"],
+        "--json",
+    ]
     assert main(again) == 0
     data = json.loads(capsys.readouterr().out)
     assert {**data, "seconds": 0} == {**anna, "seconds": 0}

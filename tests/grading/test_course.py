@@ -17,7 +17,8 @@ from fivebar.grading.report.outputs import gradescope_text
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 
 TELLING = RIGHT.replace(
-    "    return", "    if q11 > 0:\n        raise type(f'Told{q11}', (ValueError,), {})(f'asked for {q11}')\n    return"
+    "    return",
+    "    if q11 > 0:\n        raise type(f'Told{q11}', (ValueError,), {})(f'asked for {q11}')\n    return",
 )
 SOON = str(datetime.date.today() + datetime.timedelta(days=7))  # and not by the midnight of a test
 
@@ -41,14 +42,24 @@ def cohort(labs, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("source", [SHIFTED, HALF, TELLING, UNTOUCHED, RIGHT.replace("return", "return 0,")])
+@pytest.mark.parametrize(
+    "source", [SHIFTED, HALF, TELLING, UNTOUCHED, RIGHT.replace("return", "return 0,")]
+)
 def test_gradescope_tells_no_input_and_nothing_that_a_program_says(labs, tmp_path, source):
     report = grade(find_lab("elbow", labs), Job(written(tmp_path / "my.py", source)))
-    asked = {number for check in report.checks for number in re.findall(r"\d+\.\d{3}", f"{check.asked} {check.text}")}
+    asked = {
+        number
+        for check in report.checks
+        for number in re.findall(r"\d+\.\d{3}", f"{check.asked} {check.text}")
+    }
     text = gradescope_text(report)
     assert asked and not any(number in text for number in asked)
     outputs = [test["output"] for test in json.loads(text)["tests"]]
-    assert not any(word in output for output in outputs for word in ("asked: ", "came: ", "Told", "task 1", "shape ("))
+    assert not any(
+        word in output
+        for output in outputs
+        for word in ("asked: ", "came: ", "Told", "task 1", "shape (")
+    )
     assert any("why: " in output or "not filled in yet" in output for output in outputs)
     if source is SHIFTED:
         assert "origin in the base joint" in outputs[0]
@@ -111,11 +122,24 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     }  # fmt: skip
     code, out = cohort(files, "--gradebook", sheet)
     err = capsys.readouterr().err
-    assert code == 0 and "3 marks; 1 rows without a hand-in" in err and "no row, or several, for eve" in err
+    assert (
+        code == 0
+        and "3 marks; 1 rows without a hand-in" in err
+        and "no row, or several, for eve" in err
+    )
     assert "no mark, as no program could be graded, for Two" in err
-    before, after = (list(csv.reader(io.StringIO(t))) for t in (MOODLE[1:], (out / "gradebook.csv").read_text()))
+    before, after = (
+        list(csv.reader(io.StringIO(t))) for t in (MOODLE[1:], (out / "gradebook.csv").read_text())
+    )
     half = json.loads(next((out / "students").glob("Grace*.json")).read_text())["points"] * 18.3 / 4
-    assert [row[4] for row in after] == ["Note", "20", "5", "", "3", f"{half:.2f}".replace(".", ",")]
+    assert [row[4] for row in after] == [
+        "Note",
+        "20",
+        "5",
+        "",
+        "3",
+        f"{half:.2f}".replace(".", ","),
+    ]
     assert [row[:4] + row[5:] for row in after] == [row[:4] + row[5:] for row in before]
 
 
@@ -124,10 +148,18 @@ def test_marks_in_canvas_gradebook_by_number_and_by_login(cohort, tmp_path, caps
     code, out = cohort({"lovelaceada_12_345_lab.py": HALF, "alan.py": RIGHT}, "--gradebook", sheet)
     rows = list(csv.reader(io.StringIO((out / "gradebook.csv").read_text())))
     points = json.loads((out / "students" / "lovelaceada.json").read_text())["points"]
-    assert code == 0 and [row[5] for row in rows] == ["elbow (78)", "10", f"{points / 4 * 10:g}", "10", "7"]
+    assert code == 0 and [row[5] for row in rows] == [
+        "elbow (78)",
+        "10",
+        f"{points / 4 * 10:g}",
+        "10",
+        "7",
+    ]
     assert "no row" not in capsys.readouterr().err
     assert cohort({}, "--gradebook", sheet, "--column", "Lab 1 (77)")[0] == 0
-    assert [row[4] for row in csv.reader(io.StringIO((out / "gradebook.csv").read_text()))][3] == "20"
+    assert [row[4] for row in csv.reader(io.StringIO((out / "gradebook.csv").read_text()))][
+        3
+    ] == "20"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +170,9 @@ def test_marks_in_canvas_gradebook_by_number_and_by_login(cohort, tmp_path, caps
         ("just text", [], "no sheet of marks"),
     ],
 )
-def test_a_sheet_that_cannot_be_filled_is_told_before_grading(cohort, tmp_path, capsys, text, options, message):
+def test_a_sheet_that_cannot_be_filled_is_told_before_grading(
+    cohort, tmp_path, capsys, text, options, message
+):
     sheet = written(tmp_path / "sheet.csv", text)
     code, out = cohort({"anna.py": RIGHT}, "--gradebook", sheet, *options)
     assert code == 2 and message in capsys.readouterr().err and not out.exists()

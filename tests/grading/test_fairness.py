@@ -30,20 +30,26 @@ def points(lab, tmp_path, source, **choices):
 
 
 def without(source, name):
-    return "".join(line for line in source.splitlines(keepends=True) if not line.startswith(f"{name} = "))
+    return "".join(
+        line for line in source.splitlines(keepends=True) if not line.startswith(f"{name} = ")
+    )
 
 
 @pytest.mark.parametrize(
     "change",
     [
         lambda s: without(s, "m") + "# of mass m\n",
-        lambda s: "import math as m\n" + re.sub(r"\b(cos|sin|sqrt|hypot)\(", r"m.\1(", without(s, "m")),
+        lambda s: (
+            "import math as m\n" + re.sub(r"\b(cos|sin|sqrt|hypot)\(", r"m.\1(", without(s, "m"))
+        ),
         lambda s: s.replace("d = 0.118\n", "d = 0.118\nhalf = d / 2\n").replace("d / 2,", "half,"),
         lambda s: s.replace("d = 0.118\n", "d = 118\nd /= 1000\n"),
         lambda s: s.replace("l11 = 0.09\nl12 = 0.09\n", "l11, l12 = 90e-3, 90 / 1000\n"),
         lambda s: s.replace("l11 = 0.09\nl12 = 0.09\n", "if True:\n    l11 = l12 = 0.09\n"),
         lambda s: "import numpy as np\n" + s.replace("d = 0.118", "d: float = np.float64(0.118)"),
-        lambda s: s.replace("(q11, q21, assembly_mode):", "(q11, q21, assembly_mode, first=l11, d=d):"),
+        lambda s: s.replace(
+            "(q11, q21, assembly_mode):", "(q11, q21, assembly_mode, first=l11, d=d):"
+        ),
     ],
     ids="unused-name module-named-m derived in-millimetres in-one-line under-an-if numpy-number default".split(),
 )
@@ -51,7 +57,9 @@ def test_a_right_file_of_any_form_gets_all_points(tmp_path, change):
     source = change(LAB1)
     assert source != LAB1
     report = points("lab1", tmp_path, source)
-    assert [(c.title, c.text) for c in report.checks if c.outcome != "right"] == [] and report.points == 20
+    assert [
+        (c.title, c.text) for c in report.checks if c.outcome != "right"
+    ] == [] and report.points == 20
 
 
 def test_what_a_file_computes_from_the_robots_numbers_follows_them():
@@ -65,7 +73,9 @@ def test_what_a_file_computes_from_the_robots_numbers_follows_them():
         assert program.constants == {"l": 0.09, "R2": 0.045, "times": 0.0}
         assert program.ask("f", [(1,)], {"l": 0.2})[0].value == [0.2, 0.1, 0.2, 0.1, 2.0]
         assert program.ask("f", [(1,)])[0].value == [0.09, 0.045, 0.09, 0.045, 2.0]
-        assert [program.ask("count", [()], c)[0].value for c in ({"l": 0.1}, {"l": 0.1}, None, None)] == [1, 1, 1, 2]
+        assert [
+            program.ask("count", [()], c)[0].value for c in ({"l": 0.1}, {"l": 0.1}, None, None)
+        ] == [1, 1, 1, 2]
         assert program.ask("f", [(1,)], {"m": 0.5})[0].text == "the file has no constant m"
 
 
@@ -86,7 +96,9 @@ def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
     assert 0 < report.points < 20 and "gives no number to l11, l12, l21, l22" in report.notes[0]
     report = points("lab1", tmp_path, f"def igm(x):\n    return x\n\n{without(LAB1, 'm')}")
     assert report.points == 20
-    assert [note[:59] for note in report.notes] == ["igm is defined 2 times: the last one counts, line 40 (not l"]
+    assert [note[:59] for note in report.notes] == [
+        "igm is defined 2 times: the last one counts, line 40 (not l"
+    ]
 
 
 def test_nothing_follows_from_what_is_no_model(tmp_path):
@@ -97,7 +109,12 @@ def test_nothing_follows_from_what_is_no_model(tmp_path):
         "    return M[0][0] * row[8], M[1][1] * row[9]\n"
     )
     assert points("lab5", tmp_path, source).points == 0
-    assert points("lab2", tmp_path, "B = lambda *q: [[0, 0], [0, 0]]\ndkm = lambda *row: (0, 0)\n").points == 0
+    assert (
+        points(
+            "lab2", tmp_path, "B = lambda *q: [[0, 0], [0, 0]]\ndkm = lambda *row: (0, 0)\n"
+        ).points
+        == 0
+    )
 
 
 def test_a_robot_whose_numbers_are_computed_is_the_files_at_home(tmp_path):
@@ -132,17 +149,27 @@ def test_numbers_of_every_kind_are_read(tmp_path):
         "from fivebar.grading import Exercise\n"
         "EXERCISES = [Exercise('pair(i) -> x, y', lambda robot, i: (1 + 0 * i, 2 + 0 * i))]\n",
     )
-    written(lab / "test_lab.py", "def test_pair(ask):\n    'pair: all forms'\n    ask('pair', range(8))\n")
+    written(
+        lab / "test_lab.py",
+        "def test_pair(ask):\n    'pair: all forms'\n    ask('pair', range(8))\n",
+    )
     report = grade(find_lab("forms", lab.parent), Job(written(tmp_path / "my.py", NUMBERS)))
     assert (report.points, report.checks[0].text) == (1, "")
-    bad = NUMBERS.replace("1 + 0j", "1 + 1e-3j").replace('"y": 2.0', '"z": 2.0').replace("Fraction(1)", "{1: 2}")
+    bad = (
+        NUMBERS.replace("1 + 0j", "1 + 1e-3j")
+        .replace('"y": 2.0', '"z": 2.0')
+        .replace("Fraction(1)", "{1: 2}")
+    )
     bad = bad.replace("Length(1.0)", "Word('1')")
     with Student(Submission("a.py", bad)) as program:
         replies = program.ask("pair", [(i,) for i in range(5)])
     from fivebar.grading.judge import judge
 
     exercise = find_lab("forms", lab.parent).exercises()["pair"]
-    texts = [judge(exercise, fb.FiveBar(), [np.array([k])], [reply]).text for k, reply in enumerate(replies)]
+    texts = [
+        judge(exercise, fb.FiveBar(), [np.array([k])], [reply]).text
+        for k, reply in enumerate(replies)
+    ]
     words = "complex", "a dict of z, x", "", "a dict", "a string"
     assert all(word in text for word, text in zip(words, texts)), texts
     assert texts[2] == ""
@@ -172,7 +199,10 @@ def test_an_answer_by_the_number_of_the_call_earns_nothing(tmp_path):
 def test_the_same_seed_asks_in_the_same_order(tmp_path):
     source = RIGHT.replace("    return", "    print(q11)\n    return")
     lab = find_lab("elbow", write_lab(tmp_path / "mylabs"))
-    a, b, c = (grade(lab, Job(written(tmp_path / "my.py", source), seed=seed)).output for seed in ("a", "a", "b"))
+    a, b, c = (
+        grade(lab, Job(written(tmp_path / "my.py", source), seed=seed)).output
+        for seed in ("a", "a", "b")
+    )
     assert a == b != c
 
 
@@ -207,7 +237,9 @@ def test_a_worker_killed_from_outside_is_asked_again(tmp_path, monkeypatch, isol
     when = {1: "start", 2: "load", 3: "ask", 4: "ask"}
     made = killed(monkeypatch, when.get)
     report = points("lab1", tmp_path, LAB1, isolate=isolate)
-    assert (report.points, report.trouble, len(made)) == (20, "", 5), [(c.title, c.text) for c in report.checks]
+    assert (report.points, report.trouble, len(made)) == (20, "", 5), [
+        (c.title, c.text) for c in report.checks
+    ]
 
 
 def test_and_is_no_result_where_it_is_killed_again_and_again(tmp_path, monkeypatch):
@@ -220,7 +252,9 @@ def test_and_is_no_result_where_it_is_killed_again_and_again(tmp_path, monkeypat
 
 def test_functions_of_a_session_whose_module_has_a_constants_name():
     scope = {}
-    exec(without(LAB1, "m").replace("from math import", "import math as m\nfrom math import"), scope)
+    exec(
+        without(LAB1, "m").replace("from math import", "import math as m\nfrom math import"), scope
+    )
     report = check("lab1", **{name: scope[name] for name in ("dgm", "igm", "dgm_passive")})
     assert report.points == 20, [c.text for c in report.checks]
     assert json.loads(json.dumps(report.as_json()))["points"] == 20

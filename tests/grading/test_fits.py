@@ -24,14 +24,19 @@ ANGLE = Exercise("f(a, b) -> q", lambda robot, a, b: 6 * a - 3, angles=("q",))
 ANGLES = Exercise("f(a, b) -> q, x", lambda robot, a, b: (6 * a - 3, a * b), angles=("q",))
 MATRIX = Exercise(
     "f(a, b) -> M, x",
-    lambda robot, a, b: (np.stack([np.stack([a, b], -1), np.stack([a * a, a - b], -1)], axis=1), a * b),
+    lambda robot, a, b: (
+        np.stack([np.stack([a, b], -1), np.stack([a * a, a - b], -1)], axis=1),
+        a * b,
+    ),
     shapes={"M": (2, 2)},
 )
 
 
 def named(exercise, *came, rows=12, refused=(), tolerance=1e-9):
     """The name that is given to these answers; all are wrong somewhere."""
-    replies = [Reply("value", list(row) if len(row) > 1 else row[0]) for row in list(zip(*came))[:rows]]
+    replies = [
+        Reply("value", list(row) if len(row) > 1 else row[0]) for row in list(zip(*came))[:rows]
+    ]
     for row in refused:
         replies[row] = Reply("exception", text="ValueError: no")
     refuse = np.isin(np.arange(rows), refused)
@@ -66,7 +71,11 @@ RELATIONS = {
     "rounded": (PAIR, (np.round(X, 4), Y), "rounded after 4 decimals"),
     "cut off": (ANGLE, (np.trunc(Q * 1000) / 1000 + 0.0,), "rounded after 3 decimals"),
     "grid": (ONE, (np.round(X * 40) / 40,), "a grid's value, a multiple of 1/40, not refined"),
-    "fine grid": (ONE, (np.round(X * 19997) / 19997,), "a grid's value, a multiple of 1/19997, not refined"),
+    "fine grid": (
+        ONE,
+        (np.round(X * 19997) / 19997,),
+        "a grid's value, a multiple of 1/19997, not refined",
+    ),
     "half a turn": (ANGLE, (Q + np.pi,), "off by -3.142 = -pi in every row"),
     "angle's offset": (ANGLE, (Q + 0.2 + 2 * np.pi * (SIGNS > 0),), "off by 0.2 in every row"),
     "angle and argument": (ANGLE, (Q + B - 2 * np.pi * (SIGNS > 0),), "off by b in every row"),
@@ -75,7 +84,11 @@ RELATIONS = {
     "angle and half": (ANGLE, (Q + 0.5 * B,), "off by 0.5 = 1/2 b in every row"),
     "an angle's sign": (ANGLES, (-Q, X), "the sign of q is wrong in every row"),
     "angle beside a right one": (ANGLES, (Q + 0.2, X), "q is off by 0.2"),
-    "right angle beside a factor": (ANGLES, (Q + 2 * np.pi * (SIGNS > 0), 3 * X), "x is 3 times the right one"),
+    "right angle beside a factor": (
+        ANGLES,
+        (Q + 2 * np.pi * (SIGNS > 0), 3 * X),
+        "x is 3 times the right one",
+    ),
     "transposed": (MATRIX, (M.swapaxes(1, 2), X), "M transposed"),
     "a matrix's factor": (MATRIX, (M / 9, X), "M is 0.1111 times the right one"),
     "a matrix's sign": (MATRIX, (-M, X), "the sign of M is wrong in every row"),
@@ -146,6 +159,13 @@ def test_a_number_says_what_it_may_be_made_of(value, text):
 def test_what_is_nearly_another_number_is_not_it_and_unequal_bars_have_their_own_names():
     other = replace(ROBOT, l12=0.1, l22=0.11)
     assert number_text(2.0, replace(ROBOT, m=0.5 * (1 + 3e-9))) == "2"
-    assert number_text(1.0, replace(ROBOT, m=1.0)) == "1" and number_text(8.0, replace(ROBOT, m=2.0)) == "8 = 2 m^2"
+    assert (
+        number_text(1.0, replace(ROBOT, m=1.0)) == "1"
+        and number_text(8.0, replace(ROBOT, m=2.0)) == "8 = 2 m^2"
+    )
     assert number_text(1.00001 * ROBOT.zz1**2, ROBOT) == "4e-06"
-    assert [number_text(x, other) for x in (0.1, 0.22, 0.09)] == ["0.1 = l12", "0.22 = 2 l22", "0.09 = l11"]
+    assert [number_text(x, other) for x in (0.1, 0.22, 0.09)] == [
+        "0.1 = l12",
+        "0.22 = 2 l22",
+        "0.09 = l11",
+    ]

@@ -69,12 +69,16 @@ def lab(tmp_path):
     return Lab(folder)
 
 
-TOLD = "judged with the right reach in place of your own, which is wrong (sine and cosine exchanged)"
+TOLD = (
+    "judged with the right reach in place of your own, which is wrong (sine and cosine exchanged)"
+)
 
 
 def points_and_remarks(report):
     assert not report.faults
-    return [c.points for c in report.checks], {remark for c in report.checks for remark in c.remarks if c.points}
+    return [c.points for c in report.checks], {
+        remark for c in report.checks for remark in c.remarks if c.points
+    }
 
 
 @pytest.mark.parametrize(
@@ -129,7 +133,11 @@ def test_where_there_is_no_answer_ones_own_function_refuses():
 def test_what_a_function_may_call_is_what_it_mentions():
     source = "def a(): return b()\ndef b(): return [c for _ in d]\nf = lambda: a()\ndef g(): pass\n"
     names = {"c", "d", "g", "a"}
-    assert may_call(source, "a", names) == {"c", "d"} and may_call(source, "f", names) == {"a", "c", "d"}
+    assert may_call(source, "a", names) == {"c", "d"} and may_call(source, "f", names) == {
+        "a",
+        "c",
+        "d",
+    }
     assert may_call(source, "g", names) == set() and may_call("def a(:", "a", names) == names
 
 
@@ -144,4 +152,8 @@ def test_answers_go_with_the_right_ones_or_have_nothing_to_do_with_them():
     assert sum(chance) == 0
     turned = np.pi * right
     assert related(turned + 2 * np.pi * draw.integers(-2, 3, right.shape) + 0.3, turned, ~angles)
-    assert not modelled(Verdict(0.0)) and modelled(Verdict(0.1)) and modelled(Verdict(0.0, related=True))
+    assert (
+        not modelled(Verdict(0.0))
+        and modelled(Verdict(0.1))
+        and modelled(Verdict(0.0, related=True))
+    )

@@ -16,18 +16,27 @@ NOT_NAMED = {("the mass of the feet, and a minus", "dynamic_model")}  # two chan
 def test_forty_files_and_ten_in_another_hand():
     first, others = list(hand_ins("cases.txt")), list(hand_ins("others.txt"))
     assert len(first) >= 40 and len(others) >= 10
-    assert sum(len(case.truths) for case in CASES) >= 90 and sum(not case.truths for case in CASES) >= 12
+    assert (
+        sum(len(case.truths) for case in CASES) >= 90
+        and sum(not case.truths for case in CASES) >= 12
+    )
     assert len(NOT_NAMED) <= 0.15 * sum(len(case.truths) for case in others)
 
 
-@pytest.mark.parametrize("case", CASES, ids=[case.title.replace(" ", "_") + f"_{k}" for k, case in enumerate(CASES)])
+@pytest.mark.parametrize(
+    "case", CASES, ids=[case.title.replace(" ", "_") + f"_{k}" for k, case in enumerate(CASES)]
+)
 def test_a_hand_in(case, tmp_path):
     report = graded(case, tmp_path)
     named, false, lost = outcome(case, report)
     assert not report.faults and false == set() and lost == 0
-    assert set(case.truths) - named == {function for title, function in NOT_NAMED if title == case.title}
+    assert set(case.truths) - named == {
+        function for title, function in NOT_NAMED if title == case.title
+    }
     if not case.truths:
-        assert report.points == report.max_points and not any(check.misconception for check in report.checks)
+        assert report.points == report.max_points and not any(
+            check.misconception for check in report.checks
+        )
 
 
 @pytest.mark.parametrize("base", ["amoro scalars", "amoro helpers", "amoro-biglide biglide_loops"])
@@ -35,7 +44,9 @@ def test_what_is_named_of_mutants_holds_on_other_rows_of_another_robot(base):
     found = tried(*base.split(), 60, 7)
     named = [case for case in found if case[2]]
     assert len(found) >= 40 and len(named) >= 10
-    assert sum(case[3] is True for case in named) >= 0.98 * len(named), [case for case in named if case[3] is not True]
+    assert sum(case[3] is True for case in named) >= 0.98 * len(named), [
+        case for case in named if case[3] is not True
+    ]
 
 
 def models(lab, seed):
@@ -51,11 +62,15 @@ def test_a_derivation_without_slips_is_the_right_model_and_with_one_it_is_not(la
     for exercise, robot, columns in models(lab, 6):
         right = exercise.outcome(exercise.answer, robot, columns)
         limits = 1e-9 * np.max(np.abs(right), axis=0)
-        assert np.all(apart(exercise, exercise.outcome(exercise.derivation, robot, columns), right) <= limits)
+        assert np.all(
+            apart(exercise, exercise.outcome(exercise.derivation, robot, columns), right) <= limits
+        )
         with np.errstate(all="ignore"):
             found = {slip.name: exercise.outcome(slip.of(exercise.derivation).model, robot, columns)
                      for slip in exercise.slips}  # fmt: skip
-        same = {name for name, wrong in found.items() if np.all(apart(exercise, wrong, right) <= limits)}
+        same = {
+            name for name, wrong in found.items() if np.all(apart(exercise, wrong, right) <= limits)
+        }
         # M and c do not know in which basis A and the right side of its equation stand.
         of_A = {"v instead of u in A", "sine and cosine exchanged in A", "sign of the y component in A",
                 "legs exchanged in A"}  # fmt: skip
@@ -64,4 +79,6 @@ def test_a_derivation_without_slips_is_the_right_model_and_with_one_it_is_not(la
 
 def apart(exercise, a, b):
     with np.errstate(invalid="ignore"):
-        return np.where(exercise.is_angle(), np.abs((a - b + np.pi) % (2 * np.pi) - np.pi), np.abs(a - b))
+        return np.where(
+            exercise.is_angle(), np.abs((a - b + np.pi) % (2 * np.pi) - np.pi), np.abs(a - b)
+        )

@@ -53,7 +53,9 @@ def test_who_handed_in_what(folder, lab):
         "none/readme.txt", "readme.txt", ".hidden.py", "=1+1\n.py", "eve.py", "eve/x.py",
     ):  # fmt: skip
         written(folder / name, "")
-    written(folder / "eve.py_1_2_x.py", "")  # as Canvas packs the file of one who calls himself like another's file
+    written(
+        folder / "eve.py_1_2_x.py", ""
+    )  # as Canvas packs the file of one who calls himself like another's file
     assert "eve.py_1_2_x.py" in {entry.student for entry in find_submissions(folder, lab)[0]}
     (folder / "eve.py_1_2_x.py").unlink()
     (folder / "linked.py").symlink_to(folder / "anna.py")
@@ -69,19 +71,31 @@ def test_who_handed_in_what(folder, lab):
         "Twin_2_assignsubmission_file_": "a.py", "dora": "a.ipynb", "=1+1\n": "=1+1\n.py", "eve.py": "eve.py",
         "eve": "x.py",
     }  # fmt: skip
-    assert found["two"].trouble.startswith("none of 2 programs (a.py, b.ipynb) defines a function of this lab")
+    assert found["two"].trouble.startswith(
+        "none of 2 programs (a.py, b.ipynb) defines a function of this lab"
+    )
     assert found["none"].trouble == "there is no .py, .ipynb or .zip with one"
     assert {name for name, entry in found.items() if "symbolic link" in entry.trouble} == {
         "linked",
         "linked.py",
         "loop",
     }
-    assert {(item.name, item.word) for item in left} == {(".hidden.py", "hidden"), ("readme.txt", "no program")}
+    assert {(item.name, item.word) for item in left} == {
+        (".hidden.py", "hidden"),
+        ("readme.txt", "no program"),
+    }
     assert {(item.name, item.word) for item in found["ben"].left} == {
         ("ben/up", "a symbolic link"), ("ben/pipe.py", "no regular file"),
     }  # fmt: skip
-    assert {item.name for item in found["dora"].left} == {"dora/__MACOSX", "dora/.ipynb_checkpoints"}
-    assert (found["turingalan"].number, found["Ada Lovelace"].number, found["anna"].number) == ("123", "4711", "")
+    assert {item.name for item in found["dora"].left} == {
+        "dora/__MACOSX",
+        "dora/.ipynb_checkpoints",
+    }
+    assert (found["turingalan"].number, found["Ada Lovelace"].number, found["anna"].number) == (
+        "123",
+        "4711",
+        "",
+    )
 
 
 def test_of_several_files_the_one_with_the_labs_functions_is_meant(folder, lab):
@@ -98,7 +112,9 @@ def test_of_several_files_the_one_with_the_labs_functions_is_meant(folder, lab):
     }  # fmt: skip
     written(tree / "older.py", SHIFTED)
     (entry,), _ = find_submissions(folder, lab)
-    assert "2 programs could be meant (copy/student_scripts/five_bar_models.py, src/" in entry.trouble
+    assert (
+        "2 programs could be meant (copy/student_scripts/five_bar_models.py, src/" in entry.trouble
+    )
     for wanted in ("older.py", "OLD*.py", "student_scripts/older.py"):
         (entry,), _ = find_submissions(folder, lab, wanted)
         assert entry.path.name == "older.py"
@@ -112,7 +128,10 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     zipped(folder / "ben" / "lab.ZIP", {"lab.PY": RIGHT})
     zipped(folder / "bomb.zip", {"lab.py": "#" * 30_000_000})
     written(folder / "carl.zip", "PK\x03\x04 no zip")
-    zipped(folder / "all.zip", {f"{name}_assignsubmission_file_/a.py": RIGHT for name in ("Ada_1", "Ben_2")})
+    zipped(
+        folder / "all.zip",
+        {f"{name}_assignsubmission_file_/a.py": RIGHT for name in ("Ada_1", "Ben_2")},
+    )
     before = sorted(tmp_path.rglob("*"))
     entries, _ = find_submissions(folder, lab)
     found = {entry.student: entry for entry in entries}
@@ -128,7 +147,9 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
 
 def test_a_locked_zip_and_a_broken_member(tmp_path, lab):
     data = bytearray(zipped(tmp_path / "a.zip", {"lab.py": RIGHT}).read_bytes())
-    locked = data.replace(b"PK\x01\x02\x14\x03\x14\x00\x00\x00", b"PK\x01\x02\x14\x03\x14\x00\x01\x00")
+    locked = data.replace(
+        b"PK\x01\x02\x14\x03\x14\x00\x00\x00", b"PK\x01\x02\x14\x03\x14\x00\x01\x00"
+    )
     assert locked != data
     (tmp_path / "a.zip").write_bytes(locked)
     assert [item.word for item in look_into(tmp_path / "a.zip")[1]] == ["locked by a password"]
@@ -153,11 +174,28 @@ def test_a_program_may_import_what_lies_beside_it(labs, folder, tmp_path, capsys
     written(folder / "eve.py", "from anna.lab import elbow\n")
     written(folder / "fred.py", "from eve import *\n" + RIGHT)
     out = tmp_path / "out"
-    command = ["grade", "elbow", str(folder), "--labs", str(labs), "--out", str(out), "--isolate", "process"]
+    command = [
+        "grade",
+        "elbow",
+        str(folder),
+        "--labs",
+        str(labs),
+        "--out",
+        str(out),
+        "--isolate",
+        "process",
+    ]
     assert main(command) == 0
     rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text())))
-    assert {row["student"]: float(row["points"]) for row in rows} == {"anna": 4, "ben": 4, "eve": 0, "fred": 4}
-    assert "ModuleNotFoundError: eve is not available" in (out / "students" / "fred.html").read_text()
+    assert {row["student"]: float(row["points"]) for row in rows} == {
+        "anna": 4,
+        "ben": 4,
+        "eve": 0,
+        "fred": 4,
+    }
+    assert (
+        "ModuleNotFoundError: eve is not available" in (out / "students" / "fred.html").read_text()
+    )
     capsys.readouterr()
     assert main(["check", "elbow", str(folder / "anna" / "lab.py"), "--labs", str(labs)]) == 0
     assert "4 of 4 points" in capsys.readouterr().out
@@ -172,17 +210,49 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
     written(folder / "grades.xlsx", "")
     (folder / "loop").symlink_to("loop")
     out = tmp_path / "out"
-    assert main(["grade", "elbow", str(folder), "--labs", str(labs), "--out", str(out), "--isolate", "process"]) == 0
+    assert (
+        main(
+            [
+                "grade",
+                "elbow",
+                str(folder),
+                "--labs",
+                str(labs),
+                "--out",
+                str(out),
+                "--isolate",
+                "process",
+            ]
+        )
+        == 0
+    )
     err = capsys.readouterr().err
-    assert "not graded: grades.xlsx: no program" in err and "anna: also there, not graded: anna/control.py" in err
-    assert "isolation: process (" in err and "loop: The file cannot be read: it is a symbolic link" in err
+    assert (
+        "not graded: grades.xlsx: no program" in err
+        and "anna: also there, not graded: anna/control.py" in err
+    )
+    assert (
+        "isolation: process (" in err
+        and "loop: The file cannot be read: it is a symbolic link" in err
+    )
     rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text())))
     assert [(row["student"], row["submission"], row["points"][:1], row["word"]) for row in rows] == [
         ("anna", "lab.py", "4", "graded"), ("ben", "ben.py", "1", "graded"), ("loop", "loop", "0", "no program"),
         ("", "grades.xlsx", "", "ignored"),
     ]  # fmt: skip
-    assert "anna/control.py" in rows[0]["not graded"] and "anna/control.py" in (out / "summary.html").read_text()
-    inside = ["grade", "elbow", str(folder), "--labs", str(labs), "--out", str(folder / "deep" / "out")]
+    assert (
+        "anna/control.py" in rows[0]["not graded"]
+        and "anna/control.py" in (out / "summary.html").read_text()
+    )
+    inside = [
+        "grade",
+        "elbow",
+        str(folder),
+        "--labs",
+        str(labs),
+        "--out",
+        str(folder / "deep" / "out"),
+    ]
     assert main(inside) == 2 and "lies within the submissions" in capsys.readouterr().err
     assert not (folder / "deep").exists()
 
@@ -190,7 +260,11 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
 def test_two_with_one_id_stop_a_course_in_which_an_id_is_a_robot(labs, folder, tmp_path, capsys):
     secret = written(tmp_path / "secret", "a secret\n")
     options = ["--labs", str(labs), "--out", str(tmp_path / "out"), "--isolate", "process"]
-    for pair in (("Anna.py", "anna.py"), ("turing_12_1_lab.py", "turing.py"), ("turing_1_1_a.py", "turing_2_2_a.py")):
+    for pair in (
+        ("Anna.py", "anna.py"),
+        ("turing_12_1_lab.py", "turing.py"),
+        ("turing_1_1_a.py", "turing_2_2_a.py"),
+    ):
         for path in folder.glob("*"):
             path.unlink()
         for name in pair:
@@ -214,14 +288,22 @@ def test_canvas_gives_each_file_of_one_student_a_name_of_its_own(folder, lab):
 
 
 @pytest.mark.parametrize(
-    "data", ["\ufeffanna\r\nBen\r\n".encode(), codecs.BOM_UTF16_LE + "anna\nBen".encode("utf-16-le")]
+    "data",
+    ["\ufeffanna\r\nBen\r\n".encode(), codecs.BOM_UTF16_LE + "anna\nBen".encode("utf-16-le")],
 )
 def test_a_list_of_ids_as_windows_saves_it(labs, tmp_path, data, capsys):
-    secret, ids, out = written(tmp_path / "secret", "a secret"), tmp_path / "ids.txt", tmp_path / "out"
+    secret, ids, out = (
+        written(tmp_path / "secret", "a secret"),
+        tmp_path / "ids.txt",
+        tmp_path / "out",
+    )
     ids.write_bytes(data)
     options = ["--labs", str(labs), "--secret-file", str(secret), "--out", str(out)]
     assert main(["grade", "elbow", "--hand-out", str(ids), *options]) == 0
-    assert f"\nd = {robot_of(b'a secret', 'anna').d!r}" in f"\n{(out / 'anna' / 'student.py').read_text()}"
+    assert (
+        f"\nd = {robot_of(b'a secret', 'anna').d!r}"
+        in f"\n{(out / 'anna' / 'student.py').read_text()}"
+    )
     assert len(list(out.iterdir())) == 2
 
 

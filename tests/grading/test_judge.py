@@ -17,14 +17,18 @@ MODES = np.tile([1, -1], 6)
 
 
 def dgm(robot, q11, q21, assembly_mode):
-    return tuple(fb.dgm(robot, np.stack([q11, q21], -1), np.asarray(assembly_mode, int), "nan").xi.T)
+    return tuple(
+        fb.dgm(robot, np.stack([q11, q21], -1), np.asarray(assembly_mode, int), "nan").xi.T
+    )
 
 
 def other_mode(robot, q11, q21, assembly_mode):
     return dgm(robot, q11, q21, -assembly_mode)
 
 
-OTHER = Misconception("other assembly mode", "Which of the two circle intersections is it?", other_mode)
+OTHER = Misconception(
+    "other assembly mode", "Which of the two circle intersections is it?", other_mode
+)
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", dgm, (OTHER,))
 RIGHT = np.stack(dgm(fb.FiveBar(), *Q, MODES), -1)
 
@@ -107,7 +111,10 @@ def test_refusals_count_only_beside_right_answers():
     assert verdict([*[list(row) for row in RIGHT[:9]], *refusals], refuse=refuse).share == 1
     assert verdict([Reply("exception", text="ValueError: no")] * 12, refuse=refuse).share == 0
     broken = Reply("exception", text="NotImplementedError: lab1 task 1")
-    assert verdict([*[list(row) for row in RIGHT[:9]], broken, *refusals[1:]], refuse=refuse).reason == "exception"
+    assert (
+        verdict([*[list(row) for row in RIGHT[:9]], broken, *refusals[1:]], refuse=refuse).reason
+        == "exception"
+    )
     accepted = verdict([list(row) for row in RIGHT], refuse=refuse)
     assert (accepted.share, accepted.reason) == (0.75, "accepted")
 
@@ -115,7 +122,8 @@ def test_refusals_count_only_beside_right_answers():
 def test_no_mistakes_are_sought_where_nothing_came():
     exercise, calls = find_lab("lab1").exercises()["dgm"], []
     counted = replace(
-        exercise, derivation=lambda *given, **steps: calls.append(1) or exercise.derivation(*given, **steps)
+        exercise,
+        derivation=lambda *given, **steps: calls.append(1) or exercise.derivation(*given, **steps),
     )
     todo = [Reply("exception", text="NotImplementedError: lab1 task 1")] * 12
     assert judge(counted, fb.FiveBar(), (*Q, MODES), todo).diagnosis is None
@@ -129,9 +137,15 @@ def test_where_refusals_are_asked_for_the_report_says_what_became_of_them():
     refusals = [Reply("exception", text="ValueError: math domain error")] * 3
     found = verdict([*[[x + 1, y] for x, y in RIGHT[:9]], *refusals], refuse=refuse)
     assert (found.share, found.wrong) == (0, 12)
-    assert found.text == "wrong value of x (refusing counts only beside a right answer in the same check)"
+    assert (
+        found.text
+        == "wrong value of x (refusing counts only beside a right answer in the same check)"
+    )
     found = verdict([Reply("value"), *[list(row) for row in RIGHT[1:9]], *refusals], refuse=refuse)
-    assert (found.wrong, found.text) == (1, "returned None, as if there were no answer: is a return missing?")
+    assert (found.wrong, found.text) == (
+        1,
+        "returned None, as if there were no answer: is a return missing?",
+    )
 
 
 def test_angles_are_compared_modulo_a_turn():
@@ -145,8 +159,14 @@ def test_angles_in_degrees_are_recognised_whatever_turn_they_come_with():
     degrees = Misconception("degrees", "Which unit?", lambda robot, x: np.degrees(x), turn=360.0)
     igm = Exercise("igm(x) -> q11", lambda robot, x: x, (degrees,), angles=("q11",))
     x = np.array([0.1, -3.0])
-    assert judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 360]]).diagnosis is degrees
-    assert judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 180]]).diagnosis is None
+    assert (
+        judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 360]]).diagnosis
+        is degrees
+    )
+    assert (
+        judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 180]]).diagnosis
+        is None
+    )
 
 
 def test_matrices_and_vectors_are_read():
@@ -154,8 +174,12 @@ def test_matrices_and_vectors_are_read():
                      shapes={"M": (2, 2), "c": (2,)})  # fmt: skip
     a = np.array([1.0, 2.0])
     for c in (lambda v: np.full((2, 1), v), lambda v: [v, v], lambda v: np.full(2, v)):
-        assert judge(model, None, (a,), [Reply("value", [v * np.eye(2), c(v)]) for v in a]).share == 1
-    assert judge(model, None, (a,), [Reply("value", [np.eye(3), [v, v]]) for v in a]).reason == "shape"
+        assert (
+            judge(model, None, (a,), [Reply("value", [v * np.eye(2), c(v)]) for v in a]).share == 1
+        )
+    assert (
+        judge(model, None, (a,), [Reply("value", [np.eye(3), [v, v]]) for v in a]).reason == "shape"
+    )
 
 
 def test_a_guess_of_few_values_earns_nothing():
@@ -171,7 +195,11 @@ def test_a_signature_that_cannot_be_read_is_refused():
 def test_a_mistake_in_one_leg_is_named():
     wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
     found = verdict([[x, y] for (x, _), (_, y) in zip(RIGHT, wrong)])
-    assert (found.share, found.diagnosis.name, found.text) == (0, f"{OTHER.name}, in y alone", "wrong value of y")
+    assert (found.share, found.diagnosis.name, found.text) == (
+        0,
+        f"{OTHER.name}, in y alone",
+        "wrong value of y",
+    )
     assert found.diagnosis.hint == OTHER.hint
     spoilt = [[x, y + 1e-6 * (k == 3)] for k, ((x, _), (_, y)) in enumerate(zip(RIGHT, wrong))]
     assert verdict(spoilt).diagnosis is None
@@ -180,16 +208,26 @@ def test_a_mistake_in_one_leg_is_named():
 
 def test_of_a_matrix_a_leg_has_a_whole_row():
     lost = Misconception(
-        "nothing but 0.1", "Where is the rest?", lambda robot, a: 0.1 * np.eye(2) + 0 * a[:, None, None]
+        "nothing but 0.1",
+        "Where is the rest?",
+        lambda robot, a: 0.1 * np.eye(2) + 0 * a[:, None, None],
     )
     a = np.array([1.0, 2.0])
     for second, known in ((2.0, lost), (1.0, None)):  # a symmetric matrix is not made leg by leg
         right = np.array([[1.0, 1.0], [second, 1.0]])
         model = Exercise(
-            "f(a) -> M", lambda robot, a, right=right: a[:, None, None] * right, (lost,), shapes={"M": (2, 2)}
+            "f(a) -> M",
+            lambda robot, a, right=right: a[:, None, None] * right,
+            (lost,),
+            shapes={"M": (2, 2)},
         )
-        assert judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
-        assert judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis == known
+        assert (
+            judge(model, None, (a,), [Reply("value", v * np.eye(2)) for v in a]).diagnosis is None
+        )
+        assert (
+            judge(model, None, (a,), [Reply("value", [[v, v], [0.0, 0.1]]) for v in a]).diagnosis
+            == known
+        )
     assert judge(model, None, (a,), [Reply("value", 0.1 * np.eye(2)) for v in a]).diagnosis is lost
 
 
@@ -208,8 +246,12 @@ def test_an_error_is_measured_by_the_largest_answer_of_its_number_an_angles_by_o
         assert line(exact[0], exact[1] - size + 2 * np.pi).share == share
     assert line(*exact, tolerance=0).share == 1 and line(*exact, tolerance=0).rows == 3
     per_row = np.array([1e-3, 1e-5, 1e-2])
-    assert line(exact[0] + 0.9 * 4 * per_row, exact[1] - 0.9 * per_row, tolerance=per_row).share == 1
-    assert line(exact[0] + 4 * np.roll(per_row, 1), exact[1], tolerance=per_row).share == pytest.approx(1 / 3)
+    assert (
+        line(exact[0] + 0.9 * 4 * per_row, exact[1] - 0.9 * per_row, tolerance=per_row).share == 1
+    )
+    assert line(
+        exact[0] + 4 * np.roll(per_row, 1), exact[1], tolerance=per_row
+    ).share == pytest.approx(1 / 3)
 
 
 def test_the_first_wrong_call_is_told_with_all_that_belongs_to_it():
@@ -219,14 +261,27 @@ def test_the_first_wrong_call_is_told_with_all_that_belongs_to_it():
         Reply("exit"),
     ]
     found = judge(LINE, None, (A, B), replies)
-    assert (found.share, found.reason, found.text) == (pytest.approx(1 / 3), "value", "wrong value of q")
+    assert (found.share, found.reason, found.text) == (
+        pytest.approx(1 / 3),
+        "value",
+        "wrong value of q",
+    )
     assert (found.wrong, found.rows, found.line, found.source) == (2, 3, 3, "return")
     assert (found.asked, found.came) == ("f(a=2, b=-2)", "([-4.], 0.5)")
     assert found.off == pytest.approx(0.498, rel=1e-12)
     assert found.remarks == ("x came with shape (1,), asked is a number",)
-    assert found.sample == {"inputs": {"a": 2.0, "b": -2.0}, "expected": [-4.0, 2e-3], "came": [-4.0, 0.5]}
+    assert found.sample == {
+        "inputs": {"a": 2.0, "b": -2.0},
+        "expected": [-4.0, 2e-3],
+        "came": [-4.0, 0.5],
+    }
     none = judge(LINE, None, (A, B), [Reply("exit", line=9)] * 3)
-    assert (none.share, none.off, none.came, none.text) == (0, None, KINDS["exit"], Reply("exit").words)
+    assert (none.share, none.off, none.came, none.text) == (
+        0,
+        None,
+        KINDS["exit"],
+        Reply("exit").words,
+    )
     with pytest.raises(ValueError, match="the right f has no answer in row 1"):
         judge(LINE, None, (A, np.array([1.0, np.nan, 2.0])), replies)
 
@@ -237,10 +292,18 @@ def test_the_labs_own_measure_is_told_beside_the_verdict():
 
     x, q = A * B, 1e-3 * A
     assert told(x + 0.3, q + 0.05) == "mean errors 0.3 and 0.05: error in model (threshold 0.1)"
-    assert told(x + [0.1, -0.1, 0.04], q + 0.05 + 2 * np.pi) == "mean errors 0.08 and 0.05: OK (threshold 0.1)"
-    assert told(x + 0.5, q + 0.05, 0.5) == "mean errors 0.5 and 0.05: error in model (threshold 0.5)"
+    assert (
+        told(x + [0.1, -0.1, 0.04], q + 0.05 + 2 * np.pi)
+        == "mean errors 0.08 and 0.05: OK (threshold 0.1)"
+    )
+    assert (
+        told(x + 0.5, q + 0.05, 0.5) == "mean errors 0.5 and 0.05: error in model (threshold 0.5)"
+    )
     assert told(x + 0.05, q + 0.2) == "mean errors 0.05 and 0.2: error in model (threshold 0.1)"
-    assert told(x + 0.2, q - 0.2, 0.5, lambda n: n * (2, 0.5)) == "mean errors 0.4 and 0.1: OK (threshold 0.5)"
+    assert (
+        told(x + 0.2, q - 0.2, 0.5, lambda n: n * (2, 0.5))
+        == "mean errors 0.4 and 0.1: OK (threshold 0.5)"
+    )
     assert told(x + np.nan, q) == "" == line(x, q + 0.2).beside
 
 
@@ -250,19 +313,34 @@ def test_rows_that_are_right_and_answers_that_are_all_right():
     tolerance = np.array([1e-9, 1e-6, 1e-6])
     assert rows_right(LINE, None, (A, B), replies, tolerance).tolist() == [True, True, False]
     came, right = answered(LINE, None, (A, B), replies, tolerance)
-    assert not right and came.tolist() == [[a, b] for a, b in zip(x + [0, 3e-6, 5e-6], q + [0, 0, 2 * np.pi])]
+    assert not right and came.tolist() == [
+        [a, b] for a, b in zip(x + [0, 3e-6, 5e-6], q + [0, 0, 2 * np.pi])
+    ]
     assert answered(LINE, None, (A, B), replies, 2e-6)[1]
-    beside = [Reply("value", list(row)) for row in zip(x, q + [0, 0, 1.1e-6])]  # an angle's limit is of one radian
-    assert not answered(LINE, None, (A, B), beside, 1e-6)[1] and answered(LINE, None, (A, B), beside, 1.2e-6)[1]
+    beside = [
+        Reply("value", list(row)) for row in zip(x, q + [0, 0, 1.1e-6])
+    ]  # an angle's limit is of one radian
+    assert (
+        not answered(LINE, None, (A, B), beside, 1e-6)[1]
+        and answered(LINE, None, (A, B), beside, 1.2e-6)[1]
+    )
     assert rows_right(LINE, None, (A, B), beside, np.full(3, 1e-6)).tolist() == [True, True, False]
     # nan, or an exception, is right just where the right model has no answer
     nan = Reply("value", [np.nan, np.nan])
     for reply in (nan, Reply("exception", text="ValueError: no")):
         for b, expected in ((np.array([np.nan, -2.0, 0.125]), True), (B, False)):
             came, right = answered(LINE, None, (A, b), [reply, *replies[1:]], 2e-6)
-            assert right == expected and np.isnan(came[0]).all() and came[1].tolist() == [x[1] + 3e-6, q[1]]
+            assert (
+                right == expected
+                and np.isnan(came[0]).all()
+                and came[1].tolist() == [x[1] + 3e-6, q[1]]
+            )
     assert answered(LINE, None, (A, B), [Reply("timeout"), *replies[1:]], 1.0) == (None, False)
-    assert rows_right(LINE, None, (A, B), [nan, *replies[1:]], tolerance).tolist() == [False, True, False]
+    assert rows_right(LINE, None, (A, B), [nan, *replies[1:]], tolerance).tolist() == [
+        False,
+        True,
+        False,
+    ]
 
 
 TIMES = Slip("doubled", "Once or twice?", {"times": 2.0})
@@ -279,7 +357,9 @@ def test_what_follows_rightly_from_a_wrong_function_earns_its_points_where_it_co
     gave = (A**3,)
 
     def found(values, own=lambda asked: gave if asked is follow else None, deep=True):
-        return judge(model, None, (A, B), [Reply("value", value) for value in values], own=own, deep=deep)
+        return judge(
+            model, None, (A, B), [Reply("value", value) for value in values], own=own, deep=deep
+        )
 
     right, name = found(A**3 + B), "consistent with your square, which is wrong"
     if counts:
@@ -290,7 +370,11 @@ def test_what_follows_rightly_from_a_wrong_function_earns_its_points_where_it_co
     both = found(2 * A**3 + B)
     assert both.share == 0 and both.diagnosis.name == "doubled; and your square is wrong, too"
     alone = found(2 * A**2 + B).diagnosis
-    assert (alone.name, alone.hint, both.diagnosis.hint) == ("doubled", "Once or twice?", "Once or twice?")
+    assert (alone.name, alone.hint, both.diagnosis.hint) == (
+        "doubled",
+        "Once or twice?",
+        "Once or twice?",
+    )
 
 
 def test_two_slips_together_are_looked_for_where_it_is_asked_to_be_deep():
@@ -318,7 +402,10 @@ def test_two_slips_together_are_looked_for_where_it_is_asked_to_be_deep():
         (Reply("value", list(range(20))), "(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)"),
         (Reply("value", ["x" * 150] * 3), ("(" + ", ".join([repr("x" * 150)] * 3) + ")")[:200]),
         (Reply("value", "y" * 300), repr("y" * 300)[:200]),
-        (Reply("value", np.array([[1 / 3, 2], [0, 1]])), "[[0.333333333, 2.         ],  [0.         , 1.         ]]"),
+        (
+            Reply("value", np.array([[1 / 3, 2], [0, 1]])),
+            "[[0.333333333, 2.         ],  [0.         , 1.         ]]",
+        ),
         (Reply("value", np.arange(13.0)), "[ 0.,  1.,  2., ..., 10., 11., 12.]"),
     ],
 )

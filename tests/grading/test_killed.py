@@ -62,12 +62,25 @@ def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
     struck = dict.fromkeys(("grader", "process", "worker"), 0)
     while sum(struck.values()) < ROUNDS:
         out = tmp_path / f"out{sum(struck.values())}"
-        command = [sys.executable, "-m", "fivebar", "grade", "elbow", str(folder), "--labs", str(labs)]
+        command = [
+            sys.executable,
+            "-m",
+            "fivebar",
+            "grade",
+            "elbow",
+            str(folder),
+            "--labs",
+            str(labs),
+        ]
         command += ["--out", str(out), "--isolate", isolate, "--jobs", "2"]
         code = None
         while code != 0:  # the same command goes on until all is graded
             run = subprocess.Popen(
-                command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+                command,
+                cwd=ROOT,
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
             )
             time.sleep(0.3)
             while run.poll() is None and sum(struck.values()) < ROUNDS:
@@ -84,7 +97,11 @@ def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
             assert code in (0, 1, -9) and "Traceback" not in err, err
             for path in (out / "students").glob("s*.json"):
                 kept = json.loads(path.read_text())
-                assert kept["points"] == wanted[path.stem] and not kept["trouble"] and not kept["faults"], kept
+                assert (
+                    kept["points"] == wanted[path.stem]
+                    and not kept["trouble"]
+                    and not kept["faults"]
+                ), kept
         assert {path.stem for path in (out / "students").glob("*.json")} == set(wanted)
         assert [path.name for path in out.rglob(".*")] == []
     end = time.monotonic() + 60

@@ -47,14 +47,34 @@ CROSSING = {
         0.0,
         "it accelerates",
     ),
-    "another goal": ("ends(y0, y1, T) + [(ts", "ends(y0, y1 + 0.01, T) + [(ts", 0.0, "is not at the point: 0.01 m"),
-    "too late": ("ends(x0, x1, T) + [(ts", "ends(x0, x1, 1.1 * T) + [(ts", 0.0, "it is not at the point"),
+    "another goal": (
+        "ends(y0, y1, T) + [(ts",
+        "ends(y0, y1 + 0.01, T) + [(ts",
+        0.0,
+        "is not at the point: 0.01 m",
+    ),
+    "too late": (
+        "ends(x0, x1, T) + [(ts",
+        "ends(x0, x1, 1.1 * T) + [(ts",
+        0.0,
+        "it is not at the point",
+    ),
     "only touched": ("(ts, 1, vx)", "(ts, 1, 0.0)", 0.0, "it must pass through"),
     "there, back and there again": ("(ts, 1, vx)", "(ts, 1, -vx)", 0.0, "it meets Type 2 3 times"),
     "out of reach": ("(ts, 1, vx)", "(ts, 1, 9 * vx)", 0.0, "leaves the space"),
     "one list": ("return a, b\n", "return a\n", 0.0, "two lists are asked"),
-    "no list": ("return a, b\n", "import numpy as np; return np.array(1.0)\n", 0.0, "two lists are asked"),
-    "complex": ("return a, b\n", "import numpy as np; return np.array(a) + 1j, b\n", 0.0, "must be numbers"),
+    "no list": (
+        "return a, b\n",
+        "import numpy as np; return np.array(1.0)\n",
+        0.0,
+        "two lists are asked",
+    ),
+    "complex": (
+        "return a, b\n",
+        "import numpy as np; return np.array(a) + 1j, b\n",
+        0.0,
+        "must be numbers",
+    ),
     "at once": (
         "return a, b\n",
         "return [x0, 0, 0, -1e5 * x0, 1e8 * x0], b\n",
@@ -73,7 +93,9 @@ CROSSING = {
 @pytest.mark.parametrize("text, instead, share, words", CROSSING.values(), ids=CROSSING)
 def test_crossings_that_are_none(text, instead, share, words):
     assert RIGHT.count(text) == 1
-    ((_, verdict),) = results("lab7", RIGHT.replace(text, instead), only="compliant_crossing").values()
+    ((_, verdict),) = results(
+        "lab7", RIGHT.replace(text, instead), only="compliant_crossing"
+    ).values()
     assert verdict.share == share and words in verdict.text, verdict
     assert verdict.asked.startswith("compliant_crossing(")
 
@@ -94,7 +116,9 @@ def test_tasks_of_the_bonus_never_comply_by_luck(seed):
         found = fb.check_path(robot, motion, working=(1, -1))
         assert found.type == fb.Singularity.PARALLEL and abs(found.time / T - 0.5) > 0.02
         u = found.pose.A[0]
-        assert abs(np.dot((-u[1], u[0]), motion(found.time)[2])) > 0.1 * np.linalg.norm(motion(found.time)[2])
+        assert abs(np.dot((-u[1], u[0]), motion(found.time)[2])) > 0.1 * np.linalg.norm(
+            motion(found.time)[2]
+        )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -124,7 +148,12 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     with Student(read_submission(file)) as program:
         assert robot_from(HANDOUT, program.constants) == robot != biglide_of(b"a secret", "bob")
     file.write_text(with_constants(RIGHT, robot))
-    assert main(["grade", "lab7", str(folder), "--json", "--jobs", "1", *options, str(tmp_path / "out")]) == 0
+    assert (
+        main(
+            ["grade", "lab7", str(folder), "--json", "--jobs", "1", *options, str(tmp_path / "out")]
+        )
+        == 0
+    )
     (ann,) = json.loads(capsys.readouterr().out)
     assert ann["points"] == 24 and ann["robot"] == robot.parameters and not ann["faults"]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(FOLDERS["lab7"])]
@@ -135,7 +164,11 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
 def test_a_report_shows_the_bars_and_speaks_of_the_files_numbers(tmp_path):
     file = tmp_path / "student.py"
     file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("))
-    wrong = next(check for check in grade(find_lab("lab7"), Job(file), home=True).checks if check.outcome != "right")
+    wrong = next(
+        check
+        for check in grade(find_lab("lab7"), Job(file), home=True).checks
+        if check.outcome != "right"
+    )
     assert wrong.figure.startswith("<svg") and wrong.figure.count("<polyline") == 4
     file.write_text(RIGHT.replace("l1 = 0.2828427", "l1 = 0.3"))
     other = grade(find_lab("lab7"), Job(file, robot=HANDOUT))

@@ -39,18 +39,28 @@ def test_hand_out_calibrate_and_grade(tmp_path, capsys):
     assert (out / "anna/student.py").read_text() == (FOLDERS["lab8"] / "student.py").read_text()
     found = {name: calibrated(out / name / "measured.csv") for name in ("anna", "bob")}
     assert np.abs(np.subtract(found["anna"], found["bob"])).max() > 2e-4
-    for name, numbers, points in (("anna", found["anna"], "20 of 20"), ("bob", found["anna"], "16 of 20")):
+    for name, numbers, points in (
+        ("anna", found["anna"], "20 of 20"),
+        ("bob", found["anna"], "16 of 20"),
+    ):
         hand_in = tmp_path / f"{name}.py"
         hand_in.write_text(with_own(numbers))
         assert main(["grade", "lab8", str(hand_in), *options]) == 0
         told = capsys.readouterr().out
-        assert f"total {points} points" in told and "robot of this file" not in told  # nothing gives lengths away
+        assert (
+            f"total {points} points" in told and "robot of this file" not in told
+        )  # nothing gives lengths away
 
 
 @pytest.mark.parametrize(
     ("function", "old", "new", "words"),
     [
-        ("own_robot", "return OWN", "return 0.09, 0.09, 0.09, 0.09, 0.118", "these are the numbers of the drawing"),
+        (
+            "own_robot",
+            "return OWN",
+            "return 0.09, 0.09, 0.09, 0.09, 0.118",
+            "these are the numbers of the drawing",
+        ),
         ("own_robot", "return OWN", "return [v + 2e-4 for v in OWN]", "is off by 0.2 mm"),
         ("own_robot", "return OWN", "return OWN[:4]", "4 values where 5"),
         ("own_robot", "return OWN", "return [float('nan')] * 5", "nan"),
@@ -62,4 +72,6 @@ def test_hand_out_calibrate_and_grade(tmp_path, capsys):
 def test_what_falls_short_is_said(function, old, new, words):
     assert RIGHT.count(old) == 1
     found = results("lab8", RIGHT.replace(old, new), only=function)
-    assert any(words in verdict.text for _, verdict in found.values()), [verdict.text for _, verdict in found.values()]
+    assert any(words in verdict.text for _, verdict in found.values()), [
+        verdict.text for _, verdict in found.values()
+    ]

@@ -9,7 +9,16 @@ import pytest
 
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import robot_for
-from tests.helpers.lab_session import FOLDERS, LABS, SOLUTIONS, load, mistakes, of_own, results, score
+from tests.helpers.lab_session import (
+    FOLDERS,
+    LABS,
+    SOLUTIONS,
+    load,
+    mistakes,
+    of_own,
+    results,
+    score,
+)
 
 FORMS = [(lab, path) for lab in FOLDERS for path in sorted(SOLUTIONS.glob(f"**/{lab}.py"))]
 CHECKS = {lab: vars(load(lab, "test_lab")) for lab in FOLDERS}
@@ -26,7 +35,9 @@ def test_there_are_eight_labs_each_solved_in_more_than_one_way():
     assert all(sum(lab == own for own, _ in FORMS) >= 2 for lab in FOLDERS)
 
 
-@pytest.mark.parametrize(("lab", "path"), FORMS, ids=[str(p.relative_to(SOLUTIONS)) for _, p in FORMS])
+@pytest.mark.parametrize(
+    ("lab", "path"), FORMS, ids=[str(p.relative_to(SOLUTIONS)) for _, p in FORMS]
+)
 def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path):
     for seed in (1, 2):
         found = results(lab, path.read_text(), seed=seed)
@@ -48,7 +59,9 @@ def test_the_untouched_file_earns_nothing_and_says_which_task_is_next(lab):
     found = results(lab, (FOLDERS[lab] / "student.py").read_text())
     assert score(found) == 0
     for title, (_, verdict) in found.items():
-        assert re.match(rf"raised an exception: NotImplementedError: {lab} task \d: |NotImpl", verdict.text), title
+        assert re.match(
+            rf"raised an exception: NotImplementedError: {lab} task \d: |NotImpl", verdict.text
+        ), title
         assert verdict.diagnosis is None
 
 
@@ -67,7 +80,9 @@ def test_each_misconception_has_a_hint_and_a_mistake_that_shows_it(lab):
     catalogue = [(exercise.name, wrong.name) for exercise in exercises for wrong in exercise.wrong]
     assert sorted(catalogue) == sorted((function, name) for function, name, _ in mistakes(lab))
     assert len(set(catalogue)) == len(catalogue)
-    assert all(wrong.hint.endswith((".", "?")) for exercise in exercises for wrong in exercise.wrong)
+    assert all(
+        wrong.hint.endswith((".", "?")) for exercise in exercises for wrong in exercise.wrong
+    )
 
 
 def test_at_least_forty_misconceptions_in_all():
@@ -77,7 +92,9 @@ def test_at_least_forty_misconceptions_in_all():
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_the_statement_lists_the_checks_and_their_points(lab):
     text = (FOLDERS[lab] / "README.md").read_text()
-    table = {title: int(n) for title, n in re.findall(r"^\| (\w+: .+?) \| (\d+) \|$", text, re.MULTILINE)}
+    table = {
+        title: int(n) for title, n in re.findall(r"^\| (\w+: .+?) \| (\d+) \|$", text, re.MULTILINE)
+    }
     assert table == points(lab)
     assert sum(n for title, n in table.items() if ": bonus" not in title) == 20
     assert f"fivebar check {lab} student.py" in text
@@ -86,7 +103,10 @@ def test_the_statement_lists_the_checks_and_their_points(lab):
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_statement_and_file_have_the_signatures_of_the_exercises(lab):
     readme, student = ((FOLDERS[lab] / name).read_text() for name in ("README.md", "student.py"))
-    defined = {name: re.sub(r"\s+", " ", args).strip() for name, args in re.findall(r"def (\w+)\(([^)]*)\)", student)}
+    defined = {
+        name: re.sub(r"\s+", " ", args).strip()
+        for name, args in re.findall(r"def (\w+)\(([^)]*)\)", student)
+    }
     for exercise in load(lab, "exercises").EXERCISES:
         assert defined[exercise.name] == ", ".join(exercise.arguments)
     for name in defined:
@@ -144,8 +164,14 @@ def test_the_program_grades_a_solution_with_full_marks(lab):
 def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new, word):
     source = (SOLUTIONS / "lab6.py").read_text()
     assert source.count(old) == 1
-    lost = [v for _, v in results("lab6", source.replace(old, new), only=function).values() if v.share < 1]
-    assert lost and any(word in verdict.text for verdict in lost), [verdict.text for verdict in lost]
+    lost = [
+        v
+        for _, v in results("lab6", source.replace(old, new), only=function).values()
+        if v.share < 1
+    ]
+    assert lost and any(word in verdict.text for verdict in lost), [
+        verdict.text for verdict in lost
+    ]
 
 
 @pytest.mark.parametrize(
@@ -165,6 +191,12 @@ def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new,
 )  # fmt: skip
 def test_a_motion_that_only_pretends_to_move_crosses_nothing(new, word):
     source = (SOLUTIONS / "lab6.py").read_text()
-    found = results("lab6", source.replace("    half = s", f"    {new}\n    half = s"), only="crossing_trajectory")
+    found = results(
+        "lab6",
+        source.replace("    half = s", f"    {new}\n    half = s"),
+        only="crossing_trajectory",
+    )
     assert [verdict.share for _, verdict in found.values()] == [0.0, 0.0]
-    assert any(word in verdict.text for _, verdict in found.values()), [verdict.text for _, verdict in found.values()]
+    assert any(word in verdict.text for _, verdict in found.values()), [
+        verdict.text for _, verdict in found.values()
+    ]

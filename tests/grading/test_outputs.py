@@ -93,14 +93,21 @@ def test_the_text_lists_all_checks_and_says_what_to_do(report):
 
 def test_an_untouched_file_meets_friendly_words(report):
     text = report_text(report(UNTOUCHED), 80)
-    assert "Nothing is filled in yet" in text and "task 1: the elbow" in text and text.count("to do") == 3
+    assert (
+        "Nothing is filled in yet" in text
+        and "task 1: the elbow" in text
+        and text.count("to do") == 3
+    )
     assert "wrong" not in text and "exception" not in text and "Error" not in text
     page = report_page(report(UNTOUCHED))
     assert "task 1: the elbow" in page and '"word wrong"' not in page
 
 
 def test_of_what_a_program_prints_the_first_lines_are_shown(report):
-    printed = [report_text(replace(report(RIGHT), output="x\n" * n), 80).split("printed:\n")[1] for n in (20, 21)]
+    printed = [
+        report_text(replace(report(RIGHT), output="x\n" * n), 80).split("printed:\n")[1]
+        for n in (20, 21)
+    ]
     assert [text.count("  x\n") for text in printed] == [20, 20]
     assert ["and more" in text for text in printed] == [False, True]
 
@@ -112,7 +119,9 @@ def test_the_text_keeps_to_the_terminals_width(report, width):
 
 
 def test_colours_only_where_asked(report):
-    assert "\x1b" not in report_text(report(SHIFTED)) and "\x1b[31mwrong" in report_text(report(SHIFTED), colour=True)
+    assert "\x1b" not in report_text(report(SHIFTED)) and "\x1b[31mwrong" in report_text(
+        report(SHIFTED), colour=True
+    )
 
 
 def test_no_output_tells_the_right_answer(report):
@@ -160,41 +169,68 @@ def test_gradescope_reads_the_result(report):
             "output_format",
             "visibility",
         }
-        assert test["name"] == checked.title and 0 <= test["score"] <= test["max_score"] == checked.max_points
         assert (
-            test["status"] == ("passed" if checked.outcome == "right" else "failed") and test["visibility"] == "visible"
+            test["name"] == checked.title
+            and 0 <= test["score"] <= test["max_score"] == checked.max_points
+        )
+        assert (
+            test["status"] == ("passed" if checked.outcome == "right" else "failed")
+            and test["visibility"] == "visible"
         )
         assert {test["name_format"], test["output_format"], result["output_format"]} == {"text"}
 
 
 def test_hostile_text_is_harmless_everywhere(tmp_path):
     hostile = hostile_report()
-    for text in (report_text(hostile, 80), outputs.gradescope_text(hostile), outputs.json_text(hostile)):
+    for text in (
+        report_text(hostile, 80),
+        outputs.gradescope_text(hostile),
+        outputs.json_text(hostile),
+    ):
         assert "\x1b" not in text and "\u202e" not in text and "\r" not in text
     left = [Left(HOSTILE, HOSTILE)]
     entry = Entry(HOSTILE, tmp_path / "a.py", left=tuple(left))
     lost = replace(hostile, ungraded=HOSTILE, checks=())
     write_summary(tmp_path, "lab", [entry] * 3, [hostile, hostile, lost], left)
-    for html in (report_page(hostile), fragment(hostile), (tmp_path / "summary.html").read_text(encoding="utf-8")):
+    for html in (
+        report_page(hostile),
+        fragment(hostile),
+        (tmp_path / "summary.html").read_text(encoding="utf-8"),
+    ):
         tags = Tags(html)
-        assert "script" not in tags.tags and not any(name.startswith("on") for name in tags.attributes)
+        assert "script" not in tags.tags and not any(
+            name.startswith("on") for name in tags.attributes
+        )
         assert not {"src", "data", "action", "srcset"} & set(tags.attributes)
         assert "&lt;script&gt;" in html and "\x1b" not in html and "\u202e" not in html
     assert f'content="{POLICY}"' in report_page(hostile) and POLICY.startswith("default-src 'none'")
     for name in ("checks.csv", "scores.csv", "misconceptions.csv", "items.csv"):
-        rows = list(csv.reader(io.StringIO((tmp_path / name).read_text(encoding="utf-8"), newline="")))
+        rows = list(
+            csv.reader(io.StringIO((tmp_path / name).read_text(encoding="utf-8"), newline=""))
+        )
         assert len({len(row) for row in rows}) == 1
-        assert not any(cell.startswith(("=", "+", "-", "@", "\t", "\r")) for row in rows for cell in row)
+        assert not any(
+            cell.startswith(("=", "+", "-", "@", "\t", "\r")) for row in rows for cell in row
+        )
 
 
 def test_no_part_of_a_cell_is_a_formula_where_a_semicolon_parts_cells():
-    assert outputs.cell("a;=1; -2|@b\t+c") == "a;'=1;' -2|'@b\\t'+c" and outputs.cell("a; b, -c") == "a; b, -c"
+    assert (
+        outputs.cell("a;=1; -2|@b\t+c") == "a;'=1;' -2|'@b\\t'+c"
+        and outputs.cell("a; b, -c") == "a; b, -c"
+    )
 
 
-@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@a", "\tx", "\rx", "\nx", "  =1", "\uff1d1", "\u3000+1"])
+@pytest.mark.parametrize(
+    "text", ["=1", "+1", "-1", "@a", "\tx", "\rx", "\nx", "  =1", "\uff1d1", "\u3000+1"]
+)
 def test_no_cell_is_a_formula(text):
     assert outputs.cell(text).startswith("'")
-    assert outputs.cell("plain = text") == "plain = text" and outputs.cell(-1.5) == -1.5 and outputs.cell(None) == ""
+    assert (
+        outputs.cell("plain = text") == "plain = text"
+        and outputs.cell(-1.5) == -1.5
+        and outputs.cell(None) == ""
+    )
 
 
 def test_file_names_are_plain_and_differ():
@@ -214,7 +250,10 @@ def test_file_names_are_plain_and_differ():
         "x" * 300,
         "\udcff",
     ]
-    ids += [outputs.file_name("a b"), outputs.file_name("a/b")]  # who calls himself so gets no one else's file
+    ids += [
+        outputs.file_name("a b"),
+        outputs.file_name("a/b"),
+    ]  # who calls himself so gets no one else's file
     names = [outputs.file_name(student) for student in ids]
     assert len({name.casefold() for name in names}) == len(ids) and names[0] == "anna"
     assert all(re.fullmatch(r"[A-Za-z0-9_-]{1,80}", name) for name in names)
@@ -239,8 +278,17 @@ def test_figures_show_both_poses_where_the_answers_are_poses(tmp_path, request, 
     drawn = {c.function for c in found.checks if c.figure}
     assert drawn == ({"dgm", "igm", "dgm_passive"} if lab == "lab1" else {"dkm"})
     for figure in (c.figure for c in found.checks if c.figure):
-        numbers = [float(n) for points in re.findall(r'points="([^"]*)"', figure) for n in re.split("[ ,]", points)]
-        assert len(numbers) >= 24 and -1 <= min(numbers) and max(numbers) <= 301 and all(n == int(n) for n in numbers)
+        numbers = [
+            float(n)
+            for points in re.findall(r'points="([^"]*)"', figure)
+            for n in re.split("[ ,]", points)
+        ]
+        assert (
+            len(numbers) >= 24
+            and -1 <= min(numbers)
+            and max(numbers) <= 301
+            and all(n == int(n) for n in numbers)
+        )
 
 
 def cohort():
@@ -264,7 +312,12 @@ def test_item_analysis_by_hand():
     assert b.discrimination == pytest.approx(0.4 / math.sqrt(1.2 * 6.8), rel=1e-12)
     assert math.isnan(items(cohort()[:1])[0].discrimination)
     assert misconceptions(cohort()) == [(("dgm", "other mode"), 2)]
-    assert scores(cohort()) == {"students": 5, "mean": pytest.approx(56.0), "median": 60.0, "full": 1}
+    assert scores(cohort()) == {
+        "students": 5,
+        "mean": pytest.approx(56.0),
+        "median": 60.0,
+        "full": 1,
+    }
     text = summary_text("lab", cohort())
     assert "5 students, mean 56 %" in text and "0.74" in text and "2  dgm: other mode" in text
     assert "all points 1" in text and "lowest: s4 0, s3 2" in text

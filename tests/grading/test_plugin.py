@@ -29,7 +29,9 @@ def pytest_run(*arguments, cwd):
 def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", SOLUTION, cwd=tmp_path)
     assert code == 0 and "20 of 20 points" in text
-    code, text = pytest_run(LABS / "lab1_geometry", LABS / "lab2_kinematics", "--submission", SOLUTION, cwd=tmp_path)
+    code, text = pytest_run(
+        LABS / "lab1_geometry", LABS / "lab2_kinematics", "--submission", SOLUTION, cwd=tmp_path
+    )
     assert code == 1 and "20 of 40 points" in text and "no function dkm" in text
     code, text = pytest_run(LABS / "lab1_geometry", cwd=tmp_path)
     assert code == 4 and "Give --submission FILE" in text and "Traceback" not in text
@@ -40,7 +42,9 @@ def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
 def test_a_lab_of_ones_own_runs_by_plain_pytest(tmp_path):
     write_lab(tmp_path / "mylabs")
     written(tmp_path / "my.py", SHIFTED)
-    code, text = pytest_run("-p", "fivebar.grading.plugin", "mylabs/elbow", "--submission", "my.py", cwd=tmp_path)
+    code, text = pytest_run(
+        "-p", "fivebar.grading.plugin", "mylabs/elbow", "--submission", "my.py", cwd=tmp_path
+    )
     assert code == 1 and "1 of 4 points" in text and "2 failed, 1 passed" in text
     assert "origin in the base joint" in text and "exercises.py" not in text
 
@@ -58,13 +62,23 @@ def test_what_the_readme_shows(elbow, tmp_path):
     right, shifted, half = (graded(elbow, tmp_path, source) for source in (RIGHT, SHIFTED, HALF))
     assert (right.points, right.max_points, right.faults) == (4, 4, ())
     assert [check.outcome for check in right.checks] == ["right"] * 3
-    assert right.checks[2].title == "elbow: half a turn leads to the other side" and right.checks[2].max_points == 1
+    assert (
+        right.checks[2].title == "elbow: half a turn leads to the other side"
+        and right.checks[2].max_points == 1
+    )
     assert [check.outcome for check in shifted.checks] == ["wrong", "wrong", "right"]
-    assert shifted.checks[0].misconception == "origin in the base joint" and shifted.checks[0].function == "elbow"
+    assert (
+        shifted.checks[0].misconception == "origin in the base joint"
+        and shifted.checks[0].function == "elbow"
+    )
     assert shifted.checks[0].off == pytest.approx(0.059, rel=1e-9)
-    assert half.checks[0].outcome == "partly" and half.checks[0].points == round(2 * half.checks[0].share, 2)
+    assert half.checks[0].outcome == "partly" and half.checks[0].points == round(
+        2 * half.checks[0].share, 2
+    )
     assert half.checks[0].reason == "exception" and half.checks[0].place == "line 12"
-    assert half.checks[2].outcome == "wrong" and "no" in half.checks[2].text  # ask.call passes on what happened
+    assert (
+        half.checks[2].outcome == "wrong" and "no" in half.checks[2].text
+    )  # ask.call passes on what happened
 
 
 def test_grading_is_alone_in_its_process(elbow, tmp_path, monkeypatch):
@@ -89,7 +103,10 @@ def test_grading_is_alone_in_its_process(elbow, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "fault, text",
     [
-        ("ask('shoulder', [0.0])", "LookupError: exercises.py has no exercise 'shoulder'; it has elbow"),
+        (
+            "ask('shoulder', [0.0])",
+            "LookupError: exercises.py has no exercise 'shoulder'; it has elbow",
+        ),
         ("1 / 0", "ZeroDivisionError: division by zero"),
         ("ask.verdict(2.0)", "ValueError: a verdict's share must lie in 0..1"),
         ("pytest.skip('not today')", "not today"),
@@ -176,9 +193,13 @@ def test_a_hang_and_the_lines_after_a_crash(elbow, tmp_path):
 def test_the_answers_for_another_robot_are_named(elbow, tmp_path):
     own = fb.FiveBar(l11=0.085, l12=0.085, l21=0.085, l22=0.085, d=0.12)
     report = graded(elbow, tmp_path, RIGHT, robot=own)
-    assert report.checks[0].misconception == "not your robot" and report.checks[1].outcome == "right"
+    assert (
+        report.checks[0].misconception == "not your robot" and report.checks[1].outcome == "right"
+    )
     assert "l11 = 0.09 (graded for 0.085)" in report.notes[-1]
-    report = graded(elbow, tmp_path, RIGHT.replace("0.09", "0.085").replace("0.118", "0.12"), robot=own)
+    report = graded(
+        elbow, tmp_path, RIGHT.replace("0.09", "0.085").replace("0.118", "0.12"), robot=own
+    )
     assert report.points == report.max_points
 
 
@@ -186,7 +207,9 @@ def test_every_lab_shipped_is_found_by_both_names():
     assert find_lab("lab1").name == find_lab("lab1_geometry").name == "lab1_geometry"
     exercises = Lab(LABS / "lab1_geometry").exercises()
     assert np.isfinite(
-        exercises["dgm"].outcome(exercises["dgm"].answer, fb.FiveBar(), [np.zeros(1)] * 2 + [-np.ones(1)])
+        exercises["dgm"].outcome(
+            exercises["dgm"].answer, fb.FiveBar(), [np.zeros(1)] * 2 + [-np.ones(1)]
+        )
     ).all()
 
 

@@ -12,7 +12,11 @@ from fivebar.grading.ask import Asked, Wrong
 from fivebar.grading.results import Check, Report, checked, withheld
 
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
-SAMPLE = {"inputs": {"q11": 0.1, "q21": 0.2, "assembly_mode": -1.0}, "expected": [0.1, 0.05], "came": [0.1, 0.06]}
+SAMPLE = {
+    "inputs": {"q11": 0.1, "q21": 0.2, "assembly_mode": -1.0},
+    "expected": [0.1, 0.05],
+    "came": [0.1, 0.06],
+}
 LOST = Verdict(
     0.25, "value", "wrong value of y", 3, 4, "dgm(q11=0.1)", "(0.1, 0.06)", 0.01, Misconception("lost", "Where?", None),
     7, "return x, y", ("a column",), SAMPLE, "mean errors", "explained",
@@ -40,13 +44,25 @@ def test_what_is_passed_earns_all_and_keeps_the_remarks():
         (0.9999, 0.125, 0.12, "partly"), (0.9999, 0.126, 0.126, "partly"), (1e-9, 2.0, 0.0, "partly"),
     ],
 )  # fmt: skip
-def test_what_is_partly_right_earns_its_share_to_the_hundredth_and_no_more_than_all(share, points, earned, outcome):
+def test_what_is_partly_right_earns_its_share_to_the_hundredth_and_no_more_than_all(
+    share, points, earned, outcome
+):
     lost = replace(LOST, share=share)
     found = of([*ASKED, Asked(lost, "dgm", DGM, fb.FiveBar())], Wrong(lost), points)
-    assert (found.points, found.max_points, found.share, found.outcome) == (earned, points, share, outcome)
+    assert (found.points, found.max_points, found.share, found.outcome) == (
+        earned,
+        points,
+        share,
+        outcome,
+    )
     own = "reason text wrong rows asked came off line source beside explained".split()
     assert [getattr(found, name) for name in own] == [getattr(lost, name) for name in own]
-    assert (found.function, found.misconception, found.hint, found.place) == ("dgm", "lost", "Where?", "line 7")
+    assert (found.function, found.misconception, found.hint, found.place) == (
+        "dgm",
+        "lost",
+        "Where?",
+        "line 7",
+    )
     assert found.remarks == ("a column", "a dict") and found.figure.startswith("<svg")
 
 
@@ -67,10 +83,19 @@ def test_a_plain_assertion_is_a_wrong_answer_and_any_other_error_a_broken_check(
     )  # fmt: skip
     assert of([], AssertionError()).text == "the check's assertion does not hold"
     broken = of(ASKED, KeyError(text))
-    assert (broken.points, broken.share, broken.outcome, broken.reason) == (0.0, 0.0, "broken", "broken")
+    assert (broken.points, broken.share, broken.outcome, broken.reason) == (
+        0.0,
+        0.0,
+        "broken",
+        "broken",
+    )
     shown = " ".join(str(KeyError(text)).split())[:300]
     assert broken.text == f"the check itself failed: KeyError: {shown}" and broken.max_points == 3.0
-    assert (broken.name, broken.title, broken.function) == ("test_a", "A", "") and broken.remarks == ()
+    assert (broken.name, broken.title, broken.function) == (
+        "test_a",
+        "A",
+        "",
+    ) and broken.remarks == ()
 
 
 def test_a_report_adds_up_goes_to_json_and_back_and_withholds_what_is_early():
@@ -86,7 +111,11 @@ def test_a_report_adds_up_goes_to_json_and_back_and_withholds_what_is_early():
     assert (data["points"], data["max_points"], data["schema"]) == (1.05, report.max_points, 1)
     again = Report.from_json(data)
     bare = replace(report, checks=(*report.checks[:2], replace(lost, figure="")), warnings=())
-    assert again == bare and "warnings" not in data and not any("figure" in each for each in data["checks"])
+    assert (
+        again == bare
+        and "warnings" not in data
+        and not any("figure" in each for each in data["checks"])
+    )
     with pytest.raises(ValueError, match="a result of schema 2, not 1"):
         Report.from_json(data | {"schema": 2})
     assert withheld(report) is report
@@ -99,7 +128,9 @@ def test_a_report_adds_up_goes_to_json_and_back_and_withholds_what_is_early():
 
 
 def test_the_parts_of_an_answer_go_into_one_row_and_out_of_it():
-    model = Exercise("  f ( a,b ) ->  M , c, q ", None, angles=("q",), shapes={"M": (2, 2), "c": (2,)})
+    model = Exercise(
+        "  f ( a,b ) ->  M , c, q ", None, angles=("q",), shapes={"M": (2, 2), "c": (2,)}
+    )
     assert (model.name, model.arguments, model.returns) == ("f", ("a", "b"), ("M", "c", "q"))
     assert [model.shape(name) for name in model.returns] == [(2, 2), (2,), ()]
     assert model.is_angle().tolist() == [False] * 6 + [True]
@@ -107,7 +138,9 @@ def test_the_parts_of_an_answer_go_into_one_row_and_out_of_it():
     m = np.array([[[x, y], [2 * x, 2 * y]] for x, y in zip(a, b)])
     flat = model.outcome(lambda robot, a, b: (m, np.stack([a, b], -1), 0.5), None, (a, b))
     assert flat.tolist() == [[x, y, 2 * x, 2 * y, x, y, 0.5] for x, y in zip(a, b)]
-    for part, own in zip(model.parts(flat), (m, np.stack([a, b], -1), np.full(3, 0.5)), strict=True):
+    for part, own in zip(
+        model.parts(flat), (m, np.stack([a, b], -1), np.full(3, 0.5)), strict=True
+    ):
         assert np.array_equal(part, own)
     for signature, angles, words in (
         ("f(a) -> x", ("y", "b"), "f does not return b, y"),

@@ -32,15 +32,26 @@ def test_the_fewest_typed_numbers_that_explain_all_are_named(names, told):
 
 
 def test_only_values_can_change():
-    a, b, lost = Reply("value", [1.0, 2.0]), Reply("value", [1.0, 2.5]), Reply("exception", text="ValueError")
-    assert changing([a, a], [a, b]) and not changing([a, lost], [a, b]) and not changing([a, a], [a, lost])
+    a, b, lost = (
+        Reply("value", [1.0, 2.0]),
+        Reply("value", [1.0, 2.5]),
+        Reply("exception", text="ValueError"),
+    )
+    assert (
+        changing([a, a], [a, b])
+        and not changing([a, lost], [a, b])
+        and not changing([a, a], [a, lost])
+    )
 
 
 def test_other_masses_are_in_no_ratio_that_the_robots_own_are_in():
     for robot in (OWN, fb.Biglide()):
         other = with_other_masses(robot)
         ratios = [b / a for a, b in zip(robot.parameters.values(), other.parameters.values())]
-        assert ratios[: ratios.index(max(ratios)) - 2] == [1.0] * (len(ratios) - 3) and len(set(ratios)) == 4
+        assert (
+            ratios[: ratios.index(max(ratios)) - 2] == [1.0] * (len(ratios) - 3)
+            and len(set(ratios)) == 4
+        )
 
 
 EXERCISES = """
@@ -62,7 +73,9 @@ def test_count(ask, draw):
 """
 
 
-@pytest.mark.parametrize("pull, name", [("2 * m * cos(q)", "2 times the right answer"), ("cos(q)", "mass forgotten")])
+@pytest.mark.parametrize(
+    "pull, name", [("2 * m * cos(q)", "2 times the right answer"), ("cos(q)", "mass forgotten")]
+)
 def test_what_other_masses_or_the_same_question_refute_is_not_named(tmp_path, pull, name):
     (tmp_path / "weights").mkdir()
     (tmp_path / "weights/exercises.py").write_text(EXERCISES)

@@ -48,7 +48,9 @@ def test_values_of_all_kinds_come_as_they_are(isolate):
             assert came.value["~"] == "other" and came.value["type"] == wanted
         elif isinstance(wanted, np.ndarray):
             assert came.value.shape == wanted.shape and came.value.dtype == wanted.dtype
-            assert (came.value.tolist() == wanted.tolist()) or np.array_equal(came.value, wanted, equal_nan=True)
+            assert (came.value.tolist() == wanted.tolist()) or np.array_equal(
+                came.value, wanted, equal_nan=True
+            )
         else:
             assert type(came.value) is type(wanted) and repr(came.value) == repr(wanted)
 
@@ -59,7 +61,14 @@ def test_numbers_arrive_to_the_last_bit():
         assert [r.value for r in worker.ask("same", numbers[:, None])] == numbers.tolist()
         assert np.isnan(worker.ask("same", [(np.nan,)])[0].value)
         rows = [(np.int64(-1),), (np.float64(2),), (True,), ("a",), ([1, 2],), (np.zeros(2),)]
-        assert [r.value for r in worker.ask("kind", rows)] == ["int", "float", "bool", "str", "list", "list"]
+        assert [r.value for r in worker.ask("kind", rows)] == [
+            "int",
+            "float",
+            "bool",
+            "str",
+            "list",
+            "list",
+        ]
         assert worker.ask("same", []) == []
 
 
@@ -82,13 +91,26 @@ def evaluated(x):
     return eval("1 +")
 """
     with student(source) as worker:
-        assert worker.trouble is None and worker.names == ("helper", "through", "library", "todo", "evaluated")
+        assert worker.trouble is None and worker.names == (
+            "helper",
+            "through",
+            "library",
+            "todo",
+            "evaluated",
+        )
         one = worker.ask("through", [(0,)])[0]
-        assert (one.kind, one.text, one.line) == ("exception", "ZeroDivisionError: division by zero", 4)
+        assert (one.kind, one.text, one.line) == (
+            "exception",
+            "ZeroDivisionError: division by zero",
+            4,
+        )
         assert one.source == "return 1 / x"
         two = worker.ask("library", [(0,)])[0]
         assert (two.text, two.line) == ("LinAlgError: Singular matrix", 10)
-        assert worker.ask("todo", [(0,)])[0].text == "NotImplementedError: lab1 task 1: the direct model"
+        assert (
+            worker.ask("todo", [(0,)])[0].text
+            == "NotImplementedError: lab1 task 1: the direct model"
+        )
         assert worker.ask("evaluated", [(0,)])[0].line == 16
         assert worker.ask("through", [(1, 2)])[0].text.startswith("TypeError: through() takes 1")
         assert worker.ask("igm", [(1,), (2,)]) == [Reply("missing", text="no function igm")] * 2
@@ -144,23 +166,32 @@ else:
 def test_a_file_that_fails_is_graded_as_far_as_it_goes():
     with student(BROKEN) as worker:
         assert worker.trouble.kind == "import" and worker.trouble.line == 12
-        assert worker.trouble.text == "SyntaxError: expected ':'" and worker.trouble.source == "def igm(x, y)"
+        assert (
+            worker.trouble.text == "SyntaxError: expected ':'"
+            and worker.trouble.source == "def igm(x, y)"
+        )
         assert worker.ask("dgm", [(0.0, 1)])[0].value == [0.09, 1]
-        assert worker.ask("reach", [()])[0].value == 0.18 and worker.ask("inner", [()])[0].value == 1
+        assert (
+            worker.ask("reach", [()])[0].value == 0.18 and worker.ask("inner", [()])[0].value == 1
+        )
         assert worker.ask("igm", [(1, 2)])[0] == worker.trouble
         lost = worker.ask("needs", [()])[0]
-        assert (lost.kind, lost.text, lost.line) == ("exception", "NameError: name 'L' is not defined", 26)
+        assert (lost.kind, lost.text, lost.line) == (
+            "exception",
+            "NameError: name 'L' is not defined",
+            26,
+        )
     with student(BROKEN.replace("y)\n", "y):\n").replace("True print", "0: print")) as worker:
-        assert worker.trouble.text.startswith("ModuleNotFoundError: lab_amoro is not available here")
+        assert worker.trouble.text.startswith(
+            "ModuleNotFoundError: lab_amoro is not available here"
+        )
         assert worker.trouble.line == 3 and worker.ask("igm", [(1, 2)])[0].value == [1, 2]
     with student("raise MemoryError") as worker:
         assert worker.trouble.text == "ran out of memory"
 
 
 def test_a_main_program_does_not_run_and_input_is_at_its_end():
-    source = (
-        'if __name__ == "__main__":\n    1 / 0\nname = __name__\ndef called(): return name\ndef f(): return input()'
-    )
+    source = 'if __name__ == "__main__":\n    1 / 0\nname = __name__\ndef called(): return name\ndef f(): return input()'
     with student(source) as worker:
         assert worker.trouble is None and worker.ask("called", [()])[0].value == "student"
         assert worker.ask("f", [()])[0].text == "EOFError: EOF when reading a line"
@@ -185,17 +216,26 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
         "def count():\n    global n\n    n += 1\n    return n\n"
     )
     with student(source, limit=1.0) as worker:
-        assert [worker.ask("count", [(), ()])[1].value, worker.ask("count", [()])[0].value] == [2, 3]
+        assert [worker.ask("count", [(), ()])[1].value, worker.ask("count", [()])[0].value] == [
+            2,
+            3,
+        ]
         replies = worker.ask("f", [(1,), (-1,), (2,), (3,)])
         assert [r.kind for r in replies] == ["value", "timeout", "value", "value"]
         assert replies[1].text == "no answer within 1 s"
         assert worker.ask("count", [()])[0].value == 1  # a new worker
         replies = worker.ask("f", [(-1,), (1,), (-1,), (1,), (1,)])
         assert [r.kind for r in replies] == ["timeout", "value"] + ["timeout"] * 3
-        assert [r.kind for r in worker.ask("f", [(1,), (-1,), (1,)])] == ["value", "timeout", "timeout"]
+        assert [r.kind for r in worker.ask("f", [(1,), (-1,), (1,)])] == [
+            "value",
+            "timeout",
+            "timeout",
+        ]
     with student("import time\ndef f(x): time.sleep(0.1)", total=1.0) as worker:
         replies = worker.ask("f", [(0,)] * 50)
-        assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith("1 s together")
+        assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith(
+            "1 s together"
+        )
 
 
 def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
@@ -204,7 +244,11 @@ def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
     monkeypatch.setattr("fivebar.grading.worker.student.MOST_CALLS", 0)
     with student("import time\ndef f(x):\n    time.sleep(0.5)\n    return x", limit=5) as worker:
         replies = [worker.ask("f", [(k,)])[0] for k in range(10)]
-    assert replies[0].kind == "value" and replies[-1].kind == "timeout" and "all its calls" in replies[-1].text
+    assert (
+        replies[0].kind == "value"
+        and replies[-1].kind == "timeout"
+        and "all its calls" in replies[-1].text
+    )
 
 
 def test_time_on_the_processor_is_limited_too(isolate):
@@ -218,7 +262,11 @@ def test_a_file_that_cannot_be_loaded_is_tried_three_times_only(monkeypatch):
     source = "__import__('time').sleep(99)\n" * 4 + "def f(): return 1\n"
     with student(source) as worker:
         assert worker.trouble == Reply(
-            "import", None, "ran past its time limit: not done within 1 s", 1, "__import__('time').sleep(99)"
+            "import",
+            None,
+            "ran past its time limit: not done within 1 s",
+            1,
+            "__import__('time').sleep(99)",
         )
         monkeypatch.setattr("fivebar.grading.worker.student.Worker", None)
         assert worker.ask("f", [(), ()]) == [worker.trouble] * 2
@@ -260,14 +308,20 @@ def linear():
     with student(source, isolate=isolate, limit=10) as worker:
         assert worker.trouble is None
         found = {name: worker.ask(name, [()])[0].value for name in worker.names}
-        assert abs(found["root"] - 2**0.5) < 1e-12 and found["linear"] < 1e-9 and found["fresh"] == []
-        assert found["folder"] == (["/student"] if isolate == "bwrap" else ["/", "not to be listed"])
+        assert (
+            abs(found["root"] - 2**0.5) < 1e-12 and found["linear"] < 1e-9 and found["fresh"] == []
+        )
+        assert found["folder"] == (
+            ["/student"] if isolate == "bwrap" else ["/", "not to be listed"]
+        )
         assert found["arguments"] == ["student"]
         names = {"HOME", "LANG", "LC_CTYPE", "PATH", "PWD"}
         assert {n for n in found["environment"] if not n.endswith("NUM_THREADS")} <= names
         if os.getuid() == 0:
             assert found["user"][0] == found["user"][1] >= 61_200 and len(found["user"]) == 2
-            assert worker.notes == (f"running as root: the student's program runs as user {found['user'][0]}",)
+            assert worker.notes == (
+                f"running as root: the student's program runs as user {found['user'][0]}",
+            )
         else:
             assert found["user"][0] == os.getuid() and worker.notes == ()
 
@@ -290,7 +344,8 @@ def test_what_is_missing_is_said(monkeypatch, tmp_path):
     places.bwrap_trouble.cache_clear()
     try:
         with pytest.raises(
-            IsolationError, match="bwrap cannot isolate a worker here: bwrap .bubblewrap. is not installed"
+            IsolationError,
+            match="bwrap cannot isolate a worker here: bwrap .bubblewrap. is not installed",
         ):
             student("", isolate="bwrap")
         assert not places.bwrap_works()
@@ -304,18 +359,31 @@ def test_live_functions_answer_as_a_submission_does():
         "l = 2.0\ndef scaled(x): return l / x\ndef leave(): raise SystemExit(3)\ndef stop(): raise KeyboardInterrupt\n"
     )
     exec(compile(source, "<session>", "exec"), space)
-    linecache.cache["<session>"] = (len(source), None, source.splitlines(keepends=True), "<session>")  # as notebooks do
+    linecache.cache["<session>"] = (
+        len(source),
+        None,
+        source.splitlines(keepends=True),
+        "<session>",
+    )  # as notebooks do
     rows = [(i,) for i in range(len(CAME))]
     live = from_functions(**{name: space[name] for name in ("value", "scaled", "leave", "stop")})
     with live, student(source) as worker:
         for mine, theirs in zip(live.ask("value", rows), worker.ask("value", rows)):
             assert (mine.kind, repr(mine.value)) == (theirs.kind, repr(theirs.value))
-        for arguments in (("scaled", [(4,), (0,)], {"l": 1.0}), ("scaled", [(1,)]), ("leave", [()]), ("nothing", [()])):
+        for arguments in (
+            ("scaled", [(4,), (0,)], {"l": 1.0}),
+            ("scaled", [(1,)]),
+            ("leave", [()]),
+            ("nothing", [()]),
+        ):
             mine, theirs = live.ask(*arguments), worker.ask(*arguments)
             assert [(r.kind, r.value, r.text, r.line, r.source) for r in mine] == [
                 (r.kind, r.value, r.text, r.line, r.source) for r in theirs
             ]
-        assert live.ask("scaled", [(1,)], {"nothing": 1})[0].text == "the session has no constant nothing"
+        assert (
+            live.ask("scaled", [(1,)], {"nothing": 1})[0].text
+            == "the session has no constant nothing"
+        )
         with pytest.raises(KeyboardInterrupt):
             live.ask("stop", [()])
     assert space["l"] == 2.0 and live.names[0] == "value" and live.trouble is None

@@ -7,16 +7,28 @@ import zipfile
 import pytest
 
 from fivebar.grading.worker.student import Student
-from fivebar.grading.worker.submission import MOST_NOTEBOOK, MOST_SOURCE, Submission, SubmissionError, read_submission
+from fivebar.grading.worker.submission import (
+    MOST_NOTEBOOK,
+    MOST_SOURCE,
+    Submission,
+    SubmissionError,
+    read_submission,
+)
 
 
 def notebook(*cells):
-    return json.dumps({"nbformat": 4, "cells": [{"cell_type": kind, "source": source} for kind, source in cells]})
+    return json.dumps(
+        {"nbformat": 4, "cells": [{"cell_type": kind, "source": source} for kind, source in cells]}
+    )
 
 
 def test_a_python_file_is_read_as_python_reads_it(tmp_path):
     file = tmp_path / "five_bar_models.py"
-    for data in ("# é\r\nl = 1\r\n".encode(), b"\xef\xbb\xbf# \xc3\xa9\nl = 1\n", b"#\xe9\rl = 1\r"):
+    for data in (
+        "# é\r\nl = 1\r\n".encode(),
+        b"\xef\xbb\xbf# \xc3\xa9\nl = 1\n",
+        b"#\xe9\rl = 1\r",
+    ):
         if data.startswith(b"#\xe9"):
             data = b"# -*- coding: latin-1 -*- \xe9\n" + data
         file.write_bytes(data)
@@ -28,7 +40,9 @@ def test_a_python_file_is_read_as_python_reads_it(tmp_path):
 
 def test_a_notebooks_lines_are_pythons_lines(tmp_path):
     file = tmp_path / "lab.ipynb"
-    file.write_text(notebook(("code", 'a = "\u2028\x0c"\r\nb = 1'), ("code", ["c = 2\n", "d = 3\n"])))
+    file.write_text(
+        notebook(("code", 'a = "\u2028\x0c"\r\nb = 1'), ("code", ["c = 2\n", "d = 3\n"]))
+    )
     assert read_submission(file).source == 'a = "\u2028\x0c"\nb = 1\nc = 2\nd = 3\n'
     assert read_submission(file).where(4) == "code cell 2, line 2"
 
@@ -95,12 +109,18 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
         "not what it states": lambda: file.write_bytes(b"# coding: ascii\n# \xe9\n") and file,
         "half of UTF-16": lambda: file.write_bytes("l = 1".encode("utf-16")[:-1]) and file,
         "member of no zip": lambda: (tmp_path / "a.zip").write_text("PK") and tmp_path / "a.zip",
-        "no such member": lambda: zipfile.ZipFile(tmp_path / "b.zip", "w").close() or tmp_path / "b.zip",
+        "no such member": lambda: (
+            zipfile.ZipFile(tmp_path / "b.zip", "w").close() or tmp_path / "b.zip"
+        ),
         "costly encoding": lambda: file.write_bytes(b"#!python\n# coding: punycode\n") and file,
-        "unknown encoding": lambda: file.write_bytes(b"# vim: set fileencoding=klingon :\n") and file,
+        "unknown encoding": lambda: (
+            file.write_bytes(b"# vim: set fileencoding=klingon :\n") and file
+        ),
         "not a notebook": lambda: book.write_text("l = 1") and book,
         "deep notebook": lambda: book.write_text("[" * 200_000) and book,
-        "strange notebook": lambda: book.write_text('{"cells": [{"cell_type": "code", "source": [1, null]}]}') and book,
+        "strange notebook": lambda: (
+            book.write_text('{"cells": [{"cell_type": "code", "source": [1, null]}]}') and book
+        ),
         "old notebook": lambda: book.write_text('{"nbformat": 3, "worksheets": []}') and book,
         "enormous notebook": lambda: book.write_bytes(b" " * (MOST_NOTEBOOK + 1)) and book,
         "long notebook": lambda: book.write_text(notebook(("code", "#" * MOST_SOURCE))) and book,

@@ -18,33 +18,58 @@ MODEL = Exercise("f(a) -> M, c", None, shapes={"M": (2, 2), "c": (2,)})
     [
         (DGM, [1, True], [1, 1], []),
         (DGM, PAIRS, [1, 2], ["came as a dict"]),
-        (DGM, np.array([[1], [2]]), [1, 2], ["came as an array of shape (2, 1), not as 2 values x, y"]),
+        (
+            DGM,
+            np.array([[1], [2]]),
+            [1, 2],
+            ["came as an array of shape (2, 1), not as 2 values x, y"],
+        ),
         (DGM, [np.array([[1.0]]), 2], [1, 2], ["x came with shape (1, 1), asked is a number"]),
         (DGM, [1 + 1e-13j, np.array(-2 + 0j)], [1, -2], []),
         (KIND, 3, [3], []),
         (KIND, [3], [3], ["n came with shape (1,), asked is a number"]),
         (KIND, {"~": "dict", "pairs": [["n", 4]]}, [4], ["came as a dict"]),
-        (MODEL, [[[1, 2], [3, 4]], [[5], [6]]], [1, 2, 3, 4, 5, 6], ["c came with shape (2, 1), asked is (2,)"]),
+        (
+            MODEL,
+            [[[1, 2], [3, 4]], [[5], [6]]],
+            [1, 2, 3, 4, 5, 6],
+            ["c came with shape (2, 1), asked is (2,)"],
+        ),
     ],
 )
 def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbers, remarks):
-    found, said = read(exercise, value)
-    assert (found.tolist(), said) == (numbers, remarks) and found.dtype == float
+    found, notes = read(exercise, value)
+    assert (found.tolist(), notes) == (numbers, remarks) and found.dtype == float
 
 
 @pytest.mark.parametrize(
     ("exercise", "value", "reason", "text"),
     [
         (DGM, None, "type", "returned None: is a return missing?"),
-        (DGM, PAIRS | {"pairs": [["y", 2.0], ["z", 1]]}, "shape", "returned a dict of y, z where 2 (x, y) are asked"),
+        (
+            DGM,
+            PAIRS | {"pairs": [["y", 2.0], ["z", 1]]},
+            "shape",
+            "returned a dict of y, z where 2 (x, y) are asked",
+        ),
         (
             DGM,
             PAIRS | {"pairs": [["y", 2], ["x", 1], [3, 4]]},
             "shape",
             "returned a dict of y, x where 2 (x, y) are asked",
         ),
-        (DGM, PAIRS | {"pairs": [[1, 2.0]]}, "shape", "returned a dict of no names where 2 (x, y) are asked"),
-        (DGM, {"~": "other", "type": "Error"}, "shape", "returned an object of type Error where 2 (x, y) are asked"),
+        (
+            DGM,
+            PAIRS | {"pairs": [[1, 2.0]]},
+            "shape",
+            "returned a dict of no names where 2 (x, y) are asked",
+        ),
+        (
+            DGM,
+            {"~": "other", "type": "Error"},
+            "shape",
+            "returned an object of type Error where 2 (x, y) are asked",
+        ),
         (DGM, np.array(1.0), "shape", "returned one number where 2 (x, y) are asked"),
         (DGM, np.ones((3, 2)), "shape", "returned 3 values where 2 (x, y) are asked"),
         (
@@ -54,7 +79,12 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
             "x has shape (2,), asked is a number: does a * stand where the matrix product @ is meant?",
         ),
         (DGM, [1.0, {"~": "dict", "pairs": []}], "type", "y is a dict, not a number"),
-        (DGM, [{"~": "other", "type": "Pose"}, 1.0], "type", "x is an object of type Pose, not a number"),
+        (
+            DGM,
+            [{"~": "other", "type": "Pose"}, 1.0],
+            "type",
+            "x is an object of type Pose, not a number",
+        ),
         (DGM, ["1", 1.0], "type", "x is a string, not a number"),
         (DGM, [1.0, None], "type", "y is None, not a number"),
         (DGM, [[1.0, [2.0]], 1.0], "shape", "x is a list of lists of different lengths"),

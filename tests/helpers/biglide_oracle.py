@@ -10,7 +10,18 @@ from itertools import product
 
 import numpy as np
 
-from tests.helpers.oracle import ACCELERATIONS, GIVEN, OTHER, RATES, cross, dot, dyad, norm, of, turned
+from tests.helpers.oracle import (
+    ACCELERATIONS,
+    GIVEN,
+    OTHER,
+    RATES,
+    cross,
+    dot,
+    dyad,
+    norm,
+    of,
+    turned,
+)
 
 LENGTHS, INERTIA = ("l1", "l2", "d"), ("mf1", "mf2", "m")
 MODES = {"q": "assembly", "xi": "working"}
@@ -64,7 +75,9 @@ def models(p, start):
         out["forward xi_ddot", start, rate] = (mu[:, None] * r).sum(axis=0) / m
         for name in ACCELERATIONS:
             a = p[name]
-            q_ddot, xi_ddot = (a, point(b * a + g)) if name == "q_ddot" else ((dot(r, a) - g) / b, a)
+            q_ddot, xi_ddot = (
+                (a, point(b * a + g)) if name == "q_ddot" else ((dot(r, a) - g) / b, a)
+            )
             r_ddot = xi_ddot - np.stack([0 * q_ddot, q_ddot], axis=1)
             out[OTHER[name], start, rate, name] = xi_ddot if name == "q_ddot" else q_ddot
             out["q_passive_ddot", start, rate, name] = cross(r, r_ddot) / bars**2
@@ -75,7 +88,9 @@ def models(p, start):
 def condition(p, start, step=1e-30):
     """kappa |f| = sum_j |df/dp_j| |p_j| by key, by imaginary steps."""
     total = defaultdict(float)
-    for name, k in [(name, ...) for name in LENGTHS + INERTIA] + list(product((start, *GIVEN), (0, 1))):
+    for name, k in [(name, ...) for name in LENGTHS + INERTIA] + list(
+        product((start, *GIVEN), (0, 1))
+    ):
         x = p[name] + 0j
         x[k] += 1j * step
         for key, f in models(p | {name: x}, start).items():
@@ -88,7 +103,9 @@ def draw_all(count, n, seed):
     rng = np.random.default_rng(seed)
     robots, drawn = [], []
     while len(robots) < count:
-        l1, l2, d = np.exp(rng.uniform(-0.5, 0.5, 3)) * 10 ** rng.uniform(-1.5, 0.5) * (1.0, 1.0, 1.2)
+        l1, l2, d = (
+            np.exp(rng.uniform(-0.5, 0.5, 3)) * 10 ** rng.uniform(-1.5, 0.5) * (1.0, 1.0, 1.2)
+        )
         l2 = l1 if len(robots) % 2 else l2
         if d < 0.95 * (l1 + l2):
             m = 10 ** rng.uniform(-1, 1)
@@ -118,4 +135,9 @@ def _draw(robot, n, rng):
     working = rng.choice([-1, 1], (2, n))
     height = -working * np.sqrt(np.array([[l1], [l2]]) ** 2 - off**2)
     det = off[0] * height[1] - off[1] * height[0]
-    return {"q": y - height, "xi": np.stack([x, y]), "assembly": np.where(det < 0, 1, -1), "working": working}
+    return {
+        "q": y - height,
+        "xi": np.stack([x, y]),
+        "assembly": np.where(det < 0, 1, -1),
+        "working": working,
+    }

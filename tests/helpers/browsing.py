@@ -14,7 +14,9 @@ def chromium(*options):
     needs.need("chromium")
     with sync_playwright() as playwright:
         # root, as in a container, has no sandbox
-        browser = playwright.chromium.launch(executable_path=needs.browser(), args=["--no-sandbox", *options])
+        browser = playwright.chromium.launch(
+            executable_path=needs.browser(), args=["--no-sandbox", *options]
+        )
         yield browser
         browser.close()
 
@@ -37,7 +39,10 @@ def offline(browser, faults=("error", "warning")):
         page.on("request", lambda request: requests.append(request.url))
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on(
-            "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
+            "console",
+            lambda message: (
+                errors.append(message.text) if message.type in ("error", "warning") else None
+            ),
         )
         page.goto(path.as_uri())
         return page

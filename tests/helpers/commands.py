@@ -27,14 +27,20 @@ for arguments in json.loads(sys.argv[1]):
 def with_files(folder):
     """The files that these commands read."""
     poses = fb.measurement_poses(ROBOT, 8, criterion="D")
-    log = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3)
+    log = fb.simulate(
+        ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3
+    )
     for name, table in (
         ("path.csv", {"x": (0.05, 0.04, 0.04), "y": (0.09, 0.09, 0.1)}),
         ("poses.csv", dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T)))),
         ("log.csv", dict(zip(("t", "q1", "q2", "tau1", "tau2"), (log.t, *log.q.T, *log.tau.T)))),
     ):
         np.savetxt(
-            folder / name, np.stack(list(table.values()), axis=1), delimiter=",", header=",".join(table), comments=""
+            folder / name,
+            np.stack(list(table.values()), axis=1),
+            delimiter=",",
+            header=",".join(table),
+            comments="",
         )
     return folder
 
@@ -48,7 +54,11 @@ def python(code, *arguments, **options):
 
 def cli(*arguments, cwd, env=(), begin=("-m", "fivebar"), **options):
     """(exit code, stdout, stderr) of a command in a process of its own."""
-    environment = {k: v for k, v in (os.environ | {"PYTHONPATH": str(ROOT)} | dict(env)).items() if v is not None}
+    environment = {
+        k: v
+        for k, v in (os.environ | {"PYTHONPATH": str(ROOT)} | dict(env)).items()
+        if v is not None
+    }
     with python(begin, *arguments, cwd=cwd, env=environment, **options) as run:
         out, err = run.communicate(timeout=120)
     return run.returncode, out, err

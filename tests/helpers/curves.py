@@ -12,7 +12,9 @@ TURN = 2 * np.pi
 
 def arcs(curve, cuts, scale, circle=()):
     """The curve's arcs between cuts."""
-    pieces = pieces_of(curve, np.array(cuts, dtype=float), [LABEL] * (len(cuts) - 1), scale, circle=circle)
+    pieces = pieces_of(
+        curve, np.array(cuts, dtype=float), [LABEL] * (len(cuts) - 1), scale, circle=circle
+    )
     return tuple(Arc(piece, *piece.interval) for piece in pieces)
 
 

@@ -34,8 +34,14 @@ def change_point(rng):
 def touching_circles(rng):
     """Two of the circles of Type 1 about the two bases touch, from outside or from inside."""
     l11, l12, l21, l22 = rng.integers(4, 40, 4)
-    left, right = rng.choice([l11 + l12, abs(int(l11 - l12))]), rng.choice([l21 + l22, abs(int(l21 - l22))])
-    return (*(np.array([l11, l12, l21, l22]) / 100), rng.choice([left + right, abs(int(left - right))]) / 100)
+    left, right = (
+        rng.choice([l11 + l12, abs(int(l11 - l12))]),
+        rng.choice([l21 + l22, abs(int(l21 - l22))]),
+    )
+    return (
+        *(np.array([l11, l12, l21, l22]) / 100),
+        rng.choice([left + right, abs(int(left - right))]) / 100,
+    )
 
 
 def coaxial(rng):
@@ -47,7 +53,16 @@ def unequal(rng):
     return 10 ** rng.uniform(-3, 0, 5)
 
 
-FAMILIES = generic, symmetric, integer_mm, integer_cm, change_point, touching_circles, coaxial, unequal
+FAMILIES = (
+    generic,
+    symmetric,
+    integer_mm,
+    integer_cm,
+    change_point,
+    touching_circles,
+    coaxial,
+    unequal,
+)
 
 
 def robots(family, count, seed):

@@ -31,10 +31,15 @@ class Page:
         number = next(self._numbers)
 
         async def answer():
-            await self._socket.write_message(json.dumps({"id": number, "method": method, "params": params}))
+            await self._socket.write_message(
+                json.dumps({"id": number, "method": method, "params": params})
+            )
             while True:
                 message = json.loads(await self._socket.read_message())
-                if message.get("method") == "log.entryAdded" and message["params"]["level"] == "error":
+                if (
+                    message.get("method") == "log.entryAdded"
+                    and message["params"]["level"] == "error"
+                ):
                     self.errors.append(message["params"]["text"])
                 if message.get("id") == number:
                     return message
@@ -46,7 +51,9 @@ class Page:
     def open(self, path, width=1200, height=900):
         size = {"width": width, "height": height}
         self.call("browsingContext.setViewport", context=self._context, viewport=size)
-        self.call("browsingContext.navigate", context=self._context, url=path.as_uri(), wait="complete")
+        self.call(
+            "browsingContext.navigate", context=self._context, url=path.as_uri(), wait="complete"
+        )
         end = time.monotonic() + PATIENCE
         while not self.evaluate("document.body.dataset.ready ?? null"):
             assert time.monotonic() < end, f"{path.name} was never ready: {self.errors}"
@@ -70,14 +77,26 @@ class Page:
 def opened(folder):
     """A Page of a Firefox of its own, whose profile is in the folder."""
     needs.need("firefox")
-    command = [needs.firefox(), "--headless", "--remote-debugging-port", "0", "--profile", str(folder), "about:blank"]
-    with (folder / "said").open("wb") as said:  # a pipe that nobody empties would stop it
-        process = subprocess.Popen(command, stdout=said, stderr=said)
+    command = [
+        needs.firefox(),
+        "--headless",
+        "--remote-debugging-port",
+        "0",
+        "--profile",
+        str(folder),
+        "about:blank",
+    ]
+    with (folder / "said").open("wb") as notes:  # a pipe that nobody empties would stop it
+        process = subprocess.Popen(command, stdout=notes, stderr=notes)
     loop = asyncio.new_event_loop()
     try:
         end = time.monotonic() + PATIENCE
-        while not (found := re.search(r"(ws://[\d.:]+)\s", text := (folder / "said").read_text("utf-8"))):
-            assert time.monotonic() < end and process.poll() is None, f"Firefox did not start: {text}"
+        while not (
+            found := re.search(r"(ws://[\d.:]+)\s", text := (folder / "said").read_text("utf-8"))
+        ):
+            assert time.monotonic() < end and process.poll() is None, (
+                f"Firefox did not start: {text}"
+            )
             time.sleep(0.05)
         address = found[1]
 

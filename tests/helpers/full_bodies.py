@@ -12,10 +12,27 @@ class FullBodies:
     """cranks: (l11, l21), or None for two feet that slide along y, whose bodies have no inertia of their own."""
 
     def __init__(
-        self, cranks, bars, d, bodies, payload, gravity, rotors=(0, 0), viscous=(0, 0), dry=(0, 0), elbows=(0, 0)
+        self,
+        cranks,
+        bars,
+        d,
+        bodies,
+        payload,
+        gravity,
+        rotors=(0, 0),
+        viscous=(0, 0),
+        dry=(0, 0),
+        elbows=(0, 0),
     ):
         a, da = casadi.SX.sym("a", 4), casadi.SX.sym("da", 4)
-        self.viscous, self.dry, self.elbows, kinetic, potential, ends = viscous, dry, elbows, 0, 0, []
+        self.viscous, self.dry, self.elbows, kinetic, potential, ends = (
+            viscous,
+            dry,
+            elbows,
+            0,
+            0,
+            [],
+        )
 
         def add(mass, point, angle_rate, inertia):
             velocity = casadi.jtimes(point, a, da)
@@ -45,12 +62,18 @@ class FullBodies:
         kinetic, potential = kinetic + part[0], potential + part[1]
         momentum = casadi.gradient(kinetic, da)
         M = casadi.jacobian(momentum, da)
-        h = casadi.jtimes(momentum, a, da) - casadi.gradient(kinetic, a) + casadi.gradient(potential, a)
+        h = (
+            casadi.jtimes(momentum, a, da)
+            - casadi.gradient(kinetic, a)
+            + casadi.gradient(potential, a)
+        )
         closure = casadi.jacobian(ends[0] - ends[1], a)
         bias = casadi.jtimes(casadi.jtimes(ends[0] - ends[1], a, da), a, da)
         at_end = casadi.jacobian(ends[0], a)
         end_bias = casadi.jtimes(casadi.jtimes(ends[0], a, da), a, da)
-        self.terms = casadi.Function("t", [a, da], [M, h, closure, bias, at_end, end_bias, kinetic, potential])
+        self.terms = casadi.Function(
+            "t", [a, da], [M, h, closure, bias, at_end, end_bias, kinetic, potential]
+        )
 
     def energy(self, a, da):
         return sum(map(float, self.terms(a, da)[-2:]))
@@ -60,7 +83,9 @@ class FullBodies:
 
     def accelerations(self, a, da, tau):
         """(q'', xi'') under torques, sliding with the signs of the rates."""
-        M, h, phi, bias, at_end, end_bias = (np.array(each, dtype=float) for each in self.terms(a, da)[:6])
+        M, h, phi, bias, at_end, end_bias = (
+            np.array(each, dtype=float) for each in self.terms(a, da)[:6]
+        )
         f = -h.ravel()
         for leg in (0, 1):
             rate = da[2 * leg]

@@ -60,10 +60,12 @@ def outcome(case, report):
     named, false, lost = set(), set(), 0
     for check in report.checks:
         true = case.truths.get(check.function)
-        said = " ".join((check.misconception, check.text, check.explained, *check.remarks))
-        if true is not None and re.search(true, said, re.DOTALL):
+        notes = " ".join((check.misconception, check.text, check.explained, *check.remarks))
+        if true is not None and re.search(true, notes, re.DOTALL):
             named.add(check.function)
-        elif check.misconception and not re.match("(consistent with|fails in) your", check.misconception):
+        elif check.misconception and not re.match(
+            "(consistent with|fails in) your", check.misconception
+        ):
             false.add((check.function, check.misconception))
         lost += (check.max_points - check.points) * (true is None)
     return named, false, lost
@@ -77,17 +79,32 @@ def main(files):
         with tempfile.TemporaryDirectory() as folder:
             report = graded(case, folder)
         named, false, lost = outcome(case, report)
-        mistakes, found, wrongly = mistakes + len(case.truths), found + len(named), wrongly + len(false)
-        right, full = right + (not case.truths), full + (not case.truths and report.points == report.max_points)
-        print(f"{case.lab} {case.base}: {case.title}: {report.points} points, {len(named)} of {len(case.truths)} named")
+        mistakes, found, wrongly = (
+            mistakes + len(case.truths),
+            found + len(named),
+            wrongly + len(false),
+        )
+        right, full = (
+            right + (not case.truths),
+            full + (not case.truths and report.points == report.max_points),
+        )
+        print(
+            f"{case.lab} {case.base}: {case.title}: {report.points} points, {len(named)} of {len(case.truths)} named"
+        )
         for name in sorted(set(case.truths) - named):
-            texts = {f"{c.text} [{c.misconception}] {c.explained}" for c in report.checks if c.function == name}
+            texts = {
+                f"{c.text} [{c.misconception}] {c.explained}"
+                for c in report.checks
+                if c.function == name
+            }
             print(f"    missed in {name}: {' | '.join(sorted(texts))[:300]}")
         for name in sorted(false):
             print("    NOT TRUE:", *name)
         if lost:
             print(f"    {lost:g} points lost beside the mistakes")
-    print(f"named {found} of {mistakes}, {wrongly} not truly; full marks for {full} of {right} right files")
+    print(
+        f"named {found} of {mistakes}, {wrongly} not truly; full marks for {full} of {right} right files"
+    )
 
 
 if __name__ == "__main__":

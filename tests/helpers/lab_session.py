@@ -46,11 +46,21 @@ class Ask:
         self.robot, self.noise, self.verdict_given = robot, np.random.default_rng(0), None
         self.size = noise
 
-    def __call__(self, name, *columns, robot=None, constants=None, tolerance=None, refuse=None, limit=None):
+    def __call__(
+        self, name, *columns, robot=None, constants=None, tolerance=None, refuse=None, limit=None
+    ):
         robot = robot or self.robot
-        replies = [self.reply(robot, constants, name, row) for row in zip(*(np.asarray(c).tolist() for c in columns))]
+        replies = [
+            self.reply(robot, constants, name, row)
+            for row in zip(*(np.asarray(c).tolist() for c in columns))
+        ]
         found = judge(
-            self.exercises[name], robot, columns, replies, TOLERANCE if tolerance is None else tolerance, refuse
+            self.exercises[name],
+            robot,
+            columns,
+            replies,
+            TOLERANCE if tolerance is None else tolerance,
+            refuse,
         )
         self.give(found)
 
@@ -80,7 +90,9 @@ class Ask:
         return value
 
     def verdict(self, share, reason="", asked="", came="", off=None):
-        self.give(Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off))
+        self.give(
+            Verdict(share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off)
+        )
 
     def give(self, found):
         self.verdict_given = found
@@ -100,7 +112,11 @@ def results(lab, source, robot=None, seed=0, only="", noise=0.0):
         if not name.startswith("test_") or (only and not test.__doc__.startswith(f"{only}:")):
             continue
         ask = Ask(exercises.EXERCISES, source, robot, noise)
-        given = {"ask": ask, "robot": robot, "draw": np.random.default_rng([seed, zlib.crc32(name.encode())])}
+        given = {
+            "ask": ask,
+            "robot": robot,
+            "draw": np.random.default_rng([seed, zlib.crc32(name.encode())]),
+        }
         try:
             test(**{key: given[key] for key in inspect.signature(test).parameters})
         except Lost:
@@ -118,8 +134,13 @@ def mistakes(lab):
         function, name = title.split(": ", 1)
         source = right
         for hunk in re.findall(r"(?:^-.*\n)+(?:^\+.*\n)*", "\n".join(lines) + "\n", re.MULTILINE):
-            old, new = ("".join(f"{line[1:]}\n" for line in hunk.splitlines() if line[0] == sign) for sign in "-+")
-            assert f"\n{source}".count(f"\n{old}") == 1, f"{title}: {old!r} is not once in the solution"
+            old, new = (
+                "".join(f"{line[1:]}\n" for line in hunk.splitlines() if line[0] == sign)
+                for sign in "-+"
+            )
+            assert f"\n{source}".count(f"\n{old}") == 1, (
+                f"{title}: {old!r} is not once in the solution"
+            )
             source = f"\n{source}".replace(f"\n{old}", f"\n{new}")[1:]
         yield function, name, source
 
@@ -127,7 +148,11 @@ def mistakes(lab):
 def of_own(lab, source, robot):
     """A solution whose typed numbers are those of a student's own robot, where a lab asks for them."""
     built = getattr(load(lab, "exercises"), "as_built", None)
-    return source if built is None else re.sub(r"(?m)^OWN = .*$", f"OWN = {tuple(built(robot)[:5].tolist())}", source)
+    return (
+        source
+        if built is None
+        else re.sub(r"(?m)^OWN = .*$", f"OWN = {tuple(built(robot)[:5].tolist())}", source)
+    )
 
 
 def score(found):

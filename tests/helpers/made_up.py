@@ -13,7 +13,20 @@ import numpy as np
 
 from .odd_calls import POOL, SYMBOLS
 
-SPECIAL = [0.0, -0.0, 1.0, -1.0, float("nan"), float("inf"), -float("inf"), 1e308, -1e308, 5e-324, 1e-9, 2.0**53]
+SPECIAL = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    float("nan"),
+    float("inf"),
+    -float("inf"),
+    1e308,
+    -1e308,
+    5e-324,
+    1e-9,
+    2.0**53,
+]
 LETTERS = "aAxyz019 .,;:-_/\\\"'\n\t\0%#é日\ud800\U0001f600\u202e"
 
 WITHOUT_SYMBOLS = [value for value in POOL if not any(value is symbol for symbol in SYMBOLS)]
@@ -32,7 +45,11 @@ def a_number(rng):
     kind = rng.randrange(4)
     if kind == 0:
         return rng.choice([0, 1, -1, True, False, None])
-    return rng.randint(-(10 ** rng.randrange(1, 25)), 10 ** rng.randrange(1, 25)) if kind == 1 else a_float(rng)
+    return (
+        rng.randint(-(10 ** rng.randrange(1, 25)), 10 ** rng.randrange(1, 25))
+        if kind == 1
+        else a_float(rng)
+    )
 
 
 def a_text(rng, most=5):
@@ -47,7 +64,13 @@ def an_array(rng, shape=None):
     values = np.array([rng.uniform(-2, 2) for _ in range(int(np.prod(shape)))]).reshape(shape)
     if values.size and rng.randrange(2):
         values.flat[rng.randrange(values.size)] = a_float(rng)
-    return values if rng.randrange(3) else tuple(map(tuple, values)) if values.ndim == 2 else values.tolist()
+    return (
+        values
+        if rng.randrange(3)
+        else tuple(map(tuple, values))
+        if values.ndim == 2
+        else values.tolist()
+    )
 
 
 def anything(rng, depth=2):
@@ -69,7 +92,11 @@ def bent(rng, usual):
         return rng.choice([None, True, False, a_text(rng)])
     if isinstance(usual, (int, float)):
         return rng.choice([usual * rng.uniform(-3, 3), a_float(rng), rng.randint(-5, 5)])
-    if isinstance(usual, (tuple, list, np.ndarray)) and len(np.shape(usual)) and np.asarray(usual).dtype.kind in "if":
+    if (
+        isinstance(usual, (tuple, list, np.ndarray))
+        and len(np.shape(usual))
+        and np.asarray(usual).dtype.kind in "if"
+    ):
         return an_array(rng, np.shape(usual))
     return anything(rng)
 
@@ -86,7 +113,9 @@ def call(rng, case):
         elif kind < 4:
             arguments[name] = (a_number, an_array, anything)[kind - 1](rng)
         else:
-            arguments[name] = rng.choice(options if kind == 5 else POOL if case.symbols else WITHOUT_SYMBOLS)
+            arguments[name] = rng.choice(
+                options if kind == 5 else POOL if case.symbols else WITHOUT_SYMBOLS
+            )
     return arguments, names
 
 
@@ -126,11 +155,22 @@ def _place(rng, data):
 
 def _bent_bytes(rng, data):
     """With words, lines or any bytes dropped, doubled, exchanged for others of the file, or for something strange."""
-    new, places = data, sorted((_place(rng, data) for _ in range(rng.choice([1, 1, 1, 2, 3, 5]))), reverse=True)
+    new, places = (
+        data,
+        sorted((_place(rng, data) for _ in range(rng.choice([1, 1, 1, 2, 3, 5]))), reverse=True),
+    )
     for start, end in places:  # from the last, which leaves the others where they are
         what = rng.randrange(8)
         first, last = _place(rng, data) if what == 2 else (start, end)
-        piece = b"" if what == 0 else 2 * data[start:end] if what == 1 else data[first:last] if what == 2 else None
+        piece = (
+            b""
+            if what == 0
+            else 2 * data[start:end]
+            if what == 1
+            else data[first:last]
+            if what == 2
+            else None
+        )
         piece = _piece(rng) if piece is None else piece
         new = new[:start] + piece + new[end:]
     return new

@@ -41,9 +41,13 @@ def _changes(node):
     if isinstance(node, ast.BinOp) and type(node.op) in SWAPS:
         yield_ = [lambda n: setattr(n, "op", SWAPS[type(n.op)]())]
         if isinstance(node.op, ast.Mult | ast.Div):
-            yield_.append(lambda n: n.__dict__.update(right=ast.Constant(1), op=ast.Mult()))  # a factor forgotten
+            yield_.append(
+                lambda n: n.__dict__.update(right=ast.Constant(1), op=ast.Mult())
+            )  # a factor forgotten
         if isinstance(node.op, ast.Add | ast.Sub):
-            yield_.append(lambda n: n.__dict__.update(right=ast.Constant(0), op=ast.Add()))  # a term forgotten
+            yield_.append(
+                lambda n: n.__dict__.update(right=ast.Constant(0), op=ast.Add())
+            )  # a term forgotten
         return yield_
     if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in NAMES:
         return [lambda n: setattr(n, "id", NAMES[n.id])]
@@ -64,8 +68,13 @@ def answers(source, constants, name, columns):
             exec(compile(source, "student", "exec"), module.__dict__)
         except Exception:
             return None
-        module.__dict__.update({key: value for key, value in constants.items() if key in module.__dict__})
-        return [_reply(module.__dict__.get(name), row) for row in zip(*(np.asarray(c).tolist() for c in columns))]
+        module.__dict__.update(
+            {key: value for key, value in constants.items() if key in module.__dict__}
+        )
+        return [
+            _reply(module.__dict__.get(name), row)
+            for row in zip(*(np.asarray(c).tolist() for c in columns))
+        ]
 
 
 def _reply(function, row):
@@ -80,16 +89,29 @@ def tried(lab, base, n, seed):
     """(mutant, function, name given or "", does it hold on other rows of a robot of other numbers?) of wrong ones."""
     lab = find_lab(lab)
     robot, draw, found = lab.robot(), np.random.default_rng(seed), []
-    other = replace(robot, **{key: 1.15 * getattr(robot, key) for keys in lab.constants().values() for key in keys})
+    other = replace(
+        robot,
+        **{key: 1.15 * getattr(robot, key) for keys in lab.constants().values() for key in keys},
+    )
     exercises = lab.exercises()
     source = (FOLDER / f"{base}.py").read_text().split("if __name__")[0]
     source = re.sub(r"(?m)^(from lab_amoro|import rclpy|import matplotlib).*$", "", source)
-    for name, ours in (("L", "l"), ("dist", "d"), ("D", "d"), ("m", "mR"), ("masse", "mR"), ("Izz", "ZZ1R")):
+    for name, ours in (
+        ("L", "l"),
+        ("dist", "d"),
+        ("D", "d"),
+        ("m", "mR"),
+        ("masse", "mR"),
+        ("Izz", "ZZ1R"),
+    ):
         source = re.sub(rf"\b{name}\b", ours, source)
     for k, mutant in enumerate(mutants(source, n, seed)):
         acc, fresh = motions(robot, draw, 16), motions(other, draw, 24)
         for name in TEN:
-            found += [(k, name, *case) for case in _named(lab, exercises[name], mutant, robot, other, acc, fresh)]
+            found += [
+                (k, name, *case)
+                for case in _named(lab, exercises[name], mutant, robot, other, acc, fresh)
+            ]
     return found
 
 
@@ -120,4 +142,6 @@ if __name__ == "__main__":
     for case in cases:
         print(*case)
     named = [case for case in cases if case[2]]
-    print(f"{len(cases)} wrong answers, {len(named)} named, {sum(case[3] is True for case in named)} hold elsewhere")
+    print(
+        f"{len(cases)} wrong answers, {len(named)} named, {sum(case[3] is True for case in named)} hold elsewhere"
+    )

@@ -89,10 +89,15 @@ def copied(room: str, folder: Path) -> None:
     own = "\n[tool.mutmut]\nuse_setproctitle = false\n"
     own += "".join(f"{name} = {json.dumps(value)}\n" for name, value in settings.items())
     changed = False
-    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[:-1]:
+    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[
+        :-1
+    ]:
         if (ROOT / name).is_symlink():
             continue
-        there, text = folder / name, (ROOT / name).read_bytes() + own.encode() * (name == "pyproject.toml")
+        there, text = (
+            folder / name,
+            (ROOT / name).read_bytes() + own.encode() * (name == "pyproject.toml"),
+        )
         if not there.exists() or there.read_bytes() != text:
             there.parent.mkdir(parents=True, exist_ok=True)
             there.write_bytes(text)
@@ -100,7 +105,9 @@ def copied(room: str, folder: Path) -> None:
             changed = True
     if not changed:
         return
-    (folder / "mutants/mutmut-stats.json").unlink(missing_ok=True)  # which tests come to which function
+    (folder / "mutants/mutmut-stats.json").unlink(
+        missing_ok=True
+    )  # which tests come to which function
     # mutmut makes its mutants before it finds that none of them is asked for.
     subprocess.run([*MUTMUT, "run", "none of them"], cwd=folder, capture_output=True)
     if not (folder / "mutants/fivebar/_labs").exists():
@@ -119,7 +126,10 @@ def lines(folder: Path, name: str) -> tuple[str, str]:
 
     with contextlib.chdir(folder):
         shown = get_diff_for_mutant(name)
-    parts = [[li[1:] for li in shown.splitlines() if re.match(rf"\{sign}(?!\{sign}\{sign})", li)] for sign in "-+"]
+    parts = [
+        [li[1:] for li in shown.splitlines() if re.match(rf"\{sign}(?!\{sign}\{sign})", li)]
+        for sign in "-+"
+    ]
     return "\n".join(parts[0]), "\n".join(parts[1])
 
 
@@ -136,7 +146,9 @@ def without_texts(source: str) -> list[str]:
 
 def reason(table: list, name: str, was: str, now: str) -> str | None:
     """Why a mutant need not be killed: of the first entry of which it takes the one text and brings the other."""
-    function = re.sub(r"^fivebar\.|\bx_|__mutmut_\d+$", "", name.replace("xǁ", "").replace("ǁ", "."))
+    function = re.sub(
+        r"^fivebar\.|\bx_|__mutmut_\d+$", "", name.replace("xǁ", "").replace("ǁ", ".")
+    )
     for pattern, gone, come, why in table:
         brings = not come or now.count(come) > was.count(come)
         if fnmatchcase(function, pattern) and was.count(gone) > now.count(gone) and brings:
@@ -150,33 +162,50 @@ def killed_by(tests: tuple[str, ...], name: str, folder: Path) -> bool:
     environment = {**os.environ, "MUTANT_UNDER_TEST": name}
     return (
         bool(tests)
-        and subprocess.run(run, cwd=folder / "mutants", capture_output=True, env=environment).returncode == 1
+        and subprocess.run(
+            run, cwd=folder / "mutants", capture_output=True, env=environment
+        ).returncode
+        == 1
     )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m tests.helpers.mutation", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.helpers.mutation", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("room", choices=ROOMS)
     parser.add_argument("--count", type=int, default=150, help="mutants drawn")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="the copy's folder, which is used again where it is there")
+    parser.add_argument(
+        "--keep", type=Path, help="the copy's folder, which is used again where it is there"
+    )
     parser.add_argument("--only", nargs="+", help="these mutants in place of drawn ones")
-    parser.add_argument("--files", nargs="+", help="draw from these files of the room, as regions disc")
+    parser.add_argument(
+        "--files", nargs="+", help="draw from these files of the room, as regions disc"
+    )
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fivebar-mutation-"))
     copied(options.room, folder)
-    every = [name for name in names(folder) if not options.files or name.split(".")[2] in options.files]
+    every = [
+        name for name in names(folder) if not options.files or name.split(".")[2] in options.files
+    ]
     drawn, wanted = options.only or [], 0 if options.only else options.count
     for name in random.Random(options.seed).sample(every, len(every)):
         if len(drawn) >= wanted:
             break
         if len(set(map(tuple, map(without_texts, lines(folder, name))))) == 2:
             drawn.append(name)
-    subprocess.run([*MUTMUT, "run", *drawn, "--max-children", "1"], cwd=folder, stdout=subprocess.DEVNULL)
-    report = subprocess.run([*MUTMUT, "results", "--all", "true"], cwd=folder, capture_output=True, text=True).stdout
+    subprocess.run(
+        [*MUTMUT, "run", *drawn, "--max-children", "1"], cwd=folder, stdout=subprocess.DEVNULL
+    )
+    report = subprocess.run(
+        [*MUTMUT, "results", "--all", "true"], cwd=folder, capture_output=True, text=True
+    ).stdout
     status = dict(re.findall(r"^\s*(\S+): (.+)$", report, re.MULTILINE))
     if {status.get(name, "not checked") for name in drawn} == {"not checked"}:
-        sys.exit("no mutant was tried: the tests fail without one, as `mutmut run` in the copy's folder says")
+        sys.exit(
+            "no mutant was tried: the tests fail without one, as `mutmut run` in the copy's folder says"
+        )
     table, found = tomllib.loads(TABLE.read_text())["justified"], Counter()
     for name in drawn:
         outcome = "killed" if status.get(name) == "timeout" else status.get(name, "not run")
@@ -187,10 +216,19 @@ def main() -> None:
             elif killed_by(SLOW.get(options.room, ()), name, folder):
                 found["killed"] += 1
                 continue
-            print(f"{name}: {outcome}{f', {why}' * bool(why)}", was, now, sep=os.linesep + "  ", flush=True)
+            print(
+                f"{name}: {outcome}{f', {why}' * bool(why)}",
+                was,
+                now,
+                sep=os.linesep + "  ",
+                flush=True,
+            )
         found[outcome] += 1
     share = (found["killed"] + found["justified"]) / len(drawn)
-    print(f"{options.room}: of {len(every)} mutants {len(drawn)} drawn, {share:.1%} killed or justified", dict(found))
+    print(
+        f"{options.room}: of {len(every)} mutants {len(drawn)} drawn, {share:.1%} killed or justified",
+        dict(found),
+    )
 
 
 if __name__ == "__main__":

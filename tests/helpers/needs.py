@@ -28,7 +28,10 @@ def firefox():
 NEEDED = {
     "chromium": (browser, "apt-get install chromium"),
     "firefox": (firefox, "apt-get install firefox-esr"),
-    "ffmpeg": (lambda: shutil.which("ffmpeg") and shutil.which("ffprobe"), "apt-get install ffmpeg"),
+    "ffmpeg": (
+        lambda: shutil.which("ffmpeg") and shutil.which("ffprobe"),
+        "apt-get install ffmpeg",
+    ),
     "bubblewrap": (
         lambda: not bwrap_trouble(),
         "apt-get install bubblewrap; it needs user namespaces, or root with CAP_SYS_ADMIN (a container: more rights)",
@@ -40,7 +43,10 @@ NEEDED = {
         lambda: shutil.which("localedef") and os.path.exists("/usr/share/i18n/locales/de_DE"),
         "apt-get install locales",
     ),
-    "other simulators": (lambda: not missing(PEERS), "pip install 'fivebar[peers]', where there are wheels of all"),
+    "other simulators": (
+        lambda: not missing(PEERS),
+        "pip install 'fivebar[peers]', where there are wheels of all",
+    ),
 }
 MARK = "this test needs {}: "
 

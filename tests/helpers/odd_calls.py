@@ -93,7 +93,10 @@ def _alarm(seconds):
     def ring(*_):
         raise TookTooLong
 
-    clocks = ((signal.SIGPROF, signal.ITIMER_PROF, seconds), (signal.SIGALRM, signal.ITIMER_REAL, 6 * seconds))
+    clocks = (
+        (signal.SIGPROF, signal.ITIMER_PROF, seconds),
+        (signal.SIGALRM, signal.ITIMER_REAL, 6 * seconds),
+    )
     before = [signal.signal(number, ring) for number, _, _ in clocks]
     for _, clock, duration in clocks:
         signal.setitimer(clock, duration)
@@ -125,7 +128,9 @@ def odd_calls(case, count, rng, seconds=math.inf, least=6):
     processor."""
     report, began = Report(), time.process_time()
     with tempfile.TemporaryFile() as out:
-        while report.calls < least or report.calls < count and time.process_time() - began < seconds:
+        while (
+            report.calls < least or report.calls < count and time.process_time() - began < seconds
+        ):
             arguments, strange = _strange(case, rng)
             report.calls += 1
             _one(case, arguments, strange, report, out)
@@ -136,7 +141,10 @@ def odd_calls(case, count, rng, seconds=math.inf, least=6):
 def _strange(case, rng):
     """The usual arguments with one, two or three of them made strange; which."""
     arguments, names = dict(case.usual), list(case.usual)
-    strange = [names[k] for k in rng.choice(len(names), min(len(names), rng.choice([1, 1, 1, 2, 3])), replace=False)]
+    strange = [
+        names[k]
+        for k in rng.choice(len(names), min(len(names), rng.choice([1, 1, 1, 2, 3])), replace=False)
+    ]
     for name in strange:
         pool = KINDS[rng.integers(len(KINDS))]
         if pool is SYMBOLS and not case.symbols:
@@ -161,11 +169,11 @@ def _one(case, arguments, strange, report, out):
         except Exception as error:  # to be judged: that is what this is for
             report.errors[type(error).__name__] += 1
             what = _judged(error, strange, case.words)
-    said = ""
+    notes = ""
     if os.fstat(out.fileno()).st_size:
-        said = os.pread(out.fileno(), 1000, 0).decode(errors="replace")
+        notes = os.pread(out.fileno(), 1000, 0).decode(errors="replace")
         os.ftruncate(out.fileno(), 0), os.lseek(out.fileno(), 0, os.SEEK_SET)
-    what = what or (f"printed {said[:200]!r}" if said else "")
+    what = what or (f"printed {notes[:200]!r}" if notes else "")
     if what:
         report.wrong.append(({name: arguments[name] for name in strange}, what))
 
@@ -176,7 +184,9 @@ def _judged(error, strange, words):
         return ""
     if type(error) is ArithmeticError or isinstance(error, OSError):
         return ""
-    if type(error) is UnicodeEncodeError and any(0xD800 <= ord(letter) < 0xE000 for letter in error.object):
+    if type(error) is UnicodeEncodeError and any(
+        0xD800 <= ord(letter) < 0xE000 for letter in error.object
+    ):
         return ""  # half a letter, which no file's name can hold: Python's own words
     if type(error) not in (TypeError, ValueError):
         return f"{type(error).__name__}: {error}"
@@ -205,7 +215,10 @@ def _holes(answer):
     else:
         values = [answer]
     for value in values:
-        if isinstance(value, (float, np.ndarray, np.floating)) and np.asarray(value).dtype.kind == "f":
+        if (
+            isinstance(value, (float, np.ndarray, np.floating))
+            and np.asarray(value).dtype.kind == "f"
+        ):
             if not np.isfinite(value).all():
                 return f"a silent {np.asarray(value)[~np.isfinite(value)].flat[0]}"
     return ""

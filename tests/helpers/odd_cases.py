@@ -23,7 +23,10 @@ atexit.register(shutil.rmtree, FOLDER)
 CSV = FOLDER / "path.csv"
 CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
 GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}
-CROSSING = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05  # of Type 2
+CROSSING = (
+    brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16),
+    0.05,
+)  # of Type 2
 CONTROLLER = fb.ComputedTorque(ROBOT, 100.0, 20.0)
 STROKE = Path([Line(HOME, (0.08, 0.07))])
 PLAN = fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5)
@@ -39,7 +42,12 @@ LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duratio
 LOG = {"t": LOG.t, "q": LOG.q, "tau": LOG.tau}
 ASPECT = fb.aspect(ROBOT, 1)
 KEEP = fb.Keep(half_planes=[(0, 1, 0)])
-JOINTS = dict(zip(("q11", "q12", "q21", "q22"), (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1]))))
+JOINTS = dict(
+    zip(
+        ("q11", "q12", "q21", "q22"),
+        (0.2, *POSE.q_passive[:1].tolist(), -0.1, float(POSE.q_passive[1])),
+    )
+)
 JOINT_RATES = dict(q11D=0.1, q12D=0.2, q21D=0.3, q22D=0.4)
 LAB = models(ROBOT)
 HUGE_NUMBERS = {name: [1e6, 1e9, 10**9, 10**20, 1e-9, 1e-3, 1.0, 0.01] for name in (
@@ -67,7 +75,9 @@ TASK = dict(
 
 
 def _swept(figure, designs, executor, out, robot, chunk, workers, **task):
-    return fb.sweep(figure, designs, executor, out, robot=robot, chunk=chunk, workers=workers, **task)
+    return fb.sweep(
+        figure, designs, executor, out, robot=robot, chunk=chunk, workers=workers, **task
+    )
 
 
 def _designed(goals, bounds, limits, robot, step, points, seed, effort, executor, **task):
@@ -101,7 +111,13 @@ SLIDER_BODIES = {f"{link}_body": MASSIVE for link in ("crank", "rod", "slider", 
 BODIES = dict(crank_body=MASSIVE, coupler_body=MASSIVE, rocker_body=MASSIVE)
 PRESS = {name: getattr(linkages.REPAIRED, name) for name in linkages.REPAIRED.__dataclass_fields__}
 # What is said of a path that no file can have, and of a dict that holds no runs.
-WORDS_OF_FILES = "embedded null byte", "a page compares Runs", "the open file", "no quantity", "at least one run"
+WORDS_OF_FILES = (
+    "embedded null byte",
+    "a page compares Runs",
+    "the open file",
+    "no quantity",
+    "at least one run",
+)
 
 CASES = {
     # models
@@ -183,7 +199,7 @@ CASES = {
         fb.Keep,
         dict(joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1, bars=None)
     ),
-    "Bars": Case(fb.Bars, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
+    "LinkCollisions": Case(fb.LinkCollisions, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
     "place": Case(
         fb.place,
         dict(
@@ -235,7 +251,7 @@ CASES = {
     ),
     "Path": Case(
         fb.Path,
-        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, said=(), lines=None),
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None),
         words=("Path:", "pieces"),
     ),
     "Placement": Case(fb.Placement, dict(shift=(0.1, 0.0), turn=0.3, scale=2.0)),
@@ -409,11 +425,20 @@ CASES = {
 def public_names():
     """Every public function and class, as CASES calls them."""
     found = set()
-    for prefix, module, names in (("", fb, dir(fb)), ("lk.", linkages, linkages.__all__), ("lab.", LAB, vars(LAB))):
+    for prefix, module, names in (
+        ("", fb, dir(fb)),
+        ("lk.", linkages, linkages.__all__),
+        ("lab.", LAB, vars(LAB)),
+    ):
         for name in names:
             thing = getattr(module, name)
             ours = getattr(thing, "__module__", "").startswith("fivebar")
-            if callable(thing) and ours and not name.startswith("_") and not isinstance(thing, ModuleType):
+            if (
+                callable(thing)
+                and ours
+                and not name.startswith("_")
+                and not isinstance(thing, ModuleType)
+            ):
                 found.add(prefix + name)
     return found | {"models", "from_links"}
 

@@ -13,7 +13,9 @@ def _npz(header):
 
 
 START = b"{'descr': '<f8', 'fortran_order': False, "
-HEADERS = tuple(_npz(START + end) for end in (b"'shape': (2,", b"'shape': (2L,), }", b"'': (2,), '"))
+HEADERS = tuple(
+    _npz(START + end) for end in (b"'shape': (2,", b"'shape': (2L,), }", b"'': (2,), '")
+)
 TIMES = b"t,x,y\n" + b"".join(b"%d.5,0.0%d,0.06\n" % (k, 10 + k) for k in range(8))
 LOG = b"t,q1,q2\n" + b"".join(b"%d,0.1,0.%d\n" % (k, k) for k in range(8))
 SVG = (

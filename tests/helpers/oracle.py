@@ -57,13 +57,19 @@ def keys(start):
     found = [(name, start) for name in (OTHER[start], "q_passive", "A", "B")]
     found += [(name, start, r) for r in RATES for name in (OTHER[r], *rated)]
     ways = product(RATES, ACCELERATIONS)
-    return found + [(name, start, r, a) for r, a in ways for name in (OTHER[a], "q_passive_ddot", "tau")]
+    return found + [
+        (name, start, r, a) for r, a in ways for name in (OTHER[a], "q_passive_ddot", "tau")
+    ]
 
 
 def bars(p):
     """Proximal and distal lengths (2, poses), base joints (2, 2, poses)."""
     left, zero = -p["d"] / 2, 0 * p["d"]
-    return np.stack([p["l11"], p["l21"]]), np.stack([p["l12"], p["l22"]]), np.array([[left, zero], [-left, zero]])
+    return (
+        np.stack([p["l11"], p["l21"]]),
+        np.stack([p["l12"], p["l22"]]),
+        np.array([[left, zero], [-left, zero]]),
+    )
 
 
 def triangle(square, l1, l2, sign):
@@ -122,7 +128,9 @@ def models(p, start):
         out["forward xi_ddot", start, rate] = (mu[:, None] * r).sum(axis=0) / m
         for name in ACCELERATIONS:
             a = p[name]
-            q_ddot, xi_ddot = (a, point(b * a + g)) if name == "q_ddot" else ((dot(r, a) - g) / b, a)
+            q_ddot, xi_ddot = (
+                (a, point(b * a + g)) if name == "q_ddot" else ((dot(r, a) - g) / b, a)
+            )
             r_ddot = xi_ddot - (l1 * q_ddot)[:, None] * v + (l1 * q_dot**2)[:, None] * u
             out[OTHER[name], start, rate, name] = xi_ddot if name == "q_ddot" else q_ddot
             out["q_passive_ddot", start, rate, name] = cross(r, r_ddot) / l2**2 - q_ddot
@@ -132,7 +140,9 @@ def models(p, start):
 
 def perturbed(p, start, step):
     """For everything that the models depend on: its name, its value, and p with that value a step away."""
-    for name, k in [(name, ...) for name in LENGTHS + INERTIA] + list(product((start, *GIVEN), (0, 1))):
+    for name, k in [(name, ...) for name in LENGTHS + INERTIA] + list(
+        product((start, *GIVEN), (0, 1))
+    ):
         x = p[name] + 0 * step
         x[k] += step
         yield name, p[name][k], p | {name: x}
@@ -176,11 +186,18 @@ def draw(robot, n, rng):
         return reach * (np.array([1, -1j]) @ triangle(np.abs(reach) ** 2, a, b, sign()))
 
     with np.errstate(all="ignore"):  # nan where unreachable
-        inside = max(l11 + l12, l21 + l22) * (rng.uniform(-1.5, 1.5, size) + 1j * rng.uniform(-1.5, 1.5, size))
+        inside = max(l11 + l12, l21 + l22) * (
+            rng.uniform(-1.5, 1.5, size) + 1j * rng.uniform(-1.5, 1.5, size)
+        )
         straight = [crank(i, l2[i] * slight_turn() * sign()) for i in (0, 1)]
-        drawn = [(xi, *(base[i] + tip(xi - base[i], l1[i], l2[i]) for i in (0, 1))) for xi in (inside, *straight)]
+        drawn = [
+            (xi, *(base[i] + tip(xi - base[i], l1[i], l2[i]) for i in (0, 1)))
+            for xi in (inside, *straight)
+        ]
         left = crank(0)
-        pairs = [(left, base[1] + tip(left - base[1], l21, np.abs(l12 - l22 * slight_turn() * sign())))]
+        pairs = [
+            (left, base[1] + tip(left - base[1], l21, np.abs(l12 - l22 * slight_turn() * sign())))
+        ]
         if l12 == l22:  # both elbows near one point
             point = base[0] + tip(d + np.zeros(size), l11, l21)
             pairs += [[base[i] + (point - base[i]) * slight_turn() for i in (0, 1)]]
@@ -190,8 +207,15 @@ def draw(robot, n, rng):
     near = near[:, rng.permutation(near.shape[1])[: n // 3]]
     xi, left, right = np.hstack([some[:, : n - near.shape[1]], near])
     cranks, distal = np.stack([left - base[0], right - base[1]]), np.stack([xi - left, xi - right])
-    assembly, working = (np.where((a.conj() * b).imag < 0, 1, -1) for a, b in (distal, (cranks, distal)))
-    return {"q": np.angle(cranks), "xi": np.stack([xi.real, xi.imag]), "assembly": assembly, "working": working}
+    assembly, working = (
+        np.where((a.conj() * b).imag < 0, 1, -1) for a, b in (distal, (cranks, distal))
+    )
+    return {
+        "q": np.angle(cranks),
+        "xi": np.stack([xi.real, xi.imag]),
+        "assembly": assembly,
+        "working": working,
+    }
 
 
 def draw_all(count, n, seed):

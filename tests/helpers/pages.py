@@ -88,6 +88,8 @@ def contrast(first, second):
             rgb = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
         else:
             rgb = [float(x) for x in re.findall(r"[\d.]+", colour)[:3]]
-        linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in np.divide(rgb, 255)]
+        linear = [
+            x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in np.divide(rgb, 255)
+        ]
         light.append(np.dot([0.2126, 0.7152, 0.0722], linear) + 0.05)
     return max(light) / min(light)

@@ -11,7 +11,9 @@ BARS = {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08}
 
 
 def _heavy(**more):
-    return fb.FiveBar.from_links(0.09, 0.1, 0.08, 0.09, 0.12, BARS, payload=0.2, rotor=(1e-4, 2e-4), **more)
+    return fb.FiveBar.from_links(
+        0.09, 0.1, 0.08, 0.09, 0.12, BARS, payload=0.2, rotor=(1e-4, 2e-4), **more
+    )
 
 
 DOWN = (0.0, -9.81)
@@ -21,7 +23,12 @@ ROBOTS = {
     "heavy": (_heavy(), 0.1, (0.0, 0.1), 0.03),
     "vertical": (_heavy(gravity=DOWN), 0.8, (0.0, 0.1), 0.03),
     "rubbing": (_heavy(viscous=(0.003, 0.003), coulomb=(0.01, 0.02)), 0.15, (0.0, 0.1), 0.03),
-    "all": (_heavy(gravity=DOWN, viscous=(3e-3, 3e-3), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3)), 0.8, (0, 0.1), 0.03),
+    "all": (
+        _heavy(gravity=DOWN, viscous=(3e-3, 3e-3), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3)),
+        0.8,
+        (0, 0.1),
+        0.03,
+    ),
     "biglide": (fb.Biglide(fv1=1.0, fs2=2.0, gravity=(0.0, -1.0)), 20.0, (0.0, 0.2), 0.06),
 }
 ELBOWS = _heavy(viscous=(0.003, 0.003), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3))
@@ -32,7 +39,13 @@ def random_path(rng, centre, width):
     points = np.array(centre) + rng.uniform(-width, width, (rng.integers(4, 9), 2))
     kind = rng.integers(3)
     if kind == 0:
-        return Path((Polynomial.from_bernstein(points, np.linalg.norm(np.diff(points, axis=0), axis=1).sum()),))
+        return Path(
+            (
+                Polynomial.from_bernstein(
+                    points, np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+                ),
+            )
+        )
     if kind == 1:
         return Path(tuple(Line(tuple(a), tuple(b)) for a, b in zip(points[:-1], points[1:])))
     middle = np.array(centre) + rng.uniform(-width, width, 2) / 2
@@ -42,7 +55,9 @@ def random_path(rng, centre, width):
 def almost_along_the_bars(angle, bend=0.004):
     """A curve of 40 mm through a place on Type 2 of the lab's robot, there at this angle, rad, to its bars."""
     robot = fb.FiveBar()
-    place = np.array([brentq(lambda x: fb.igm(robot, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05])
+    place = np.array(
+        [brentq(lambda x: fb.igm(robot, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16), 0.05]
+    )
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     bar = np.array(fb.igm(robot, place).u2[0])
     along = turn.T @ bar

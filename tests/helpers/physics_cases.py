@@ -49,4 +49,6 @@ def heavy_biglide():
             f"zz{leg}": inertia + mass * (x * x + y * y) - mass * x * bar,
         }  # fmt: skip
     robot = fb.Biglide(*lengths, 0.4, m=0.7 + sum(ends), **grouped)
-    return robot, FullBodies(None, lengths, 0.4, FEET, 0.7, (0.6, -9.81), (0, 0), (0.3, 0), (0, 0.2))
+    return robot, FullBodies(
+        None, lengths, 0.4, FEET, 0.7, (0.6, -9.81), (0, 0), (0.3, 0), (0, 0.2)
+    )

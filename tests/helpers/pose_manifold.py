@@ -20,12 +20,19 @@ class Flood:
         step = 2 * np.pi / n
         self.q, self.phi = (np.arange(n) + 0.37) * step, (np.arange(n) + 0.71) * step
         q, phi = np.meshgrid(self.q, self.phi, indexing="ij", sparse=True)
-        self.labels = np.stack([self.label(q, phi, w) for w in (1, -1)])  # (2, n, n, 3), 0 where out of reach
-        edges = [self._along(q, phi, axis) for axis in (0, 1)] + [self._limits(q, phi, axis) for axis in (0, 1)]
+        self.labels = np.stack(
+            [self.label(q, phi, w) for w in (1, -1)]
+        )  # (2, n, n, 3), 0 where out of reach
+        edges = [self._along(q, phi, axis) for axis in (0, 1)] + [
+            self._limits(q, phi, axis) for axis in (0, 1)
+        ]
         self.edges = np.concatenate([*edges, self._right_folds()])
         # What moves without crossing anything is one node for all other questions.
         self.regions = self._joined(self.edges[self.edges[:, 2] == 0], self.labels[..., 1].size)
-        ways = np.stack([self.regions[self.edges[:, 0]], self.regions[self.edges[:, 1]], self.edges[:, 2]], axis=-1)
+        ways = np.stack(
+            [self.regions[self.edges[:, 0]], self.regions[self.edges[:, 1]], self.edges[:, 2]],
+            axis=-1,
+        )
         self.ways = np.unique(ways[self.edges[:, 2] > 0], axis=0)
 
     def label(self, q, phi, w):
@@ -36,7 +43,9 @@ class Flood:
         a = (robot.l21**2 - robot.l22**2 + r * r) / (2 * r)
         square = robot.l21**2 - a * a
         det = (u.conj() * z / r * (r - a - 1j * w * np.sqrt(np.maximum(square, 0.0)))).imag
-        found = np.stack([-np.sign(np.sin(phi - q)), np.full(r.shape, w), -np.sign(det)], axis=-1).astype(int)
+        found = np.stack(
+            [-np.sign(np.sin(phi - q)), np.full(r.shape, w), -np.sign(det)], axis=-1
+        ).astype(int)
         found[square < 0] = 0
         return found
 
@@ -48,7 +57,12 @@ class Flood:
             here, there = self.labels[k], np.roll(self.labels[k], -1, axis)
             between = self.label(*middle, w)
             left, parallel = here[..., 0] != there[..., 0], here[..., 2] != there[..., 2]
-            good = (here[..., 1] != 0) & (there[..., 1] != 0) & (between[..., 1] != 0) & ~(left & parallel)
+            good = (
+                (here[..., 1] != 0)
+                & (there[..., 1] != 0)
+                & (between[..., 1] != 0)
+                & ~(left & parallel)
+            )
             # Twice across on the way is not across, and what is finer than the grid is not known.
             good &= left | (between[..., 0] == here[..., 0])
             good &= parallel | (between[..., 2] == here[..., 2])
@@ -80,7 +94,10 @@ class Flood:
 
     def _right_folds(self):
         robot, edges = self.robot, [np.empty((0, 3), dtype=int)]
-        if robot.l21 != robot.l22 or not abs(robot.l11 - robot.l12) < robot.d < robot.l11 + robot.l12:
+        if (
+            robot.l21 != robot.l22
+            or not abs(robot.l11 - robot.l12) < robot.d < robot.l11 + robot.l12
+        ):
             return edges[0]
         cosine = (robot.d**2 - robot.l11**2 - robot.l12**2) / (2 * robot.l11 * robot.l12)
         for elbow in (np.arccos(cosine), -np.arccos(cosine)):
@@ -92,7 +109,8 @@ class Flood:
                 away = back @ (np.cos(angle), np.sin(angle))
                 away *= 6 * np.pi / self.n / np.abs(away).max()
                 (one, a), (other, b) = (
-                    self._nearest(q + s * away[0], phi + s * away[1], w) for s, w in ((1, 1), (-1, -1))
+                    self._nearest(q + s * away[0], phi + s * away[1], w)
+                    for s, w in ((1, 1), (-1, -1))
                 )
                 if a[1] and b[1] and a[0] == b[0] and a[2] == b[2]:
                     edges.append(np.array([[one, other, RIGHT | FOLDED]]))
@@ -100,7 +118,8 @@ class Flood:
 
     def _nearest(self, q, phi, w):
         i, j = (
-            int(np.round((x - own[0]) / (2 * np.pi) * self.n)) % self.n for x, own in ((q, self.q), (phi, self.phi))
+            int(np.round((x - own[0]) / (2 * np.pi) * self.n)) % self.n
+            for x, own in ((q, self.q), (phi, self.phi))
         )
         k = (1, -1).index(w)
         return k * self.n**2 + i * self.n + j, self.labels[k, i, j]
@@ -114,12 +133,17 @@ class Flood:
     @staticmethod
     def _joined(edges, size):
         i, j, _ = edges.T
-        return connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(size, size)), False)[1]
+        return connected_components(
+            coo_array((np.ones(len(i)), (i, j)), shape=(size, size)), False
+        )[1]
 
     def node(self, pose):
         """The node nearest to a regular pose among those with its modes; None where none is near."""
         (q, _), u = pose.q, pose.u2[0]
-        phi, wanted = np.arctan2(float(u[1]), float(u[0])), [*map(int, pose.working), int(pose.assembly)]
+        phi, wanted = (
+            np.arctan2(float(u[1]), float(u[0])),
+            [*map(int, pose.working), int(pose.assembly)],
+        )
         for reach in range(6):
             for i in range(-reach, reach + 1):
                 for j in range(-reach, reach + 1):

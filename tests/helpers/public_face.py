@@ -41,7 +41,9 @@ drawn: fb.Path = fb.path("drawing.svg", deviation=1e-5, placement=fb.Placement((
 modes: tuple[int, int] = fb.place(robot, drawn, strokes=True).strokes[0][1].working
 fb.path([(0.0, 0.0), (0.1, 0.0)], deviation="little")  # type: ignore[arg-type]
 
-run = assert_type(fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, delay=1, start=rates), fb.Run)
+run = assert_type(
+    fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, delay=1, start=rates), fb.Run
+)
 fb.simulate(robot, fb.PD(robot, 1.0, 0.1), reference, delay="long")  # type: ignore[arg-type]
 again: fb.Run = fb.Run.from_csv("run.csv")
 error: np.ndarray = run.error
@@ -57,13 +59,17 @@ address: str = fb.play(robot).fragment
 header: str = fb.export(robot, "c", functions=["igm", "computed_torque"])
 fb.page(run, "page.html")
 
-timed = assert_type(fb.time_path(robot, fb.path([(0.05, 0.1), (0.0, 0.1)]), torque_limit=0.1), fb.TimedPath)
+timed = assert_type(
+    fb.time_path(robot, fb.path([(0.05, 0.1), (0.0, 0.1)]), torque_limit=0.1), fb.TimedPath
+)
 fb.time_path(robot, reference, torque_limit=0.1)  # type: ignore[arg-type]
 fb.simulate(robot, fb.FeedForward(robot, 0.2, 0.01), timed)
 
 swept = fb.sweep(["det_A", "bars"], {"l1": [0.1, 0.12]}, table=(0.1, 0.1), workers=2)
 columns: list[np.ndarray] = [swept["det_A"], swept.best("bars")]
 fb.sweep("bars", fb.optimal_design.grid(l1=[0.1]), chunk="few")  # type: ignore[arg-type]
-front: object = fb.design({"bars": "min"}, {"l1": (0.1, 0.2)}, limits={"workspace_area": 0.1}, step=0.001)
+front: object = fb.design(
+    {"bars": "min"}, {"l1": (0.1, 0.2)}, limits={"workspace_area": 0.1}, step=0.001
+)
 
 refuse: Callable[[str], Exception] = lambda text: fb.SingularityError(text, 0.0)  # noqa: E731

@@ -19,13 +19,10 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.base import columns
+from fivebar.base.errors import UsageError
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import robot_from
-from fivebar.optimal_design.designs import designs_of
-from fivebar.optimal_design.results import Front
-from fivebar.optimal_design.shards import MANIFEST, read_chunk, read_manifest
-from fivebar.optimal_design.sweeps import Sweep
-from fivebar.base.errors import UsageError
+from fivebar.estimation.calibration.rows import rows_of
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import fill_gradebook
 from fivebar.grading.intake.hand_in import look_into
@@ -33,7 +30,10 @@ from fivebar.grading.labs import find_lab
 from fivebar.grading.results import Check, Report
 from fivebar.grading.worker.submission import read_submission
 from fivebar.linkages import FourBar, Study, study
-from fivebar.estimation.calibration.rows import rows_of
+from fivebar.optimal_design.designs import designs_of
+from fivebar.optimal_design.results import Front
+from fivebar.optimal_design.shards import MANIFEST, read_chunk, read_manifest
+from fivebar.optimal_design.sweeps import Sweep
 from fivebar.paths.certificates.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
 from fivebar.study.speed_accuracy.store import Partial, Result
@@ -45,7 +45,9 @@ POINTS = "t,x,y\n" + "".join(f"{k / 9!r},{0.09 - k * 0.001!r},0.068\n" for k in 
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20">
 <path d="M 2 2 L 18 2 A 5 5 0 0 1 18 12 C 10 18 6 14 2 12 Z" fill="none" transform="rotate(10)"/>
 <circle cx="9" cy="9" r="3"/></svg>"""
-GCODE = "%\nG21 G90\nM3\nG0 X10 Y10\nG1 X20 Y10 F600\nG2 X20 Y20 I0 J5\nG3 X10 Y10 R8 (back)\nM5\nM30\n"
+GCODE = (
+    "%\nG21 G90\nM3\nG0 X10 Y10\nG1 X20 Y10 F600\nG2 X20 Y20 I0 J5\nG3 X10 Y10 R8 (back)\nM5\nM30\n"
+)
 TOML = "# by hand\nl11 = 0.1\nl12 = 0.11\nl21 = 0.1\nl22 = 0.11\nd = 0.12\nm = 0.5\nzz1 = 0.002\nzz2 = 0.002\n"
 SHEET = "Identifier,Full name,Maximum grade,Grade\nParticipant 1,A,20,\nParticipant 2,B,20,3\n"
 
@@ -121,18 +123,30 @@ def readers():
     run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), line, duration=0.02)
     plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
     chart = toy_chart.chart()
-    result = Result(chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}])
+    result = Result(
+        chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}]
+    )
     found = study(FourBar(0.2, 0.06, 0.16, 0.14), samples=5)
     points = POINTS.encode()
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("x = 1\n%pip list")])
     solution = (DATA / "solutions" / "lab1.py").read_bytes()
-    wanted = {"t": columns.Quantity(("time",), columns.SECONDS), "x": columns.Quantity((), columns.METRES)}
-    numbers = json.dumps({name: getattr(ROBOT, name) for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")})
+    wanted = {
+        "t": columns.Quantity(("time",), columns.SECONDS),
+        "x": columns.Quantity((), columns.METRES),
+    }
+    numbers = json.dumps(
+        {
+            name: getattr(ROBOT, name)
+            for name in ("l11", "l12", "l21", "l22", "d", "zz1", "zz2", "m")
+        }
+    )
     proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
     one = Check("dgm", "Task 1", 2.0, 1.0, 0.5, "failed")
     kept = json.dumps(Report("lab1", "s.py", (one,), "s", "seed").as_json()).encode()
     state = json.dumps({"lab": find_lab("lab1").name, "seed": "a"}).encode()
-    toml_links = TOML.partition("m = ")[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
+    toml_links = (
+        TOML.partition("m = ")[0] + "[links]\n11 = { mass = 0.1 }\n12 = { mass = 0.1, x = 0.05 }\n"
+    )
     manifest, chunk = _shards()
     designs = BytesIO()
     np.savez(designs, l11=np.array([0.1, 0.2]), d=np.array([0.1, 0.1]))
@@ -141,10 +155,17 @@ def readers():
     points_measured = dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T)))
     calibrated = fb.calibrate(ROBOT, points_measured)
     measured = _csv(points_measured)
-    far = _csv({"q1": poses.q[:, 0], "q2": poses.q[:, 1], "distance": [0.01] * 6, "to": [2, 3, 4, 5, 6, 1]})
-    motion = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3)
+    far = _csv(
+        {"q1": poses.q[:, 0], "q2": poses.q[:, 1], "distance": [0.01] * 6, "to": [2, 3, 4, 5, 6, 1]}
+    )
+    motion = fb.simulate(
+        ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3
+    )
     log = dict(zip(("t", "q1", "q2", "tau1", "tau2"), (motion.t, *motion.q.T, *motion.tau.T)))
-    identified, log = fb.identify(ROBOT, motion), _csv({name: column[:120] for name, column in log.items()})
+    identified, log = (
+        fb.identify(ROBOT, motion),
+        _csv({name: column[:120] for name, column in log.items()}),
+    )
     timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
@@ -210,7 +231,12 @@ def _sweep(path, other):
     beside = path.with_name("chunk-000000.npz" if path.name == MANIFEST else MANIFEST)
     beside.write_bytes(other)
     sweep = Sweep.load(path.parent)
-    return repr(sweep), sweep.errors, sweep.to_csv(StringIO()), *map(sweep.__getitem__, sweep.figures)
+    return (
+        repr(sweep),
+        sweep.errors,
+        sweep.to_csv(StringIO()),
+        *map(sweep.__getitem__, sweep.figures),
+    )
 
 
 def _shards():
@@ -275,11 +301,25 @@ OWN = {
 }
 
 
-READING = {"open", "read_text", "read_bytes", "load", "loads", "loadtxt", "genfromtxt", "ZipFile", "opened", "fdopen"}
+READING = {
+    "open",
+    "read_text",
+    "read_bytes",
+    "load",
+    "loads",
+    "loadtxt",
+    "genfromtxt",
+    "ZipFile",
+    "opened",
+    "fdopen",
+}
 
 
 def reading_functions():
     """module:function of every function of the package that opens or takes apart a file; writers among them."""
     return functions_with(
-        lambda call: (call.func.id if isinstance(call.func, ast.Name) else getattr(call.func, "attr", "")) in READING
+        lambda call: (
+            (call.func.id if isinstance(call.func, ast.Name) else getattr(call.func, "attr", ""))
+            in READING
+        )
     )

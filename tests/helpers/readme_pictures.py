@@ -21,7 +21,11 @@ ROWS = "t_s,x_m,y_m\n" + "".join(
 # Name -> (the command, the file that it makes, pixels).
 PICTURES = {
     "tracking": ("demo --out made", "made/tracking.png", WIDEST),
-    "drawing": ("draw --example --torque-limit 0.02 --period 0.002 --out made", "made/drawing.png", 1240),
+    "drawing": (
+        "draw --example --torque-limit 0.02 --period 0.002 --out made",
+        "made/drawing.png",
+        1240,
+    ),
     "map": ("map --path path.csv --out map.png", "map.png", 720),
     "contours": ("chart singularity-map --out made", "made/singularity-map.png", WIDEST),
     "trackers": ("chart trackers --out made", "made/trackers.png", WIDEST),
@@ -32,15 +36,20 @@ def renew(name, folder):
     """Makes .readme/NAME.png, of few colours."""
     command, made, width = PICTURES[name]
     words = [
-        str(folder / word) if word == "made" or word.endswith((".csv", ".png")) else word for word in command.split()
+        str(folder / word) if word == "made" or word.endswith((".csv", ".png")) else word
+        for word in command.split()
     ]
     (folder / "path.csv").write_text(ROWS)
     assert main(words) == 0
     picture = Image.open(folder / made).convert("RGB")
-    picture = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
+    picture = picture.resize(
+        (width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS
+    )
     # a palette, in which thin lines keep their hues; of the map its areas
     method = Image.Quantize.MEDIANCUT if name == "map" else Image.Quantize.MAXCOVERAGE
-    picture.quantize(256, method=method, dither=Image.Dither.NONE).save(FOLDER / f"{name}.png", "PNG", optimize=True)
+    picture.quantize(256, method=method, dither=Image.Dither.NONE).save(
+        FOLDER / f"{name}.png", "PNG", optimize=True
+    )
 
 
 if __name__ == "__main__":

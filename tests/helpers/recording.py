@@ -29,7 +29,10 @@ def scenes(page):
     page.wait_for_timeout(300)
     yield
     for angle in np.linspace(0.3, 2.9, 18):
-        page.evaluate("at => { moveTo(at, 0.002); moved(); }", [0.10 * np.cos(angle), 0.13 + 0.10 * np.sin(angle)])
+        page.evaluate(
+            "at => { moveTo(at, 0.002); moved(); }",
+            [0.10 * np.cos(angle), 0.13 + 0.10 * np.sin(angle)],
+        )
         yield
     page.evaluate("release(); flying = null; goButton.textContent = 'Let go'")
     for _ in range(22):
@@ -42,7 +45,9 @@ def main(out):
     with tempfile.TemporaryDirectory() as folder, chromium("--disable-gpu") as browser:
         path = Path(folder) / "play.html"
         fb.play().save(path)
-        page = browser.new_page(viewport=dict(zip(("width", "height"), SIZE)), device_scale_factor=SCALE)
+        page = browser.new_page(
+            viewport=dict(zip(("width", "height"), SIZE)), device_scale_factor=SCALE
+        )
         page.goto(path.as_uri())
         until(page, "document.body.dataset.ready")
         for _ in scenes(page):
@@ -51,10 +56,14 @@ def main(out):
     whole = Image.new("RGB", (SIZE[0], 3 * SIZE[1]))
     for k, frame in enumerate(frames[:: len(frames) // 3][:3]):
         whole.paste(frame, (0, k * SIZE[1]))
-    palette = whole.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)  # thin bars keep their hues
+    palette = whole.quantize(
+        COLOURS, method=Image.Quantize.MAXCOVERAGE
+    )  # thin bars keep their hues
     images = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     durations = [PERIOD] * (len(images) - 1) + [1500]
-    images[0].save(out, save_all=True, append_images=images[1:], duration=durations, loop=0, optimize=True)
+    images[0].save(
+        out, save_all=True, append_images=images[1:], duration=durations, loop=0, optimize=True
+    )
     print(f"{out}: {len(images)} frames, {Path(out).stat().st_size / 1e6:.2f} MB")
 
 

@@ -26,7 +26,11 @@ CONVERT = pdoc.docstrings.convert
 
 def public() -> list[str]:
     """What `import fivebar as fb` offers, parts left out."""
-    return [name for name in dir(fb) if not name.startswith("_") and not isinstance(getattr(fb, name), ModuleType)]
+    return [
+        name
+        for name in dir(fb)
+        if not name.startswith("_") and not isinstance(getattr(fb, name), ModuleType)
+    ]
 
 
 def apart(docstring: str, *how: object) -> str:

@@ -37,7 +37,9 @@ class OwnInterpreter(KernelSpecManager):
     def get_kernel_spec(self, kernel_name):
         command = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
         # Were fivebar missing, the install cell must not fetch one.
-        return KernelSpec(argv=command, display_name="Python 3", language="python", env={"PIP_NO_INDEX": "1"})
+        return KernelSpec(
+            argv=command, display_name="Python 3", language="python", env={"PIP_NO_INDEX": "1"}
+        )
 
 
 class OwnKernel(AsyncKernelManager):
@@ -80,10 +82,14 @@ def small(png):
     """A picture in base64, no wider than WIDEST and of a palette."""
     picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB")
     if picture.width > WIDEST:
-        picture = picture.resize((WIDEST, round(picture.height * WIDEST / picture.width)), Image.Resampling.LANCZOS)
+        picture = picture.resize(
+            (WIDEST, round(picture.height * WIDEST / picture.width)), Image.Resampling.LANCZOS
+        )
     file = io.BytesIO()
     # By cover, not by the median cut, which mixes the colours of thin lines.
-    palette = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    palette = picture.quantize(
+        COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
+    )
     palette.save(file, "PNG", optimize=True)
     return base64.b64encode(file.getvalue()).decode()
 
@@ -97,7 +103,9 @@ def differences(cell, fresh):
         yield f"{cell.id}: {len(cell.outputs)} outputs are stored, {len(new)} of other kinds come"
         return
     for old, output in zip(cell.outputs, new):
-        before, after = (o.get("text") or o.get("data", {}).get("text/plain", "") for o in (old, output))
+        before, after = (
+            o.get("text") or o.get("data", {}).get("text/plain", "") for o in (old, output)
+        )
         if " at 0x" not in after and not alike(before, after, timed):
             yield f"{cell.id}: stored is {before[:300]!r}, what comes is {after[:300]!r}"
         if "image/png" in output.get("data", {}):
@@ -111,15 +119,21 @@ def alike(before, after, timed):
     words = [re.sub(r"\s+", " ", NUMBER.sub("#", text)) for text in (before, after)]
     if words[0] != words[1]:
         return False
-    numbers = [[float(word.replace("−", "-")) for word in NUMBER.findall(text)] for text in (before, after)]
+    numbers = [
+        [float(word.replace("−", "-")) for word in NUMBER.findall(text)] for text in (before, after)
+    ]
     return timed or all(
-        abs(a - b) <= ALIKE * max(abs(a), abs(b)) or max(abs(a), abs(b)) < ROUNDING for a, b in zip(*numbers)
+        abs(a - b) <= ALIKE * max(abs(a), abs(b)) or max(abs(a), abs(b)) < ROUNDING
+        for a, b in zip(*numbers)
     )
 
 
 def apart(one, other):
     """The mean difference of two pictures, as small grey ones."""
-    pictures = [Image.open(io.BytesIO(base64.b64decode(png))).convert("L").resize((48, 48)) for png in (one, other)]
+    pictures = [
+        Image.open(io.BytesIO(base64.b64decode(png))).convert("L").resize((48, 48))
+        for png in (one, other)
+    ]
     return float(np.abs(np.subtract(*(np.asarray(picture, float) for picture in pictures))).mean())
 
 
@@ -137,7 +151,9 @@ def renew(path):
 
 
 if __name__ == "__main__":
-    chosen = [path for path in NOTEBOOKS if not sys.argv[1:] or path.name.startswith(tuple(sys.argv[1:]))]
+    chosen = [
+        path for path in NOTEBOOKS if not sys.argv[1:] or path.name.startswith(tuple(sys.argv[1:]))
+    ]
     sizes = [renew(path) for path in chosen]
     for path, size in zip(chosen, sizes):
         print(f"{path.name}: {size / 1e3:.0f} kB")

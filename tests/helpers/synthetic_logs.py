@@ -49,10 +49,17 @@ def robot_with(rng, has):
     for leg, (proximal, distal) in zip("12", (lengths[:2], lengths[2:])):
         m1, m2 = rng.uniform(0.2, 0.6, 2)
         side = rng.choice([-1, 1], 2) * rng.uniform(0.01, 0.03, 2)
-        links[f"{leg}1"] = fb.Link.about_centre(m1, rng.uniform(0.3, 0.7) * proximal, side[0], m1 * 0.002)
+        links[f"{leg}1"] = fb.Link.about_centre(
+            m1, rng.uniform(0.3, 0.7) * proximal, side[0], m1 * 0.002
+        )
         if "heavy" in has:
-            links[f"{leg}2"] = fb.Link.about_centre(m2, rng.uniform(0.3, 0.7) * distal, side[1], m2 * 0.004)
-    rub = {name: rng.uniform(*range_, 2) for name, range_ in (("viscous", (0.02, 0.05)), ("dry", (0.02, 0.1)))}
+            links[f"{leg}2"] = fb.Link.about_centre(
+                m2, rng.uniform(0.3, 0.7) * distal, side[1], m2 * 0.004
+            )
+    rub = {
+        name: rng.uniform(*range_, 2)
+        for name, range_ in (("viscous", (0.02, 0.05)), ("dry", (0.02, 0.1)))
+    }
     robot = fb.FiveBar.from_links(
         *lengths, d, links=links, payload=rng.uniform(0.2, 1.0),
         gravity=(0.0, -9.81) if "gravity" in has else (0.0, 0.0),
@@ -70,7 +77,11 @@ def motion_of(robot, rng, duration=20.0, step=1e-3, harmonics=10, about=None):
     while True:
         centre = rng.uniform(-np.pi, np.pi, 2) if about is None else about
         pose = fb.dgm(robot, centre, unreachable="nan")
-        if not np.isfinite(pose.xi).all() or abs(pose.det_A) < 0.5 or min(map(abs, pose.sines)) < 0.3:
+        if (
+            not np.isfinite(pose.xi).all()
+            or abs(pose.det_A) < 0.5
+            or min(map(abs, pose.sines)) < 0.3
+        ):
             continue
         a, b = rng.normal(size=(2, 2, harmonics)) / np.sqrt(np.arange(1, harmonics + 1))
         for size in (0.3, 0.25, 0.2, 0.15):
@@ -89,7 +100,11 @@ def noisy(rng, motion, tau, encoder=2e-5, torque=0.005):
     """The log of a motion (t, q, ...): noise of the encoders, rad, and of the torques, as a share of their rms."""
     t, q = motion[:2]
     size = torque * np.sqrt(np.mean(tau**2, axis=0))
-    return {"t": t, "q": q + encoder * rng.normal(size=q.shape), "tau": tau + size * rng.normal(size=q.shape)}
+    return {
+        "t": t,
+        "q": q + encoder * rng.normal(size=q.shape),
+        "tau": tau + size * rng.normal(size=q.shape),
+    }
 
 
 def case_of(seed, has, duration=20.0, step=1e-3, **noise):
@@ -105,7 +120,14 @@ def case_of(seed, has, duration=20.0, step=1e-3, **noise):
 def ros(run, header, clock):
     """A run's log as ROS's tools export it: a clock since 1970, joint states, velocities that no driver filled."""
     stamp, first, second = header.rsplit(",", 2)
-    names = [stamp, *(each.format(kind) for kind in ("position", "velocity", "effort") for each in (first, second))]
+    names = [
+        stamp,
+        *(
+            each.format(kind)
+            for kind in ("position", "velocity", "effort")
+            for each in (first, second)
+        ),
+    ]
     rows = np.column_stack([run.q, 0 * run.q, run.tau]).tolist()
     lines = [clock(1.7e9 + t) + ",".join(map(repr, row)) for t, row in zip(run.t, rows)]
     return io.StringIO("\n".join([",".join(names), *lines]))

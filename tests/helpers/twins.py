@@ -13,9 +13,13 @@ MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 def twin(rng, nominal=LAB, unknown=UNKNOWNS, spread=1.0):
     """{name: value} of a robot as built: what is unknown is off by about 0.5 mm, 0.5 degrees, 1 in 1000."""
-    sizes = dict.fromkeys((*LENGTHS, "x0", "y0"), 5e-4) | dict.fromkeys(("offset1", "offset2", "turn"), 9e-3)
+    sizes = dict.fromkeys((*LENGTHS, "x0", "y0"), 5e-4) | dict.fromkeys(
+        ("offset1", "offset2", "turn"), 9e-3
+    )
     true = {name: getattr(nominal, name) for name in LENGTHS}
-    true |= dict(offset1=0.0, offset2=0.0, ratio1=1.0, ratio2=1.0, x0=0.0, y0=0.0, turn=0.0, scale=1.0)
+    true |= dict(
+        offset1=0.0, offset2=0.0, ratio1=1.0, ratio2=1.0, x0=0.0, y0=0.0, turn=0.0, scale=1.0
+    )
     for name in unknown:
         true[name] += spread * sizes.get(name, 1e-3) * rng.uniform(-1, 1)
     return true
@@ -43,7 +47,12 @@ def seen(true, poses):
     q = (angles - (true["offset1"], true["offset2"])) / (true["ratio1"], true["ratio2"])
     z = true["x0"] + 1j * true["y0"] + true["scale"] * np.exp(1j * true["turn"]) * (xi @ (1, 1j))
     points = np.stack([z.real, z.imag], axis=-1)
-    return q, points, np.array([int(pose.assembly) for pose in poses]), np.array([pose.working for pose in poses])
+    return (
+        q,
+        points,
+        np.array([int(pose.assembly) for pose in poses]),
+        np.array([pose.working for pose in poses]),
+    )
 
 
 def measured(true, n, rng, sigma=0.0, modes=MODES, margin=0.3):

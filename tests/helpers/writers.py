@@ -63,7 +63,12 @@ def writing_functions():
 
 def _writes(node):
     name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-    mode = [a.value for a in [*node.args, *(k.value for k in node.keywords)] if isinstance(a, ast.Constant)]
+    mode = [
+        a.value
+        for a in [*node.args, *(k.value for k in node.keywords)]
+        if isinstance(a, ast.Constant)
+    ]
     return name in {"savefig", "write_text", "write_bytes"} or (
-        name in {"open", "fdopen"} and any(isinstance(m, str) and m[:1] in tuple("wax") and len(m) < 4 for m in mode)
+        name in {"open", "fdopen"}
+        and any(isinstance(m, str) and m[:1] in tuple("wax") and len(m) < 4 for m in mode)
     )

@@ -59,7 +59,10 @@ def solve(bodies, joints, guided, driven, q_dot, q_ddot, forces, gravity):
     J = np.array(rows)
     rate = np.linalg.solve(J, np.array([*rate_of, q_dot]))
     omega = {name: rate[3 * k + 2] for k, name in enumerate(names)} | {GROUND: 0.0}
-    gamma = [0.0 if g is None else getattr(omega[g[0]] ** 2 * g[1] - omega[g[2]] ** 2 * g[3], g[4]) for g in gamma_of]
+    gamma = [
+        0.0 if g is None else getattr(omega[g[0]] ** 2 * g[1] - omega[g[2]] ** 2 * g[3], g[4])
+        for g in gamma_of
+    ]
     M = np.diag([x for mass, inertia, _ in bodies.values() for x in (mass, mass, inertia)])
     F = np.zeros(len(M))
     for k, (name, (mass, _, _)) in enumerate(bodies.items()):
@@ -88,13 +91,22 @@ def press_torque(press, q, q_dot, q_ddot, load, gravity):
     }
     # The crank's inertia and the slider's do not count here, but a body without one makes the system singular.
     bodies["6"] = (press.m6, 1.0, e)
-    joints = [(GROUND, "2", 0j), ("2", "3", b), ("3", "4", c), ("4", GROUND, d), ("4", "5", c), ("5", "6", e)]
+    joints = [
+        (GROUND, "2", 0j),
+        ("2", "3", b),
+        ("3", "4", c),
+        ("4", GROUND, d),
+        ("4", "5", c),
+        ("5", "6", e),
+    ]
     return solve(bodies, joints, ("6", 1 + 0j), "2", q_dot, q_ddot, {"6": 1j * load}, gravity)
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), GRAVITY], ids=["no gravity", "gravity"])
 @pytest.mark.parametrize("load", [0.0, 1e5], ids=["free", "100 kN"])
-@pytest.mark.parametrize("press, low, high", [(REPAIRED, 0.0, 6.28), (PRINTED, 0.9, 5.8)], ids=["repaired", "printed"])
+@pytest.mark.parametrize(
+    "press, low, high", [(REPAIRED, 0.0, 6.28), (PRINTED, 0.9, 5.8)], ids=["repaired", "printed"]
+)
 def test_press_torque_against_newton_and_euler(press, low, high, load, gravity):
     q, q_dot, q_ddot = np.linspace(low, high, 60), 2.0943951023931953, 0.7
     torque = driving_torque(move(press, q, q_dot, q_ddot), {"E": (0.0, load)}, gravity)
@@ -118,23 +130,41 @@ def test_four_bar_torque_against_newton_and_euler(branch):
             name: (body.mass, body.inertia, start + centre * arm / abs(arm))
             for (name, (start, arm)), body, centre in zip(arms.items(), bodies, centres)
         }
-        joints = [(GROUND, "crank", a), ("crank", "coupler", b), ("coupler", "rocker", c), ("rocker", GROUND, d)]
+        joints = [
+            (GROUND, "crank", a),
+            ("crank", "coupler", b),
+            ("coupler", "rocker", c),
+            ("rocker", GROUND, d),
+        ]
         expected = solve(named, joints, None, "crank", 3.0, -1.1, {"coupler": 4 - 7j}, (1.0, -9.81))
         motion = move(linkage, float(q), 3.0, -1.1, branch)
         # M is the coupler's centre of mass, where the load is.
-        assert driving_torque(motion, {"M": (4.0, -7.0)}, (1.0, -9.81)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert driving_torque(motion, {"M": (4.0, -7.0)}, (1.0, -9.81)) == pytest.approx(
+            expected, rel=1e-9, abs=1e-12
+        )
 
 
 def test_slider_crank_torque_against_newton_and_euler():
     linkage = SliderCrank(
-        0.05, 0.15, 0.02, crank_body=Body(1.2, 0.003), rod_body=Body(0.8, 0.004), slider_body=Body(0.5, 0.0)
+        0.05,
+        0.15,
+        0.02,
+        crank_body=Body(1.2, 0.003),
+        rod_body=Body(0.8, 0.004),
+        slider_body=Body(0.5, 0.0),
     )
     for q in np.linspace(0, 6, 17):
         a = cmath.rect(0.05, q)
         b = complex(a.real + math.sqrt(0.15**2 - (0.02 - a.imag) ** 2), 0.02)
-        named = {"crank": (1.2, 0.003, a / 2), "rod": (0.8, 0.004, (a + b) / 2), "slider": (0.5, 1.0, b)}
+        named = {
+            "crank": (1.2, 0.003, a / 2),
+            "rod": (0.8, 0.004, (a + b) / 2),
+            "slider": (0.5, 1.0, b),
+        }
         joints = [(GROUND, "crank", 0j), ("crank", "rod", a), ("rod", "slider", b)]
-        expected = solve(named, joints, ("slider", 1j), "crank", 3.0, -1.1, {"slider": -40 + 9j}, (0.0, -9.81))
+        expected = solve(
+            named, joints, ("slider", 1j), "crank", 3.0, -1.1, {"slider": -40 + 9j}, (0.0, -9.81)
+        )
         got = driving_torque(move(linkage, float(q), 3.0, -1.1), {"B": (-40.0, 9.0)}, (0.0, -9.81))
         assert got == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
@@ -146,7 +176,9 @@ def test_lagrange_form_of_the_press():
     (inertia, slope), (_, weight) = equivalent_inertia(motion), potential(motion, GRAVITY)
     lift = move(REPAIRED, q).velocity("E")[:, 1]
     torque = driving_torque(motion, {"E": (0.0, 1e5)}, GRAVITY)
-    assert torque == pytest.approx(inertia * -3.0 + 0.5 * slope * 4.0 + weight - 1e5 * lift, rel=1e-12)
+    assert torque == pytest.approx(
+        inertia * -3.0 + 0.5 * slope * 4.0 + weight - 1e5 * lift, rel=1e-12
+    )
     assert (inertia > 0).all()
     static = driving_torque(move(REPAIRED, q, 0.0), {"E": (0.0, 1e5)}, GRAVITY)
     assert static == pytest.approx(weight - 1e5 * lift, rel=1e-12)
@@ -157,15 +189,25 @@ def test_large_batches_in_stretches():
     rng, shape = np.random.default_rng(8), (3, 5, 1200)
     q, q_dot, load = rng.uniform(0, 6, shape), rng.normal(size=shape), rng.normal(size=shape[1:])
     whole = driving_torque(move(REPAIRED, q, q_dot, -0.4), {"E": (0.0, load)}, GRAVITY)
-    rows = [driving_torque(move(REPAIRED, q[k], q_dot[k], -0.4), {"E": (0.0, load)}, GRAVITY) for k in range(3)]
+    rows = [
+        driving_torque(move(REPAIRED, q[k], q_dot[k], -0.4), {"E": (0.0, load)}, GRAVITY)
+        for k in range(3)
+    ]
     assert whole.shape == shape and np.array_equal(whole, rows)
-    four_bar, branch = FourBar(0.3, 0.1, 0.25, 0.2, coupler_body=Body(1.0, 0.01)), rng.choice([1, -1], shape)
+    four_bar, branch = (
+        FourBar(0.3, 0.1, 0.25, 0.2, coupler_body=Body(1.0, 0.01)),
+        rng.choice([1, -1], shape),
+    )
     whole = driving_torque(move(four_bar, q, branch=branch))
     rows = [driving_torque(move(four_bar, q[k], branch=branch[k])) for k in range(3)]
     assert np.array_equal(whole, rows)
-    assert driving_torque(move(FourBar(0.3, 0.1, 0.25, 0.2), q)).shape == shape  # no masses, no torque
+    assert (
+        driving_torque(move(FourBar(0.3, 0.1, 0.25, 0.2), q)).shape == shape
+    )  # no masses, no torque
     q[2, 4, 1100] = 0.0
-    with pytest.raises(UnreachableError, match=r"1 of 18000 poses, the first at index \(2, 4, 1100\)"):
+    with pytest.raises(
+        UnreachableError, match=r"1 of 18000 poses, the first at index \(2, 4, 1100\)"
+    ):
         move(PRINTED, np.where(q == 0, 0.0, 2.0))
 
 

@@ -45,7 +45,9 @@ def exact_points(linkage, branch):
     def apex(p, r, r1, r2, side):
         z = r - p
         d = abs(z)
-        return p + r1 * turn(mpmath.arg(z) + side * mpmath.acos((d * d + r1 * r1 - r2 * r2) / (2 * d * r1)))
+        return p + r1 * turn(
+            mpmath.arg(z) + side * mpmath.acos((d * d + r1 * r1 - r2 * r2) / (2 * d * r1))
+        )
 
     def between(p, r):
         return lambda q: mpmath.arg(r(q) - p(q))
@@ -66,11 +68,19 @@ def exact_points(linkage, branch):
         r, l, e = mp(linkage.crank), mp(linkage.rod), mp(linkage.offset)  # noqa: E741
         if linkage.held == "guide":
             at_a = lambda q: r * turn(q)  # noqa: E731
-            at_b = lambda q: r * mpmath.cos(q) + branch * mpmath.sqrt(l**2 - (e - r * mpmath.sin(q)) ** 2) + 1j * e  # noqa: E731
+            at_b = lambda q: (
+                r * mpmath.cos(q)
+                + branch * mpmath.sqrt(l**2 - (e - r * mpmath.sin(q)) ** 2)
+                + 1j * e
+            )  # noqa: E731
             return {"A": at_a, "B": at_b}, {"rod": between(at_a, at_b)}
         if linkage.held == "slider":
             at_a = lambda q: l * turn(q)  # noqa: E731
-            at_o = lambda q: l * mpmath.cos(q) + branch * mpmath.sqrt(r**2 - (e + l * mpmath.sin(q)) ** 2) - 1j * e  # noqa: E731
+            at_o = lambda q: (
+                l * mpmath.cos(q)
+                + branch * mpmath.sqrt(r**2 - (e + l * mpmath.sin(q)) ** 2)
+                - 1j * e
+            )  # noqa: E731
             return {"A": at_a, "O": at_o}, {"crank": between(at_a, at_o)}
         if linkage.held == "crank":
             at_o, at_b = (lambda q: mp(0)), (lambda q: r + l * turn(q))
@@ -91,7 +101,9 @@ def exact_points(linkage, branch):
 
     def at_e(q):
         c = at_c(q)
-        return foot.real + 1j * (c.imag + branch[1] * mpmath.sqrt(l5**2 - (c.real - foot.real) ** 2))
+        return foot.real + 1j * (
+            c.imag + branch[1] * mpmath.sqrt(l5**2 - (c.real - foot.real) ** 2)
+        )
 
     return {"B": at_b, "C": at_c, "E": at_e}, {
         "coupler": between(at_b, at_c), "rocker": between(lambda q: foot, at_c), "bar": between(at_c, at_e)
@@ -111,18 +123,28 @@ def test_against_fifty_digits(linkage, branches, angles):
             points, links = exact_points(linkage, branch)
             for name, f in points.items():
                 expected = derivatives(f, mpmath.mpf(q))
-                for got, want in zip((motion.position, motion.velocity, motion.acceleration), expected):
+                for got, want in zip(
+                    (motion.position, motion.velocity, motion.acceleration), expected
+                ):
                     scale = max(abs(complex(x)) for x in expected)
-                    assert complex(*got(name)) == pytest.approx(complex(want), rel=REL, abs=REL * scale), (
+                    assert complex(*got(name)) == pytest.approx(
+                        complex(want), rel=REL, abs=REL * scale
+                    ), (
                         name,
                         q,
                         branch,
                     )
             for name, f in links.items():
                 expected = derivatives(f, mpmath.mpf(q))
-                for got, want in zip((motion.angle, motion.rate, motion.angular_acceleration), expected):
+                for got, want in zip(
+                    (motion.angle, motion.rate, motion.angular_acceleration), expected
+                ):
                     scale = max(abs(float(x)) for x in expected)
-                    assert got(name) == pytest.approx(float(want), rel=REL, abs=REL * scale), (name, q, branch)
+                    assert got(name) == pytest.approx(float(want), rel=REL, abs=REL * scale), (
+                        name,
+                        q,
+                        branch,
+                    )
 
 
 def slide_from_guide(linkage, branch):
@@ -142,11 +164,17 @@ def test_inversions_are_one_chain(held):
         guide = motion.angle("guide") if "guide" in motion.links else 0.0
         o, a, b = (complex(*motion.position(name)) for name in "OAB")
         arm, way = (a - o) * np.exp(-1j * guide), (b - o) * np.exp(-1j * guide)
-        assert way.imag == pytest.approx(0.02, rel=1e-12) and abs(arm) == pytest.approx(0.05, rel=1e-12)
+        assert way.imag == pytest.approx(0.02, rel=1e-12) and abs(arm) == pytest.approx(
+            0.05, rel=1e-12
+        )
         assert abs(way - arm) == pytest.approx(0.15, rel=1e-12)
         slide, rate, acceleration = motion.coordinate("slide")
         assert slide == pytest.approx(way.real, rel=1e-12)
-        same = move(SliderCrank(0.05, 0.15, 0.02), float(np.angle(arm)), branch=1 if way.real > arm.real else -1)
+        same = move(
+            SliderCrank(0.05, 0.15, 0.02),
+            float(np.angle(arm)),
+            branch=1 if way.real > arm.real else -1,
+        )
         assert same.coordinate("slide")[0] == pytest.approx(slide, rel=1e-11)
         with mpmath.workdps(50):  # the rates of the slide are those of this coordinate
             _, v, acc = derivatives(slide_from_guide(linkage, branch), mpmath.mpf(q))
@@ -158,7 +186,9 @@ def test_inversions_of_the_four_bar_are_one_chain():
     motion = move(four_bar, 0.9)
     a, b, c, d = (motion.position(name) for name in "ABCD")
     diagonals = np.hypot(*(c - a)), np.hypot(*(d - b))
-    heading = np.angle(complex(*(c - b)) / complex(*(a - b)))  # the new crank from the new ground B -> A ...
+    heading = np.angle(
+        complex(*(c - b)) / complex(*(a - b))
+    )  # the new crank from the new ground B -> A ...
     for sign in (1, -1):  # ... mirrored, as the inverted one counts from A to D
         inverted = move(four_bar.inversion("crank"), sign * heading, branch=1)
         p = [inverted.position(name) for name in "ABCD"]
@@ -184,9 +214,15 @@ def test_five_bar_with_motors_at_other_joints(robot, motors):
     q, rates = q[good], fb.dkm(fb.dgm(robot, q[good], assembly[good]), q_dot)
     acc = fb.dkm2(rates, q_ddot)
     joints = []
-    for own, passive in ((q, rates.pose.q_passive), (q_dot, rates.q_passive_dot), (q_ddot, acc.q_passive_ddot)):
+    for own, passive in (
+        (q, rates.pose.q_passive),
+        (q_dot, rates.q_passive_dot),
+        (q_ddot, acc.q_passive_ddot),
+    ):
         third = own[:, 1] + passive[:, 1] - own[:, 0] - passive[:, 0]
-        joints.append(np.stack([own[:, 0], passive[:, 0], third, passive[:, 1], own[:, 1]], axis=-1))
+        joints.append(
+            np.stack([own[:, 0], passive[:, 0], third, passive[:, 1], own[:, 1]], axis=-1)
+        )
     given = [x[:, [k - 1 for k in motors]] for x in joints]
     linkage = FiveBarLinkage(robot, motors)
     branch = np.sign(linkage._flatness(rates.pose)).astype(int)
@@ -210,7 +246,11 @@ def test_press_inertia_and_potential_against_fifty_digits():
     with mpmath.workdps(50):
         points, links = exact_points(REPAIRED, (-1, -1))
         foot = REPAIRED.l11 * mpmath.expj(mpmath.mpf(REPAIRED.theta11))
-        ends = {"2": (lambda q: 0, points["B"]), "3": (points["B"], points["C"]), "4": (lambda q: foot, points["C"])}
+        ends = {
+            "2": (lambda q: 0, points["B"]),
+            "3": (points["B"], points["C"]),
+            "4": (lambda q: foot, points["C"]),
+        }
         ends |= {"5": (points["C"], points["E"]), "6": (points["E"], points["E"])}
         angle = {"3": links["coupler"], "4": links["rocker"], "5": links["bar"]}
 
@@ -224,12 +264,20 @@ def test_press_inertia_and_potential_against_fifty_digits():
             return total
 
         def energy(q):
-            return -sum(9.81 * getattr(REPAIRED, f"m{k}") * mpmath.re(a(q) + b(q)) / 2 for k, (a, b) in ends.items())
+            return -sum(
+                9.81 * getattr(REPAIRED, f"m{k}") * mpmath.re(a(q) + b(q)) / 2
+                for k, (a, b) in ends.items()
+            )
 
         for q in (0.3, 2.0, 4.4):
             motion = move(REPAIRED, q)
-            for got, f in ((equivalent_inertia(motion), inertia), (potential(motion, GRAVITY), energy)):
-                assert got == pytest.approx([float(f(mpmath.mpf(q))), float(mpmath.diff(f, q))], rel=REL)
+            for got, f in (
+                (equivalent_inertia(motion), inertia),
+                (potential(motion, GRAVITY), energy),
+            ):
+                assert got == pytest.approx(
+                    [float(f(mpmath.mpf(q))), float(mpmath.diff(f, q))], rel=REL
+                )
 
 
 @pytest.mark.parametrize("held", ["guide", "crank", "rod", "slider"])
@@ -248,10 +296,15 @@ def test_power_balance_of_the_slider_crank(held):
         for name in motion.links:
             link = motion.chain.links[name]
             start = next(p for p in motion.points if motion.chain.points[p] is link.origin)
-            arm = complex(*(link.body.centre or (link.length / 2, 0.0))) * np.exp(1j * motion.angle(name))
+            arm = complex(*(link.body.centre or (link.length / 2, 0.0))) * np.exp(
+                1j * motion.angle(name)
+            )
             v = complex(*motion.velocity(start)) + 1j * motion.rate(name) * arm
             at = complex(*motion.position(start)) + arm
-            energy += 0.5 * link.body.mass * abs(v) ** 2 + 0.5 * link.body.inertia * motion.rate(name) ** 2
+            energy += (
+                0.5 * link.body.mass * abs(v) ** 2
+                + 0.5 * link.body.inertia * motion.rate(name) ** 2
+            )
             energy -= link.body.mass * np.dot(gravity, (at.real, at.imag))
         return energy, motion
 

@@ -58,7 +58,9 @@ PRESSES = [
 ]
 
 
-@pytest.mark.parametrize("linkage", [*random_four_bars(), *random_slider_cranks(), *PRESSES], ids=lambda x: x.title)
+@pytest.mark.parametrize(
+    "linkage", [*random_four_bars(), *random_slider_cranks(), *PRESSES], ids=lambda x: x.title
+)
 def test_crank_range_is_where_poses_exist(linkage):
     """Every angle is inside of the closed-form range exactly if a pose exists there; just beyond its ends none does."""
     q = np.linspace(-np.pi, np.pi, 1441) + 1e-3
@@ -70,7 +72,12 @@ def test_crank_range_is_where_poses_exist(linkage):
             continue
         for low, high in allowed.intervals:
             ends = np.array([low + 1e-9, high - 1e-9, low - 1e-9, high + 1e-9])
-            assert np.isfinite(linkage.chain(ends, branch).found).tolist() == [True, True, False, False]
+            assert np.isfinite(linkage.chain(ends, branch).found).tolist() == [
+                True,
+                True,
+                False,
+                False,
+            ]
 
 
 def test_grashof_turning_links_against_full_turns():
@@ -83,7 +90,11 @@ def test_grashof_turning_links_against_full_turns():
         intervals = [(0, 2 * np.pi)] if allowed.full else allowed.intervals
         for low, high in intervals:
             s = np.linspace(0, 2 * np.pi, 4001)
-            q = low + s if allowed.full else (low + high) / 2 - (high - low) / 2 * (1 - 1e-12) * np.cos(s)
+            q = (
+                low + s
+                if allowed.full
+                else (low + high) / 2 - (high - low) / 2 * (1 - 1e-12) * np.cos(s)
+            )
             for branch in (1, -1) if allowed.full else (np.where(s < np.pi, 1, -1),):
                 motion = move(four_bar, q, branch=branch)
                 for name in turns:
@@ -98,7 +109,9 @@ def test_dead_centres_and_transmission_of_any_four_bar():
             for end in dead_centres(four_bar, branch):
                 motion = move(four_bar, end.crank, branch=branch)
                 aligned = math.remainder(motion.angle("crank") - motion.angle("coupler"), math.pi)
-                assert aligned == pytest.approx(0, abs=1e-7) and motion.rate("rocker") == pytest.approx(0, abs=1e-6)
+                assert aligned == pytest.approx(0, abs=1e-7) and motion.rate(
+                    "rocker"
+                ) == pytest.approx(0, abs=1e-6)
                 assert math.cos(motion.angle("rocker") - end.rocker) == pytest.approx(1, abs=1e-12)
         low, high = transmission_range(four_bar)
         s = np.cos(np.linspace(0, np.pi, 2001))
@@ -123,16 +136,37 @@ def test_change_points():
 @pytest.mark.parametrize(
     "linkage, words",
     [
-        (TABLE_2, ["crank-rocker", "0.04 m less", "turns fully: crank", "38.572651", "swings by 50.802591 deg"]),
+        (
+            TABLE_2,
+            [
+                "crank-rocker",
+                "0.04 m less",
+                "turns fully: crank",
+                "38.572651",
+                "swings by 50.802591 deg",
+            ],
+        ),
         (TABLE_2.inversion("crank"), ["drag link", "turns fully: crank, coupler, rocker"]),
-        (FourBar(0.2, 0.1, 0.11, 0.12), ["non-Grashof triple-rocker", "no link can turn", "it locks at"]),
+        (
+            FourBar(0.2, 0.1, 0.11, 0.12),
+            ["non-Grashof triple-rocker", "no link can turn", "it locks at"],
+        ),
         (SliderCrank(0.05, 0.15, 0.02), ["turns through full turns", "stroke 0.101018 m"]),
-        (SliderCrank(0.15, 0.05), ["crank cannot turn fully", "it locks at", "rod comes perpendicular to the guide"]),
-        (SliderCrank(0.05, 0.06, 0.02, "crank"), ["rod cannot turn fully", "guide comes perpendicular"]),
+        (
+            SliderCrank(0.15, 0.05),
+            ["crank cannot turn fully", "it locks at", "rod comes perpendicular to the guide"],
+        ),
+        (
+            SliderCrank(0.05, 0.06, 0.02, "crank"),
+            ["rod cannot turn fully", "guide comes perpendicular"],
+        ),
         (PRINTED, ["0.058 m more", "locks at 336.825007 deg after 1.471542 s", "45.174993"]),
         (REPAIRED, ["0.092 m less", "turns through full turns", "160.241851 deg"]),
         (FiveBarLinkage(), ["motors at joints 1 and 5", "joint 3 (passive) can turn"]),
-        (FiveBarLinkage(fb.FiveBar(d=0.3), (1, 4)), ["motors at joints 1 and 4", "joint 1 (motor) cannot turn"]),
+        (
+            FiveBarLinkage(fb.FiveBar(d=0.3), (1, 4)),
+            ["motors at joints 1 and 4", "joint 1 (motor) cannot turn"],
+        ),
     ],
 )
 def test_verdicts(linkage, words):
@@ -153,15 +187,27 @@ def test_lengths_that_cannot_be():
         (lambda: FourBar(1, 1, 1, 1, base=(1, 2, 3)), "base must be finite, two numbers"),
         (lambda: FourBar(1, 1, 1, 1, tilt=math.inf), "tilt must be finite, not inf"),
         (lambda: SliderCrank(0.1, 0.2, "left"), "offset must be a number, not 'left'"),
-        (lambda: SliderCrank(0.1, 0.2, 0.35), r"offset = 0.35 m is more than crank \+ rod = 0.3 m, by 0.05"),
-        (lambda: SliderCrank(0.1, 0.2, held="piston"), "no link 'piston' to hold; the known ones are guide, crank"),
-        (lambda: TABLE_2.inversion("piston"), "no link 'piston' to hold; the known ones are ground, crank"),
+        (
+            lambda: SliderCrank(0.1, 0.2, 0.35),
+            r"offset = 0.35 m is more than crank \+ rod = 0.3 m, by 0.05",
+        ),
+        (
+            lambda: SliderCrank(0.1, 0.2, held="piston"),
+            "no link 'piston' to hold; the known ones are guide, crank",
+        ),
+        (
+            lambda: TABLE_2.inversion("piston"),
+            "no link 'piston' to hold; the known ones are ground, crank",
+        ),
         (lambda: SixBarPress(0.1, 0.1, 0.1, 0.4, 0.5, 0.6, 0), "l11 = 0.5 m is longer than l2"),
         (lambda: SixBarPress(0.1, 0.5, 0.4, 0.0, 0.5, 0.6, 0), "l5 must be finite and > 0"),
         (lambda: Body(-1.0), "mass must be finite and >= 0"),
         (lambda: FiveBarLinkage(motors=(1, 1)), "motors must be two of the joints 1 to 5"),
         (lambda: FiveBarLinkage(motors=(0, 3)), "motors must be two of the joints 1 to 5"),
-        (lambda: straight_line("peaucellier"), "known ones are evans, chebyshev, watt, hoeken, roberts"),
+        (
+            lambda: straight_line("peaucellier"),
+            "known ones are evans, chebyshev, watt, hoeken, roberts",
+        ),
         (lambda: roberts(1.0), "at least 1.18615"),
     ):
         with pytest.raises(ValueError, match=message):
@@ -169,20 +215,31 @@ def test_lengths_that_cannot_be():
 
 
 def test_branches_that_cannot_be():
-    for linkage, branch in ((TABLE_2, 0), (TABLE_2, 2), (REPAIRED, (1, 0)), (REPAIRED, 1), (TABLE_2, (1, -1, 3))):
+    for linkage, branch in (
+        (TABLE_2, 0),
+        (TABLE_2, 2),
+        (REPAIRED, (1, 0)),
+        (REPAIRED, 1),
+        (TABLE_2, (1, -1, 3)),
+    ):
         with pytest.raises(ValueError, match=r"branch .*must be"):
             move(linkage, np.zeros(3), branch=branch)
 
 
 def test_forbidden_crank_angles_name_the_nearest_allowed_one():
     with pytest.raises(
-        fb.UnreachableError, match=r"crank cannot stand at 0 deg.*nearest allowed angle is -23.1749929 deg"
+        fb.UnreachableError,
+        match=r"crank cannot stand at 0 deg.*nearest allowed angle is -23.1749929 deg",
     ) as e:
         move(PRINTED, 0.0)
     assert e.value.index is None
-    span = PRINTED.l11 - PRINTED.l2  # the pivots' distance at about 11 degrees, too short for bars 3 and 4
+    span = (
+        PRINTED.l11 - PRINTED.l2
+    )  # the pivots' distance at about 11 degrees, too short for bars 3 and 4
     assert 0 < e.value.gap < PRINTED.l3 - PRINTED.l4 - span + 0.01
-    with pytest.raises(fb.UnreachableError, match=r"2 of 4 poses, the first at index \(1,\).*cannot stand at 5.7") as e:
+    with pytest.raises(
+        fb.UnreachableError, match=r"2 of 4 poses, the first at index \(1,\).*cannot stand at 5.7"
+    ) as e:
         move(PRINTED, np.array([2.0, 0.1, 0.2, 3.0]))
     assert e.value.index == (1,)
     values = move(PRINTED, np.array([2.0, 0.1]), unreachable="nan").position("E")
@@ -195,7 +252,9 @@ def test_forbidden_crank_angles_name_the_nearest_allowed_one():
         move(TABLE_2, math.nan)
     with pytest.raises(ValueError, match='must be "raise" or "nan"'):
         move(TABLE_2, 0.0, unreachable="ignore")
-    with pytest.raises(ValueError, match="no link 'arm'; the known ones are crank, coupler, rocker"):
+    with pytest.raises(
+        ValueError, match="no link 'arm'; the known ones are crank, coupler, rocker"
+    ):
         move(TABLE_2, 0.0).angle("arm")
 
 
@@ -214,7 +273,9 @@ def test_singular_poses_have_positions_but_no_rates():
 
 
 @pytest.mark.parametrize(
-    "robot", [fb.FiveBar(), UNEQUAL, fb.FiveBar(l12=0.1, l22=0.13)], ids=["amoro", "unequal", "folded"]
+    "robot",
+    [fb.FiveBar(), UNEQUAL, fb.FiveBar(l12=0.1, l22=0.13)],
+    ids=["amoro", "unequal", "folded"],
 )
 def test_type_2_locus_is_a_coupler_curve(robot):
     """The curves lie on the exact locus, cover it, and every point of theirs is a singular pose."""
@@ -222,7 +283,9 @@ def test_type_2_locus_is_a_coupler_curve(robot):
     exact = [piece for piece in singularity_loci(robot).task if Singularity.PARALLEL in piece.type]
     cloud = np.concatenate([piece.points for piece in exact])
     mine = np.concatenate([curve.points for curve in curves])
-    dense = np.concatenate([np.linspace(a, b, 8) for p in exact for a, b in zip(p.points, p.points[1:])])
+    dense = np.concatenate(
+        [np.linspace(a, b, 8) for p in exact for a, b in zip(p.points, p.points[1:])]
+    )
 
     def farthest(points, others):
         return max(np.hypot(*(others - p).T).min() for p in points)
@@ -237,7 +300,9 @@ def test_coupler_curves_cover_both_branches():
     assert len(coupler_curves(TABLE_2.inversion("rocker"))) == 2  # two ranges of the crank
     assert len(coupler_curves(FourBar(0.2, 0.1, 0.11, 0.12))) == 1  # one range, there and back
     for curve in coupler_curves(TABLE_2.inversion("rocker"), "drag"):
-        assert curve.label == "drag" and curve.points[0] == pytest.approx(curve.points[-1], abs=1e-7)
+        assert curve.label == "drag" and curve.points[0] == pytest.approx(
+            curve.points[-1], abs=1e-7
+        )
         assert np.isfinite(curve.points).all() and len(curve.points) > 1400
 
 
@@ -247,7 +312,11 @@ def test_ranges_of_change_points_whose_pieces_have_a_flat_middle():
     four_bars = [FourBar(0.3, 0.3, 0.2, 0.2)]
     while len(four_bars) < 400:
         ground, crank, coupler = (int(side) for side in rng.integers(1, 20, 3))
-        rocker = int(rng.choice([ground + crank - coupler, ground + coupler - crank, crank + coupler - ground]))
+        rocker = int(
+            rng.choice(
+                [ground + crank - coupler, ground + coupler - crank, crank + coupler - ground]
+            )
+        )
         if rocker > 0:
             four_bars.append(FourBar(ground, crank, coupler, rocker))
     for four_bar in four_bars:
@@ -256,20 +325,26 @@ def test_ranges_of_change_points_whose_pieces_have_a_flat_middle():
         span = np.sqrt(ground**2 + crank**2 - 2 * ground * crank * np.cos(q))
         share = np.mean((span <= coupler + rocker) & (span >= abs(coupler - rocker)))
         allowed = crank_range(four_bar)
-        own = 1.0 if allowed.full else sum(high - low for low, high in allowed.intervals) / (2 * np.pi)
+        own = (
+            1.0
+            if allowed.full
+            else sum(high - low for low, high in allowed.intervals) / (2 * np.pi)
+        )
         assert own == pytest.approx(share, abs=4e-4)
         folded += ground == crank and coupler == rocker
     assert folded >= 3
-    assert sum(high - low for low, high in crank_range(four_bars[0]).intervals) / (2 * np.pi) == pytest.approx(
-        4 * np.arcsin(2 / 3) / (2 * np.pi), rel=1e-12
-    )
+    assert sum(high - low for low, high in crank_range(four_bars[0]).intervals) / (
+        2 * np.pi
+    ) == pytest.approx(4 * np.arcsin(2 / 3) / (2 * np.pi), rel=1e-12)
 
 
 @pytest.mark.parametrize("sides", [(0.3, 0.3, 0.2, 0.2), (5, 5, 3, 3), (3, 3, 5, 5)])
 @pytest.mark.parametrize("samples", [361, 181, 1001])
 def test_a_change_point_swings_through_its_flat_pose(sides, samples):
     """Smoothly: the rates are the differences of the angles."""
-    motion = study(FourBar(*sides), drive="swing" if sides[2] < sides[0] else "turn", samples=samples)
+    motion = study(
+        FourBar(*sides), drive="swing" if sides[2] < sides[0] else "turn", samples=samples
+    )
     for link in ("coupler", "rocker"):
         rate, angle = motion[f"{link}.rate"], motion[f"{link}.angle"]
         steps, jump = np.diff(motion.t), np.abs(np.diff(rate)).max()

@@ -29,7 +29,9 @@ from fivebar.linkages.quantities import known, unit
 from fivebar.linkages.six_bar_press import SPEED
 from fivebar.visualization.plot.linkages import coupler_curve_figure
 
-TABLE_2 = FourBar(0.2, 0.06, 0.16, 0.14, point=(0.1, 0.03), coupler_body=Body(0.4, 0.001, (0.08, 0.0)))
+TABLE_2 = FourBar(
+    0.2, 0.06, 0.16, 0.14, point=(0.1, 0.03), coupler_body=Body(0.4, 0.001, (0.08, 0.0))
+)
 STUDIES = {
     "four-bar": (TABLE_2, {}),
     "crank held": (TABLE_2.inversion("crank"), {}),
@@ -37,12 +39,20 @@ STUDIES = {
     "rocker held": (TABLE_2.inversion("rocker"), {"drive": "swing"}),
     **{
         f"slider-crank, {held} held": (SliderCrank(0.05, 0.15, 0.02, held), {"drive": drive})
-        for held, drive in {"guide": "turn", "crank": "turn", "rod": "turn", "slider": "swing"}.items()
+        for held, drive in {
+            "guide": "turn",
+            "crank": "turn",
+            "rod": "turn",
+            "slider": "swing",
+        }.items()
     },
     "press": (REPAIRED, {"speed": SPEED, "gravity": GRAVITY, "load": {"E": (0.0, 1e3)}}),
     "press up to its lock": (PRINTED, {"speed": SPEED, "drive": "until-lock"}),
     "five-bar": (FiveBarLinkage(), {"drive": "swing"}),
-    "five-bar 2 4": (FiveBarLinkage(fb.FiveBar(l11=0.1), (2, 4)), {"drive": "swing", "speed": [3.0, 3.0]}),
+    "five-bar 2 4": (
+        FiveBarLinkage(fb.FiveBar(l11=0.1), (2, 4)),
+        {"drive": "swing", "speed": [3.0, 3.0]},
+    ),
     "parallelogram": (FourBar(2, 1, 2, 1), {}),
     "antiparallelogram": (FourBar(2, 1, 2, 1), {"branch": -1}),
     "kite": (FourBar(1, 2, 2, 1), {}),
@@ -62,7 +72,11 @@ def test_csv_and_back(name, tmp_path):
         assert np.array_equal(again[column], run[column], equal_nan=True), column
     assert np.array_equal(again.t, run.t) and np.array_equal(again.points(), run.points())
     header = (tmp_path / "run.csv").read_text().splitlines()[1].split(",")
-    assert header[0] == "t (s)" and header[1].startswith("q") and all(cell.endswith(")") for cell in header)
+    assert (
+        header[0] == "t (s)"
+        and header[1].startswith("q")
+        and all(cell.endswith(")") for cell in header)
+    )
     assert header[-1] == f"{list(run.columns)[-1]} ({unit(list(run.columns)[-1])})"
 
 
@@ -73,7 +87,12 @@ def test_rates_are_the_slopes_of_the_table(name):
     run = study(linkage, **{"speed": 5.0, "samples": 4001} | options)
     part = slice(len(run.t) // 4, 2 * len(run.t) // 3)  # away from locks and from ends
     t = run.t[part]
-    for first, second in (("angle", "rate"), ("rate", "angular_acceleration"), ("x", "vx"), ("vy", "ay")):
+    for first, second in (
+        ("angle", "rate"),
+        ("rate", "angular_acceleration"),
+        ("x", "vx"),
+        ("vy", "ay"),
+    ):
         for column in [c for c in run.columns if c.endswith(f".{first}")]:
             slope = np.gradient(run[column][part], t)[1:-1]
             given = run[f"{column.rpartition('.')[0]}.{second}"][part][1:-1]
@@ -81,13 +100,22 @@ def test_rates_are_the_slopes_of_the_table(name):
 
 
 def test_any_quantity_can_be_asked_for():
-    run = study(TABLE_2, 3.0, turns=2, samples=37, quantities=["M.speed", "inertia", "torque"], gravity=(0.0, -9.81))
+    run = study(
+        TABLE_2,
+        3.0,
+        turns=2,
+        samples=37,
+        quantities=["M.speed", "inertia", "torque"],
+        gravity=(0.0, -9.81),
+    )
     assert list(run.columns) == ["M.speed", "inertia", "torque"] and len(run.t) == 73
     for name in known(run.motion):
         assert run[name].shape == (73,) and unit(name)
     assert run["M.speed"] == pytest.approx(np.hypot(run["M.vx"], run["M.vy"]), rel=1e-12)
     assert run["crank.angle"][-1] == pytest.approx(4 * np.pi)  # continuous over the turns
-    with pytest.raises(ValueError, match=r"no quantity 'M.z'; the known ones are crank.angle, crank.rate"):
+    with pytest.raises(
+        ValueError, match=r"no quantity 'M.z'; the known ones are crank.angle, crank.rate"
+    ):
         run["M.z"]
 
 
@@ -97,11 +125,15 @@ def test_a_crank_that_locks_says_where_and_when():
         match=r"the crank cannot turn: from 160.24 deg at 120 deg/s it locks at 336.825007 deg after 1.47154173 s",
     ):
         study(PRINTED, SPEED)
-    with pytest.raises(fb.UnreachableError, match=r"at -120 deg/s it locks at 45.1749929 deg after 0.958875059 s"):
+    with pytest.raises(
+        fb.UnreachableError, match=r"at -120 deg/s it locks at 45.1749929 deg after 0.958875059 s"
+    ):
         study(PRINTED, -SPEED)
     run = study(PRINTED, SPEED, turns=0.25)  # not as far as the lock
     assert run.lock is None and run.t[-1] == pytest.approx(0.75)
-    with pytest.raises(fb.UnreachableError, match=r"cannot start at 0 deg.*nearest allowed angle is -23.1749929"):
+    with pytest.raises(
+        fb.UnreachableError, match=r"cannot start at 0 deg.*nearest allowed angle is -23.1749929"
+    ):
         study(PRINTED, SPEED, start=0.0)
     with pytest.raises(fb.UnreachableError, match="motors lock at .* after 0.4"):
         study(FiveBarLinkage(), start=(0.0, 1.0471975511965976))
@@ -141,12 +173,17 @@ def test_a_parallelogram_stays_one():
     assert run["rocker.angle"] == pytest.approx(run["crank.angle"], abs=1e-12)
     assert run["coupler.angle"] == pytest.approx(0, abs=1e-12)
     crossed = study(FourBar(2, 1, 2, 1), turns=2, branch=-1)
-    assert np.ptp(crossed["rocker.angle"]) > 2 * np.pi and (crossed["rocker.rate"] * crossed["crank.rate"]).max() < 0
+    assert (
+        np.ptp(crossed["rocker.angle"]) > 2 * np.pi
+        and (crossed["rocker.rate"] * crossed["crank.rate"]).max() < 0
+    )
 
 
 def test_singular_samples_name_their_angle():
     with pytest.raises(fb.SingularityError, match="in line .*; the first at 0.375 s, 180 deg"):
-        study(FourBar(2, 1, 2, 1), start=0.25 * np.pi, turns=1, samples=9, quantities=["rocker.rate"])
+        study(
+            FourBar(2, 1, 2, 1), start=0.25 * np.pi, turns=1, samples=9, quantities=["rocker.rate"]
+        )
 
 
 @pytest.mark.parametrize("damage", ["", "# fivebar linkage study, SI units: {}\n", "t,x\n1,2\n"])
@@ -160,7 +197,10 @@ def test_damaged_studies_name_the_line(tmp_path):
     study(TABLE_2, samples=5).to_csv(tmp_path / "x.csv")
     lines = (tmp_path / "x.csv").read_text().splitlines()
     for changed, message in (
-        ([*lines[:3], lines[3].replace(",", ",x", 1), *lines[4:]], r"line 4: q \(rad\) must be a number, not 'x1.57"),
+        (
+            [*lines[:3], lines[3].replace(",", ",x", 1), *lines[4:]],
+            r"line 4: q \(rad\) must be a number, not 'x1.57",
+        ),
         ([*lines[:3], lines[3] + ",1", *lines[4:]], "line 4: 37 cells, where the header has 36"),
         (
             [lines[0], lines[1].replace("(s)", "(ms)"), *lines[2:]],
@@ -186,7 +226,10 @@ def test_pictures_and_animations(name, tmp_path):
 
 def test_inversions_differ():
     """Held at another link the same bars move otherwise: no two inversions trace the same path."""
-    for group in ("four-bar", "crank held", "coupler held", "rocker held"), [n for n in STUDIES if "slider" in n]:
+    for group in (
+        ("four-bar", "crank held", "coupler held", "rocker held"),
+        [n for n in STUDIES if "slider" in n],
+    ):
         sizes = set()
         for name in group:
             linkage, options = STUDIES[name]
@@ -200,13 +243,19 @@ def test_inversions_differ():
 
 
 def test_coupler_curves_in_one_figure_by_colour():
-    curves = [c for b in (0.15, 0.16, 0.17) for c in coupler_curves(FourBar(0.2, 0.06, b, 0.14), f"coupler {b} m")]
+    curves = [
+        c
+        for b in (0.15, 0.16, 0.17)
+        for c in coupler_curves(FourBar(0.2, 0.06, b, 0.14), f"coupler {b} m")
+    ]
     figure = coupler_curve_figure(curves, [TABLE_2])
     shown = [line for line in figure.axes[0].lines if line.get_marker() == "None"]
     assert len(shown) == 6 and len({line.get_color() for line in shown}) == 3
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert labels == ["coupler 0.15 m", "coupler 0.16 m", "coupler 0.17 m"]
-    locus = coupler_curve_figure(type_2_curves(fb.FiveBar()))  # the robot's Type 2, by the same function
+    locus = coupler_curve_figure(
+        type_2_curves(fb.FiveBar())
+    )  # the robot's Type 2, by the same function
     labels = [text.get_text() for text in locus.axes[0].get_legend().get_texts()]
     assert labels == ["Type 2, stretched", "Type 2, elbows coincide"]
     with pytest.raises(ValueError, match="no curves"):
@@ -223,7 +272,11 @@ def run_cli(argv, monkeypatch):
 def test_cli_verdict_alone(monkeypatch, capsys):
     assert run_cli(["four-bar", "0.2", "0.06", "0.16", "0.14"], monkeypatch) == 0
     printed = capsys.readouterr()
-    assert printed.err == "" and printed.out.startswith("four-bar, ground 0.2 m") and "crank-rocker" in printed.out
+    assert (
+        printed.err == ""
+        and printed.out.startswith("four-bar, ground 0.2 m")
+        and "crank-rocker" in printed.out
+    )
     assert run_cli(["six-bar-press", "printed"], monkeypatch) == 0
     assert "locks at 336.825007 deg after 1.471542 s" in capsys.readouterr().out
     assert run_cli(["slider-crank", "0.05", "0.15", "--held", "rod", "--json"], monkeypatch) == 0
@@ -246,13 +299,25 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
         "--branch",
         "-1",
     ]
-    assert run_cli(["four-bar", "0.2", "0.06", "0.16", "0.14", "--point", "0.1", "0.05", *options], monkeypatch) == 0
+    assert (
+        run_cli(
+            ["four-bar", "0.2", "0.06", "0.16", "0.14", "--point", "0.1", "0.05", *options],
+            monkeypatch,
+        )
+        == 0
+    )
     printed = capsys.readouterr()
-    assert printed.err == "" and printed.out.splitlines()[-3:] == files and "rocker.rate" in printed.out
+    assert (
+        printed.err == ""
+        and printed.out.splitlines()[-3:] == files
+        and "rocker.rate" in printed.out
+    )
     run = Study.from_csv(files[1])
     assert run.linkage.point == (0.1, 0.05) and run.t[-1] == pytest.approx(4 * np.pi / 3)
     assert run["rocker.angle"].max() < 0  # the other branch
-    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG" and "MeshCat" in (tmp_path / "a.html").read_text()
+    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG" and "MeshCat" in (
+        tmp_path / "a.html"
+    ).read_text()
 
 
 @pytest.mark.parametrize(
@@ -274,10 +339,14 @@ def test_cli_studies(argv, monkeypatch, capsys, tmp_path):
     if "straight-line" in argv:  # the whole usual stroke, but where its end is a lock
         mechanism = straight_line(argv[1])
         along = (
-            move(mechanism.linkage, run.q, branch=mechanism.branch).position("M") - mechanism.through
+            move(mechanism.linkage, run.q, branch=mechanism.branch).position("M")
+            - mechanism.through
         ) @ mechanism.direction
         whole = np.ptp(
-            move(mechanism.linkage, np.array(mechanism.stroke), branch=mechanism.branch).position("M"), axis=0
+            move(mechanism.linkage, np.array(mechanism.stroke), branch=mechanism.branch).position(
+                "M"
+            ),
+            axis=0,
         ).max()
         assert np.ptp(along) > 0.95 * whole
     if "--load" in argv:
@@ -291,14 +360,34 @@ def test_cli_studies(argv, monkeypatch, capsys, tmp_path):
         (["four-bar", "1", "0", "1", "1"], 2, "crank must be finite and > 0"),
         (["four-bar", "1", "1", "1", "1", "--branch", "0"], 2, "branch must be +1 or -1, not 0"),
         (["four-bar", "0.2", "0.06", "0.16", "0.14", "--held", "bar"], 2, "no link 'bar'"),
-        (["four-bar", "0.2", "0.06", "0.16", "0.14", "--speed", "0"], 2, "--speed must be finite and not 0"),
-        (["four-bar", "0.2", "0.06", "0.16", "0.14", "--turns", "-1"], 2, "--turns must be finite and > 0"),
+        (
+            ["four-bar", "0.2", "0.06", "0.16", "0.14", "--speed", "0"],
+            2,
+            "--speed must be finite and not 0",
+        ),
+        (
+            ["four-bar", "0.2", "0.06", "0.16", "0.14", "--turns", "-1"],
+            2,
+            "--turns must be finite and > 0",
+        ),
         (["four-bar", "0.2", "0.06", "0.16", "0.14", "--drive", "jump"], 2, "no drive 'jump'"),
-        (["four-bar", "0.2", "0.06", "0.16", "0.14", "--plot", "a.gif"], 2, "--plot must end in .png, .svg or .pdf"),
-        (["straight-line", "peaucellier"], 2, "the known ones are evans, chebyshev, watt, hoeken, roberts"),
+        (
+            ["four-bar", "0.2", "0.06", "0.16", "0.14", "--plot", "a.gif"],
+            2,
+            "--plot must end in .png, .svg or .pdf",
+        ),
+        (
+            ["straight-line", "peaucellier"],
+            2,
+            "the known ones are evans, chebyshev, watt, hoeken, roberts",
+        ),
         (["six-bar-press", "mended"], 2, "no press 'mended'; the known ones are repaired, printed"),
         (["five-bar", "--motors", "1", "6"], 2, "motors must be two of the joints 1 to 5"),
-        (["six-bar-press", "printed", "--csv", "x.csv"], 1, "it locks at 336.825007 deg after 1.47154173 s"),
+        (
+            ["six-bar-press", "printed", "--csv", "x.csv"],
+            1,
+            "it locks at 336.825007 deg after 1.47154173 s",
+        ),
         (["four-bar", "0.2", "0.06", "0.16", "0.14", "--csv", "/dev/null/x"], 1, "Not a directory"),
     ],
 )
@@ -306,6 +395,10 @@ def test_cli_failures_are_one_line(argv, code, message, monkeypatch, capsys, tmp
     monkeypatch.chdir(tmp_path)
     assert run_cli(argv, monkeypatch) == code
     printed = capsys.readouterr()
-    assert printed.err.startswith("fivebar: ") and message in printed.err and printed.err.count("\n") == 1
+    assert (
+        printed.err.startswith("fivebar: ")
+        and message in printed.err
+        and printed.err.count("\n") == 1
+    )
     if code == 1:  # the verdict comes first, whatever happens then
         assert "Grashof" in printed.out or "crank-rocker" in printed.out

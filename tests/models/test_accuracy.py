@@ -45,13 +45,19 @@ def poses():
 def expected(start):
     _, p = poses()
     with mpmath.workdps(50):  # the floats are taken as exact numbers
-        return oracle.models({name: exact(x) for name, x in p.items()}, start), oracle.condition(p, start)
+        return oracle.models({name: exact(x) for name, x in p.items()}, start), oracle.condition(
+            p, start
+        )
 
 
 def package(robot, start, sign, given, kind=fb.FiveBar):
     """The pose and the package's outputs by the oracle's keys: floats, arrays or CasADi expressions, as given."""
     model = kind(**robot)
-    pose = fb.dgm(model, given["q"], assembly=sign) if start == "q" else fb.igm(model, given["xi"], working=sign)
+    pose = (
+        fb.dgm(model, given["q"], assembly=sign)
+        if start == "q"
+        else fb.igm(model, given["xi"], working=sign)
+    )
     out = {(name, start): getattr(pose, name) for name in (OTHER[start], "q_passive", "A", "B")}
     for r, first in zip(RATES, (fb.dkm, fb.ikm)):
         rates = first(pose, given[r])
@@ -62,7 +68,9 @@ def package(robot, start, sign, given, kind=fb.FiveBar):
         out["energy", start, r] = fb.energy(rates)
         for a, second in zip(ACCELERATIONS, (fb.dkm2, fb.ikm2)):
             acc = second(rates, given[a])
-            out |= {(name, start, r, a): getattr(acc, name) for name in (OTHER[a], "q_passive_ddot")}
+            out |= {
+                (name, start, r, a): getattr(acc, name) for name in (OTHER[a], "q_passive_ddot")
+            }
             out["tau", start, r, a] = fb.inverse_dynamics(acc)
     return pose, out
 
@@ -80,7 +88,9 @@ def batches(start):
     for k, robot in enumerate(poses()[0]):
         pose, out = package(robot, start, *given(start, slice(k * POSES, (k + 1) * POSES)))
         outs.append({key: np.reshape(x, (POSES, -1)).T for key, x in out.items()})
-        points.append(np.concatenate([pose.xi, pose.q, np.reshape(pose.elbows, (POSES, 4))], axis=1).T)
+        points.append(
+            np.concatenate([pose.xi, pose.q, np.reshape(pose.elbows, (POSES, 4))], axis=1).T
+        )
     return {key: np.hstack([out[key] for out in outs]) for key in outs[0]}, np.hstack(points)
 
 
@@ -89,7 +99,9 @@ def ratios(key, got, chosen=slice(None)):
     value, kappa = expected(key[1])
     with mpmath.workdps(50):
         got = exact(np.asarray(got, dtype=float))
-        error = norm((circle(got).reshape(4, -1) if key[0] in ANGLES else got) - value[key][:, chosen])
+        error = norm(
+            (circle(got).reshape(4, -1) if key[0] in ANGLES else got) - value[key][:, chosen]
+        )
     return np.where(np.isfinite(error), error, np.inf) / (EPS * kappa[key][chosen])
 
 
@@ -99,9 +111,15 @@ def closure(start):
     with mpmath.workdps(50):
         l1, l2, base = oracle.bars({name: exact(p[name]) for name in LENGTHS})
         xi, q, *elbows = exact(batches(start)[1]).reshape(4, 2, -1)
-        pairs = [pair for e in (elbows, base + l1[:, None] * circle(q)) for pair in ((xi - e, l2), (e - base, l1))]
+        pairs = [
+            pair
+            for e in (elbows, base + l1[:, None] * circle(q))
+            for pair in ((xi - e, l2), (e - base, l1))
+        ]
         residuals = [abs(oracle.dot(v, v) ** 0.5 - bar) for v, bar in pairs]
-        return np.concatenate(residuals).astype(float).max(axis=0) / (EPS * sum(p[name] for name in LENGTHS))
+        return np.concatenate(residuals).astype(float).max(axis=0) / (
+            EPS * sum(p[name] for name in LENGTHS)
+        )
 
 
 def round_trip(start):
@@ -111,20 +129,26 @@ def round_trip(start):
     back = []
     for k, robot in enumerate(robots):
         chosen = slice(k * POSES, (k + 1) * POSES)
-        pose = model(fb.FiveBar(**robot), out[middle, start][:, chosen].T, p[MODES[middle]][..., chosen].T)
+        pose = model(
+            fb.FiveBar(**robot), out[middle, start][:, chosen].T, p[MODES[middle]][..., chosen].T
+        )
         back.append(getattr(pose, start).T)
     error = np.hstack(back) - p[start]
     error = np.angle(np.exp(1j * error)) if start == "q" else error
     A, B = (expected(start)[0][name, start].astype(float).T.reshape(-1, 2, 2) for name in "AB")
     slope = np.linalg.norm(np.linalg.solve(*((A, B) if start == "xi" else (B, A))), axis=(1, 2))
-    return norm(error) / (EPS * (expected(middle)[1][start, middle] + slope * expected(start)[1][middle, start]))
+    return norm(error) / (
+        EPS * (expected(middle)[1][start, middle] + slope * expected(start)[1][middle, start])
+    )
 
 
 def check(name, ratio, bound=BOUND, chosen=slice(None)):
     worst = np.argmax(ratio)
     pose = {name: x[..., chosen][..., worst].tolist() for name, x in poses()[1].items()}
     text = f"{name}: {ratio[worst]:.3g} > {bound} times eps kappa |f|, {np.sum(ratio > bound)} of {ratio.size} poses"
-    assert ratio[worst] <= bound, f"{text}; worst (near a singularity: {NEAR[chosen][worst]}): {pose}"
+    assert ratio[worst] <= bound, (
+        f"{text}; worst (near a singularity: {NEAR[chosen][worst]}): {pose}"
+    )
 
 
 @pytest.mark.parametrize("key", oracle.keys("q") + oracle.keys("xi"), ids=label)
@@ -142,7 +166,9 @@ def test_loop(measure, bound, start):
 def test_single_poses(start):
     chosen = np.arange(0, ROBOTS * POSES, 40)
     singles = [(poses()[0][i // POSES], *given(start, i)) for i in chosen]
-    outs = [package(robot, start, mode.tolist(), coordinates)[1] for robot, mode, coordinates in singles]
+    outs = [
+        package(robot, start, mode.tolist(), coordinates)[1] for robot, mode, coordinates in singles
+    ]
     for key in oracle.keys(start):
         ratio = ratios(key, np.stack([np.ravel(out[key]) for out in outs], axis=1), chosen)
         check(f"single {label(key)}", ratio, chosen=chosen)
@@ -159,9 +185,15 @@ def test_casadi(start, symbols):
         for mode in np.unique(modes[:, k], axis=1).T:
             chosen = k * POSES + np.flatnonzero((modes[:, k].T == mode).all(axis=1))
             inputs = {name: getattr(casadi, symbols).sym(name, 2) for name in (start, *GIVEN)}
-            _, out = package(robots[k], start, mode.tolist() if start == "xi" else int(mode[0]), inputs)
-            function = casadi.Function("f", [*inputs.values()], [casadi.vec(out[key].T) for key in oracle.keys(start)])
-            for key, got in zip(oracle.keys(start), function(*(x.T for x in given(start, chosen)[1].values()))):
+            _, out = package(
+                robots[k], start, mode.tolist() if start == "xi" else int(mode[0]), inputs
+            )
+            function = casadi.Function(
+                "f", [*inputs.values()], [casadi.vec(out[key].T) for key in oracle.keys(start)]
+            )
+            for key, got in zip(
+                oracle.keys(start), function(*(x.T for x in given(start, chosen)[1].values()))
+            ):
                 check(f"{symbols} {label(key)}", ratios(key, got, chosen), chosen=chosen)
 
 
@@ -191,7 +223,9 @@ def test_oracle(start):
 
         # every way through the models agrees with this one, given its results
         ways = ((start,), (start, rate), (start, rate, acc))
-        known = {key[0]: x for key, x in f.items() if key[1:] in ways} | {name: p[name] for name in (start, rate, acc)}
+        known = {key[0]: x for key, x in f.items() if key[1:] in ways} | {
+            name: p[name] for name in (start, rate, acc)
+        }
         for key, x in oracle.models(p | {name: known[name] for name in GIVEN}, start).items():
             same(x, known[key[0].removeprefix("forward ")])
 
@@ -220,8 +254,14 @@ def test_oracle(start):
 
 def main():
     """Print the largest measured ratio of each function: of all poses, of those near a singularity."""
-    rows = {label(key): ratios(key, batches(start)[0][key]) for start in STARTS for key in oracle.keys(start)}
-    rows |= {f"{f.__name__} from {start}": f(start) for f in (closure, round_trip) for start in STARTS}
+    rows = {
+        label(key): ratios(key, batches(start)[0][key])
+        for start in STARTS
+        for key in oracle.keys(start)
+    }
+    rows |= {
+        f"{f.__name__} from {start}": f(start) for f in (closure, round_trip) for start in STARTS
+    }
     for name, ratio in rows.items():
         print(f"{name:45s} {ratio.max():10.3g} {ratio[NEAR].max():10.3g}")
 

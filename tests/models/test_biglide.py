@@ -31,7 +31,9 @@ def test_four_working_and_two_assembly_modes(robot):
     xi = np.stack([rng.uniform(-0.07, 0.07, 200), rng.uniform(-3, 3, 200)], axis=1)
     poses = [fb.igm(robot, xi, mode) for mode in MODES]
     for mode, pose in zip(MODES, poses):
-        assert (pose.working == mode).all() and (np.diagonal(pose.B, axis1=1, axis2=2) * mode < 0).all()
+        assert (pose.working == mode).all() and (
+            np.diagonal(pose.B, axis1=1, axis2=2) * mode < 0
+        ).all()
         regular = pose.assembly != 0
         back = fb.dgm(robot, pose.q[regular], pose.assembly[regular])
         assert np.abs(back.xi - xi[regular]).max() < 1e-9
@@ -53,12 +55,19 @@ def test_moving_along_the_guides_changes_nothing_else(x, y, mode, by):
 
 
 def test_unreachable_says_by_how_much_and_which_leg():
-    with pytest.raises(fb.UnreachableError, match=r"left leg.*guide are 0\.3 m apart.*0\.2828427 m \(gap 0\.0172 m\)"):
+    with pytest.raises(
+        fb.UnreachableError,
+        match=r"left leg.*guide are 0\.3 m apart.*0\.2828427 m \(gap 0\.0172 m\)",
+    ):
         fb.igm(LAB, (0.1, 5.0))
     with pytest.raises(fb.UnreachableError, match="right leg") as error:
         fb.igm(LAB, [(0.0, 0.0), (-0.1, 0.2)])
-    assert error.value.index == (1,) and error.value.gap == pytest.approx(0.3 - 0.2828427, abs=1e-15)
-    with pytest.raises(fb.UnreachableError, match=r"the feet are 0\.64.* m apart, the longest") as error:
+    assert error.value.index == (1,) and error.value.gap == pytest.approx(
+        0.3 - 0.2828427, abs=1e-15
+    )
+    with pytest.raises(
+        fb.UnreachableError, match=r"the feet are 0\.64.* m apart, the longest"
+    ) as error:
         fb.dgm(LAB, (0.0, 0.5))
     assert error.value.gap == pytest.approx(math.hypot(0.4, 0.5) - 0.5656854, abs=1e-15)
     with pytest.raises(fb.UnreachableError, match="the feet are .* the shortest"):
@@ -82,7 +91,10 @@ def test_a_bar_across_its_guide_is_reached(k):
 
 def test_singular_models_speak_of_this_robot():
     serial = fb.igm(LAB, (-0.2 + 0.2828427, 0.3))
-    with pytest.raises(fb.SingularityError, match=r"ikm: B is singular \(Type 1\): sin phi1 = .* at q = \(.*\) m, xi"):
+    with pytest.raises(
+        fb.SingularityError,
+        match=r"ikm: B is singular \(Type 1\): sin phi1 = .* at q = \(.*\) m, xi",
+    ):
         fb.ikm(serial, (0.1, 0.0))
     rates = fb.dkm(serial, (0.1, 0.2))
     assert np.isfinite(fb.forward_dynamics(rates, (1.0, 2.0)).q_ddot).all()
@@ -118,7 +130,8 @@ def test_robots_from_parameters():
     assert robot_of({"mf1": 2.0}) == fb.Biglide(mf1=2.0)
     assert robot_of({"m": 2.0}) == fb.FiveBar(m=2.0)
     with pytest.raises(
-        ValueError, match=r"no parameter l3; the known ones are l11, .* or l1, l2, d, mf1, mf2, m \(bigl"
+        ValueError,
+        match=r"no parameter l3; the known ones are l11, .* or l1, l2, d, mf1, mf2, m \(bigl",
     ):
         robot_of({"l1": 1.0, "l3": 2.0})
 
@@ -135,7 +148,9 @@ def test_the_labs_ten_functions(robot):
             assert lab.dgm(q11, q21, int(pose.assembly)) == pytest.approx(xi, abs=1e-13)
             phi = lab.dgm_passive(q11, q21, int(pose.assembly))
             foot = np.array([-robot.d / 2, q11])
-            assert foot + robot.l1 * np.array([math.cos(phi[0]), math.sin(phi[0])]) == pytest.approx(xi, abs=1e-13)
+            assert foot + robot.l1 * np.array(
+                [math.cos(phi[0]), math.sin(phi[0])]
+            ) == pytest.approx(xi, abs=1e-13)
             joints = q11, phi[0], q21, phi[1]
             q11D, q21D = lab.ikm(*joints, 0.2, -0.1)
             assert lab.dkm(*joints, q11D, q21D) == pytest.approx((0.2, -0.1), abs=1e-12)

@@ -28,7 +28,9 @@ def poses():
 def expected(start):
     _, p = poses()
     with mpmath.workdps(50):
-        return models({name: exact(x) for name, x in p.items()}, start), biglide_oracle.condition(p, start)
+        return models({name: exact(x) for name, x in p.items()}, start), biglide_oracle.condition(
+            p, start
+        )
 
 
 def given(start, chosen):
@@ -41,7 +43,9 @@ def batches(start):
     """The package on all poses, a batch per robot: outputs (components, poses) by key; xi and feet; the Poses."""
     outs, points, found = [], [], []
     for k, robot in enumerate(poses()[0]):
-        pose, out = package(robot, start, *given(start, slice(k * POSES, (k + 1) * POSES)), fb.Biglide)
+        pose, out = package(
+            robot, start, *given(start, slice(k * POSES, (k + 1) * POSES)), fb.Biglide
+        )
         outs.append({key: np.reshape(x, (POSES, -1)).T for key, x in out.items()})
         points.append(np.concatenate([pose.xi, np.reshape(pose.elbows, (POSES, 4))], axis=1).T)
         found.append(pose)
@@ -53,7 +57,9 @@ def ratios(key, got, chosen=slice(None)):
     value, kappa = expected(key[1])
     with mpmath.workdps(50):
         got = exact(np.asarray(got, dtype=float))
-        error = norm((circle(got).reshape(4, -1) if key[0] == "q_passive" else got) - value[key][:, chosen])
+        error = norm(
+            (circle(got).reshape(4, -1) if key[0] == "q_passive" else got) - value[key][:, chosen]
+        )
     return np.where(np.isfinite(error), error, np.inf) / (EPS * kappa[key][chosen])
 
 
@@ -79,7 +85,11 @@ def test_closure_and_modes(start):
         residuals = [abs(dot(xi - foot, xi - foot) ** 0.5 - bar) for foot, bar in zip(feet, bars)]
         residuals += [abs(foot[0] - side * exact(p["d"]) / 2) for foot, side in zip(feet, (-1, 1))]
         size = sum(p[name] for name in LENGTHS) + np.abs(p["q"]).max(axis=0)
-        check("closure", np.concatenate(residuals).astype(float).reshape(4, -1).max(axis=0) / (EPS * size), 4)
+        check(
+            "closure",
+            np.concatenate(residuals).astype(float).reshape(4, -1).max(axis=0) / (EPS * size),
+            4,
+        )
     found = batches(start)[2]
     assert (np.concatenate([pose.assembly for pose in found]) == p["assembly"]).all()
     assert (np.concatenate([pose.working for pose in found]) == p["working"].T).all()
@@ -90,9 +100,16 @@ def test_closure_and_modes(start):
 def test_single_poses(start):
     chosen = np.arange(0, ROBOTS * POSES, 40)
     singles = [(poses()[0][i // POSES], *given(start, i)) for i in chosen]
-    outs = [package(robot, start, mode.tolist(), coordinates, fb.Biglide)[1] for robot, mode, coordinates in singles]
+    outs = [
+        package(robot, start, mode.tolist(), coordinates, fb.Biglide)[1]
+        for robot, mode, coordinates in singles
+    ]
     for key in keys(start):
-        check(label(key), ratios(key, np.stack([np.ravel(out[key]) for out in outs], axis=1), chosen), chosen=chosen)
+        check(
+            label(key),
+            ratios(key, np.stack([np.ravel(out[key]) for out in outs], axis=1), chosen),
+            chosen=chosen,
+        )
 
 
 @pytest.mark.parametrize("symbols", ("SX", "MX"))
@@ -106,9 +123,19 @@ def test_casadi(start, symbols):
         for mode in np.unique(modes[:, k], axis=1).T:
             chosen = k * POSES + np.flatnonzero((modes[:, k].T == mode).all(axis=1))
             inputs = {name: getattr(casadi, symbols).sym(name, 2) for name in (start, *GIVEN)}
-            _, out = package(robots[k], start, mode.tolist() if start == "xi" else int(mode[0]), inputs, fb.Biglide)
-            function = casadi.Function("f", [*inputs.values()], [casadi.vec(out[key].T) for key in keys(start)])
-            for key, got in zip(keys(start), function(*(x.T for x in given(start, chosen)[1].values()))):
+            _, out = package(
+                robots[k],
+                start,
+                mode.tolist() if start == "xi" else int(mode[0]),
+                inputs,
+                fb.Biglide,
+            )
+            function = casadi.Function(
+                "f", [*inputs.values()], [casadi.vec(out[key].T) for key in keys(start)]
+            )
+            for key, got in zip(
+                keys(start), function(*(x.T for x in given(start, chosen)[1].values()))
+            ):
                 check(f"{symbols} {label(key)}", ratios(key, got, chosen), chosen=chosen)
 
 
@@ -129,14 +156,18 @@ def test_oracle(start):
             x, y, z = (g[name, start] for g in (before, f, after))
             first, second = (z - x) / (2 * h), (z - 2 * y + x) / h**2
             if name == "q_passive":
-                first, second = (cross(y.reshape(2, 2, -1), w.reshape(2, 2, -1)) for w in (first, second))
+                first, second = (
+                    cross(y.reshape(2, 2, -1), w.reshape(2, 2, -1)) for w in (first, second)
+                )
             same(first, f[name + "_dot", start, rate])
             same(second, f[name + "_ddot", start, rate, acc])
         force = {other: f[f"{other}_ddot", start, rate, acc], start: p[acc]}
         speed = {other: f[f"{other}_dot", start, rate], start: p[rate]}
         feet = np.stack([p["mf1"], p["mf2"]])
         power = (f["tau", start, rate, acc] * speed["q"]).sum(axis=0)
-        gained = (feet * force["q"] * speed["q"]).sum(axis=0) + p["m"] * (force["xi"] * speed["xi"]).sum(axis=0)
+        gained = (feet * force["q"] * speed["q"]).sum(axis=0) + p["m"] * (
+            force["xi"] * speed["xi"]
+        ).sum(axis=0)
         same(power[None], gained[None])
         M = f["M", start, rate].reshape(2, 2, -1)
         same((M * force["q"]).sum(axis=1) + f["c", start, rate], f["tau", start, rate, acc])

@@ -33,9 +33,15 @@ def test_charts_agree(robot, reachable, chart):
         for name in ("q_ddot", "xi_ddot", "q_passive_ddot"):
             expected_value = getattr(expected, name)
             bound = 1e-12 * kappa * (1 + np.abs(expected_value).max())
-            np.testing.assert_allclose(getattr(there, name), expected_value, atol=bound, err_msg=name)
+            np.testing.assert_allclose(
+                getattr(there, name), expected_value, atol=bound, err_msg=name
+            )
         assert (rates.pose.working == modes).all() and rates.pose.assembly == known.pose.assembly
-        told = {"task": tuple(modes), "joint": (int(known.pose.assembly), 0), "bars": (0, 0)}  # 0: not asked for
+        told = {
+            "task": tuple(modes),
+            "joint": (int(known.pose.assembly), 0),
+            "bars": (0, 0),
+        }  # 0: not asked for
         assert chart.coordinates(known)[2] == told[chart.name]
 
 
@@ -72,6 +78,8 @@ def test_motions_at_and_past_the_corner_go_through(start, angle, speed, working)
 def test_angles_go_on_in_the_turn_that_is_nearest():
     q, before = np.random.default_rng(3).uniform((-np.pi, -30), (np.pi, 30), (200, 2)).T
     found = beside(ROBOT, q, before)
-    assert (np.abs(found - before) <= np.pi).all() and np.ptp(np.round((found - q) / (2 * np.pi))) >= 8
+    assert (np.abs(found - before) <= np.pi).all() and np.ptp(
+        np.round((found - q) / (2 * np.pi))
+    ) >= 8
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * q), atol=1e-13)
     np.testing.assert_array_equal(beside(fb.Biglide(), q, before), q)  # lengths do not wrap

@@ -32,7 +32,11 @@ def test_poses_cost_no_velocity_and_no_dynamics():
     alone = fb.compile(ROBOT, ["q"], ["xi"]).n_instructions()
     assert alone < 50
     moving = fb.compile(ROBOT, ["q", "q_dot"], ["xi", "xi_dot"]).n_instructions()
-    assert alone < moving < fb.compile(ROBOT, ["q", "q_dot"], ["xi", "xi_dot", "M", "c"]).n_instructions()
+    assert (
+        alone
+        < moving
+        < fb.compile(ROBOT, ["q", "q_dot"], ["xi", "xi_dot", "M", "c"]).n_instructions()
+    )
     assert fb.compile(ROBOT, ["q", "q_dot", "tau"], ["xi"]).n_instructions() == alone
     massless = fb.FiveBar(zz1=0, zz2=0)
     assert (
@@ -41,7 +45,20 @@ def test_poses_cost_no_velocity_and_no_dynamics():
     )
 
 
-OUTPUTS = ["xi", "q_passive", "A", "B", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "q_ddot", "xi_ddot"]
+OUTPUTS = [
+    "xi",
+    "q_passive",
+    "A",
+    "B",
+    "xi_dot",
+    "q_passive_dot",
+    "d",
+    "M",
+    "c",
+    "energy",
+    "q_ddot",
+    "xi_ddot",
+]
 
 
 def test_compiled_models_equal_numpy(compiler):
@@ -51,14 +68,32 @@ def test_compiled_models_equal_numpy(compiler):
     kappa = oracle.condition(p, "q")
     for k, lengths in enumerate(robots):
         for assembly in (-1, 1):
-            chosen = np.flatnonzero(p["assembly"][k * count : (k + 1) * count] == assembly) + k * count
+            chosen = (
+                np.flatnonzero(p["assembly"][k * count : (k + 1) * count] == assembly) + k * count
+            )
             q, q_dot, tau = (p[name][:, chosen].T for name in ("q", "q_dot", "tau"))
             rates = fb.dkm(fb.dgm(fb.FiveBar(**lengths), q, assembly), q_dot)
             acc, (M, c), pose = fb.forward_dynamics(rates, tau), fb.dynamic_model(rates), rates.pose
-            numbers = [pose.xi, pose.q_passive, pose.A, pose.B, rates.xi_dot, rates.q_passive_dot, rates.d, M, c]
+            numbers = [
+                pose.xi,
+                pose.q_passive,
+                pose.A,
+                pose.B,
+                rates.xi_dot,
+                rates.q_passive_dot,
+                rates.d,
+                M,
+                c,
+            ]
             numbers += [fb.energy(rates), acc.q_ddot, acc.xi_ddot]
             for jit in (False, True) if k in (0, 7) else (False,):
-                function = fb.compile(fb.FiveBar(**lengths), ["q", "q_dot", "tau"], OUTPUTS, assembly=assembly, jit=jit)
+                function = fb.compile(
+                    fb.FiveBar(**lengths),
+                    ["q", "q_dot", "tau"],
+                    OUTPUTS,
+                    assembly=assembly,
+                    jit=jit,
+                )
                 for name, value, number in zip(OUTPUTS, batch(function, q, q_dot, tau), numbers):
                     assert value.shape == number.shape
                     error = (value - number).reshape(len(q), -1)
@@ -67,7 +102,10 @@ def test_compiled_models_equal_numpy(compiler):
                     key = (f"forward {name}" if name.endswith("ddot") else name, "q", "q_dot")[
                         : 2 if level == "q" else 3
                     ]
-                    assert (np.linalg.norm(error, axis=1) <= 16 * EPS * kappa[key][chosen]).all(), (name, jit)
+                    assert (np.linalg.norm(error, axis=1) <= 16 * EPS * kappa[key][chosen]).all(), (
+                        name,
+                        jit,
+                    )
 
 
 @pytest.mark.parametrize(
@@ -100,7 +138,9 @@ def test_modes_told_with_each_call(robot):
     by_task = fb.compile(robot, ["xi", "working"], ["q", "q_passive"])
     for assembly in (-1, 1):
         pose = fb.dgm(robot, q, assembly)
-        for found, expected in zip(by_joints(q, q_dot, assembly), (pose.xi, *fb.dynamic_model(fb.dkm(pose, q_dot)))):
+        for found, expected in zip(
+            by_joints(q, q_dot, assembly), (pose.xi, *fb.dynamic_model(fb.dkm(pose, q_dot)))
+        ):
             np.testing.assert_allclose(np.squeeze(found.full()), expected, rtol=1e-12, atol=1e-15)
         found, passive = by_task(pose.xi, casadi.DM(pose.working.astype(float)))
         np.testing.assert_allclose(found.full().ravel(), q, rtol=1e-12)
@@ -141,7 +181,11 @@ def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
 
 
 def _build(_):
-    return fb.compile(fb.FiveBar(m=0.77), ["q", "q_dot"], ["M"], jit=True)((0, 0), (0, 0)).full().tolist()
+    return (
+        fb.compile(fb.FiveBar(m=0.77), ["q", "q_dot"], ["M"], jit=True)((0, 0), (0, 0))
+        .full()
+        .tolist()
+    )
 
 
 def test_processes_that_build_at_once_do_not_meet(compiler):
@@ -166,20 +210,35 @@ def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     for module, name in ((plant, "_compiled"), (many, "_call")):
-        monkeypatch.setattr(module, name, getattr(module, name).__wrapped__)  # whatever is kept of other tests
+        monkeypatch.setattr(
+            module, name, getattr(module, name).__wrapped__
+        )  # whatever is kept of other tests
     idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 0.02)
     starts = fb.ikm(fb.igm(ROBOT, [(0.0, 0.1)]), (0, 0))
     for run, asked in (
         (lambda jit: fb.simulate(ROBOT, idle, still, duration=0.02, jit=jit), 1),
-        (lambda jit: fb.simulate(ROBOT, idle, still, duration=0.02, method="rk4", step=0.01, jit=jit), 1),
-        (lambda jit: fb.simulate(fb.FiveBar(fs1=0.01), idle, still, duration=0.02, jit=jit), 2),  # what sticks, too
-        (lambda jit: fb.simulate_many(ROBOT, idle, still, starts, duration=0.02, step=0.01, jit=jit), 1),
+        (
+            lambda jit: fb.simulate(
+                ROBOT, idle, still, duration=0.02, method="rk4", step=0.01, jit=jit
+            ),
+            1,
+        ),
+        (
+            lambda jit: fb.simulate(fb.FiveBar(fs1=0.01), idle, still, duration=0.02, jit=jit),
+            2,
+        ),  # what sticks, too
+        (
+            lambda jit: fb.simulate_many(
+                ROBOT, idle, still, starts, duration=0.02, step=0.01, jit=jit
+            ),
+            1,
+        ),
     ):
         with pytest.raises(RuntimeError, match="no C compiler found"):
             run(True)
-        with pytest.warns(RuntimeWarning, match="going on in CasADi's virtual machine") as said:
+        with pytest.warns(RuntimeWarning, match="going on in CasADi's virtual machine") as notes:
             run("auto")
-        assert len(said) == asked
+        assert len(notes) == asked
 
 
 def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
@@ -232,38 +291,54 @@ def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, c
     end = five_bar_numbers["forced_motion"]
 
     def last(count):
-        state = Buffered(propagate(ROBOT, chart, modes, method, 2 / count, count, forced))([*c, *c_dot])[0].copy()
+        state = Buffered(propagate(ROBOT, chart, modes, method, 2 / count, count, forced))(
+            [*c, *c_dot]
+        )[0].copy()
         half = chart.size
         return chart.rates(ROBOT, tuple(state[:half].tolist()), tuple(state[half:].tolist()), modes)
 
     exact = [float(end[key]) for key in ("q11", "q21", "q11_dot", "q21_dot")]
     fine = last(6400 if method == "rk4" else 400)
-    assert [*fine.pose.q, *fine.q_dot] == pytest.approx(exact, abs=2e-12 if method == "dop8" else 1e-10)
+    assert [*fine.pose.q, *fine.q_dot] == pytest.approx(
+        exact, abs=2e-12 if method == "dop8" else 1e-10
+    )
     errors = [np.abs(last(count).pose.q - fine.pose.q).max() for count in counts]
     slope = np.log(errors[0] / errors[1]) / np.log(counts[1] / counts[0])
-    assert slope == pytest.approx(order, abs=0.1 if method == "rk4" else 0.4)  # order 8 ends in rounding too soon
+    assert slope == pytest.approx(
+        order, abs=0.1 if method == "rk4" else 0.4
+    )  # order 8 ends in rounding too soon
 
 
 @pytest.mark.parametrize("chart", ["auto", "joint", "task"])
 @pytest.mark.parametrize(
     "options", [{}, {"torque_limit": 0.006}, {"delay": 2}, {"duration": 1.2345}, {"method": "dop8"}]
 )
-@pytest.mark.parametrize("controller", [fb.ComputedTorque(ROBOT, 100, (20, 21)), fb.PD(ROBOT, 0.4, 0.08)])
+@pytest.mark.parametrize(
+    "controller", [fb.ComputedTorque(ROBOT, 100, (20, 21)), fb.PD(ROBOT, 0.4, 0.08)]
+)
 def test_a_compiled_loop_is_the_python_loop(controller, chart, options):
     xi = TASK_1(0.0)[0] + [(0.0, 0.0), (1e-3, -2e-3)]
-    runs = fb.simulate_many(ROBOT, controller, TASK_1, fb.ikm(fb.igm(ROBOT, xi), (0, 0)), chart=chart, **options)
+    runs = fb.simulate_many(
+        ROBOT, controller, TASK_1, fb.ikm(fb.igm(ROBOT, xi), (0, 0)), chart=chart, **options
+    )
     for k, run in enumerate(runs):
         start = fb.ikm(fb.igm(ROBOT, xi[k]), (0, 0))
-        one = fb.simulate(ROBOT, controller, TASK_1, start=start, chart=chart, **{"method": "rk4", **options})
+        one = fb.simulate(
+            ROBOT, controller, TASK_1, start=start, chart=chart, **{"method": "rk4", **options}
+        )
         for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
-            np.testing.assert_allclose(getattr(run, name), getattr(one, name), atol=1e-13, err_msg=name)
+            np.testing.assert_allclose(
+                getattr(run, name), getattr(one, name), atol=1e-13, err_msg=name
+            )
         for ours, theirs in zip(run.control, one.control):
             np.testing.assert_allclose(ours, theirs, atol=1e-13)
 
 
 def test_many_runs_in_several_calls(compiler):
     rng = np.random.default_rng(2)
-    starts = fb.ikm(fb.igm(ROBOT, TASK_1(0.0)[0] + rng.normal(scale=1e-3, size=(70, 2))), (0.0, 0.0))
+    starts = fb.ikm(
+        fb.igm(ROBOT, TASK_1(0.0)[0] + rng.normal(scale=1e-3, size=(70, 2))), (0.0, 0.0)
+    )
     controller = fb.ComputedTorque(ROBOT, 100, 20)
     runs = fb.simulate_many(ROBOT, controller, TASK_1, starts, jit=True)
     assert len(runs) == 70 and all(np.linalg.norm(run.error[-1]) < 5e-5 for run in runs)
@@ -275,18 +350,30 @@ def test_bad_loops():
     controller = fb.ComputedTorque(ROBOT, 100, 20)
     for change, message in (
         (
-            dict(controller=[fb.ComputedTorque(ROBOT, 100, 20)] * 2, starts=None, reference=None, duration=1.0),
+            dict(
+                controller=[fb.ComputedTorque(ROBOT, 100, 20)] * 2,
+                starts=None,
+                reference=None,
+                duration=1.0,
+            ),
             "needs starts, or a reference",
         ),
-        (dict(controller=lambda *_: (0, 0)), "needs a PD or ComputedTorque controller, not function"),
+        (
+            dict(controller=lambda *_: (0, 0)),
+            "needs a PD or ComputedTorque controller, not function",
+        ),
         (dict(chart="polar"), "chart must be one of auto, task, joint, not 'polar'"),
         (dict(starts=fb.ikm(fb.igm(ROBOT, (0.09, 0.068)), (0, 0))), r"the Rates of a batch \(n,\)"),
     ):
         given = dict(controller=controller, reference=TASK_1, starts=starts) | change
         with pytest.raises(ValueError, match=message):
             fb.simulate_many(ROBOT, **given)
-    with pytest.raises(fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"):
-        fb.simulate_many(ROBOT, controller, fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0), starts, chart="joint")
+    with pytest.raises(
+        fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"
+    ):
+        fb.simulate_many(
+            ROBOT, controller, fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0), starts, chart="joint"
+        )
 
 
 def test_an_interrupt_ends_a_search_that_casadi_makes():

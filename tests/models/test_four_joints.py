@@ -7,21 +7,23 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import fivebar as fb
-from fivebar.models.charts import Bars
+from fivebar.models.charts import BarAngles
 from fivebar.models.four_joints import bars_of, bars_rates, closed, loop_gap
 from fivebar.models.parameters import parameters_of
 
 from ..conftest import UNEQUAL
 
 AMORO, BIGLIDE = fb.FiveBar(), fb.Biglide()
-CHANGE_POINT = fb.FiveBar(0.1, 0.2, 0.15, 0.1, 0.05)  # l11 + l12 - l21 - l22 = d: all bars can lie along the base
+CHANGE_POINT = fb.FiveBar(
+    0.1, 0.2, 0.15, 0.1, 0.05
+)  # l11 + l12 - l21 - l22 = d: all bars can lie along the base
 CORNER = (0.0, float(np.sqrt(0.18**2 - 0.059**2)))  # both legs straight
 modes = st.sampled_from([(-1, -1), (-1, 1), (1, -1), (1, 1)])
 rate = st.floats(-3, 3)
 
 
 def accelerations(rates, tau):
-    return np.array(Bars().accelerations(fb.forward_dynamics(rates, tau)))
+    return np.array(BarAngles().accelerations(fb.forward_dynamics(rates, tau)))
 
 
 def singular_poses():
@@ -53,8 +55,18 @@ def moved_gap(robot, a, a_dot, a_ddot, t):
     return np.hypot(*loop_gap(bars_rates(robot, moved, (0.0,) * 4).pose))
 
 
-@given(st.sampled_from([AMORO, UNEQUAL, BIGLIDE]), st.floats(-0.2, 0.2), st.floats(-0.2, 0.3), modes, rate, rate, rate)
-def test_the_same_motion_as_in_the_end_effectors_coordinates(robot, x, y, working, x_dot, y_dot, push):
+@given(
+    st.sampled_from([AMORO, UNEQUAL, BIGLIDE]),
+    st.floats(-0.2, 0.2),
+    st.floats(-0.2, 0.3),
+    modes,
+    rate,
+    rate,
+    rate,
+)
+def test_the_same_motion_as_in_the_end_effectors_coordinates(
+    robot, x, y, working, x_dot, y_dot, push
+):
     pose = fb.igm(robot, (x, y), working, unreachable="nan")
     assume(np.isfinite(pose.q).all() and min(abs(s) for s in (*pose.sines, pose.det_A)) > 0.05)
     known = fb.ikm(pose, (x_dot, y_dot))
@@ -85,7 +97,9 @@ def test_one_step_closes_the_loop_to_rounding_and_moves_least():
         assert np.abs(free @ (np.array(found) - off)).max() < 1e-14
         assert np.abs(columns.T @ np.array(rates_found)).max() < 1e-9  # as good as differences are
         x, y = rates.pose.u2[1]
-        assert rates.pose.elbows[1] + UNEQUAL.l22 * np.array([x, y]) == pytest.approx(rates.pose.xi, abs=3e-16)
+        assert rates.pose.elbows[1] + UNEQUAL.l22 * np.array([x, y]) == pytest.approx(
+            rates.pose.xi, abs=3e-16
+        )
         q2, turn2 = rates_found[2:]
         c, s = np.cos(found[2]), np.sin(found[2])
         velocity = UNEQUAL.l21 * q2 * np.array([-s, c]) + UNEQUAL.l22 * turn2 * np.array([-y, x])
@@ -113,9 +127,13 @@ def test_arrays_and_symbols_say_the_same_as_floats():
     assert (batch.pose.xi == one.pose.xi).all() and (batch.q_passive_dot == one.q_passive_dot).all()
     state, tau = casadi.SX.sym("state", 8), casadi.SX.sym("tau", 2)
     parts = [state[k] for k in range(8)]
-    acc = Bars().accelerations(fb.forward_dynamics(bars_rates(UNEQUAL, parts[:4], parts[4:]), tau))
+    acc = BarAngles().accelerations(
+        fb.forward_dynamics(bars_rates(UNEQUAL, parts[:4], parts[4:]), tau)
+    )
     call = casadi.Function("f", [state, tau], [casadi.vertcat(*acc)])
-    assert call([*a, *a_dot], [0.1, 0.2]).full().ravel() == pytest.approx(accelerations(one, (0.1, 0.2)), rel=1e-13)
+    assert call([*a, *a_dot], [0.1, 0.2]).full().ravel() == pytest.approx(
+        accelerations(one, (0.1, 0.2)), rel=1e-13
+    )
 
 
 def test_four_parallel_bars_are_what_only_a_change_point_robot_can_do():
@@ -138,7 +156,9 @@ def test_robots_with_symbols_as_parameters():
         M, c = fb.dynamic_model(direct)
         inverse = fb.igm(unknown, at)
         call = casadi.Function(
-            "f", [symbols, at, push], [direct.pose.xi, M, c, fb.forward_dynamics(direct, push).q_ddot]
+            "f",
+            [symbols, at, push],
+            [direct.pose.xi, M, c, fb.forward_dynamics(direct, push).q_ddot],
         )
         back = casadi.Function("g", [symbols, at], [inverse.q, inverse.reach_margin])
         known = fb.dkm(fb.dgm(robot, q), (0.4, -0.3))

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.models.dynamics import bar_force_dynamics, bar_forces, drives_forces, held_by, slipping_dynamics
+from fivebar.models.dynamics import (
+    bar_force_dynamics,
+    bar_forces,
+    drives_forces,
+    held_by,
+    slipping_dynamics,
+)
 from fivebar.models.loads import dry_friction, lost_power
 from fivebar.models.parameters import robot_of
 from fivebar.models.sticking import slip_of
@@ -16,7 +22,13 @@ from ..helpers.physics_cases import CASES, heavy_biglide, robot_of_case
 
 HEAVY = replace(robot_of_case(CASES[1], elbows=(0.004, 0.007)), fs1=0.4, fs2=0.3)
 LIGHT = fb.FiveBar(gravity=(0.6, -9.81), fs1=0.4, fs2=0.3)
-ROBOTS = [HEAVY, LIGHT, replace(heavy_biglide()[0], fs1=0.4), fb.FiveBar(l12=0.1), fb.FiveBar(m=0.0, fv1=0.1, fs2=0.2)]
+ROBOTS = [
+    HEAVY,
+    LIGHT,
+    replace(heavy_biglide()[0], fs1=0.4),
+    fb.FiveBar(l12=0.1),
+    fb.FiveBar(m=0.0, fv1=0.1, fs2=0.2),
+]
 
 
 def moving(robot, q_dot):
@@ -29,7 +41,11 @@ def test_what_friction_takes(robot):
     lost = 0.0
     for k in (0, 1):
         q_dot = rates.q_dot[:, k]
-        lost = lost + getattr(robot, f"fv{k + 1}") * q_dot**2 + getattr(robot, f"fs{k + 1}") * np.abs(q_dot)
+        lost = (
+            lost
+            + getattr(robot, f"fv{k + 1}") * q_dot**2
+            + getattr(robot, f"fs{k + 1}") * np.abs(q_dot)
+        )
         if robot.turns:
             lost = lost + getattr(robot, f"fv{k + 1}2") * rates.q_passive_dot[:, k] ** 2
     np.testing.assert_allclose(lost_power(rates), lost, rtol=1e-13, atol=1e-16)
@@ -38,7 +54,9 @@ def test_what_friction_takes(robot):
     if robot.physics is not None:
         dry = np.array([robot.fs1, -robot.fs2])
         np.testing.assert_array_equal(dry_friction(robot, one), dry)
-        call = casadi.Function("f", [q_dot], [casadi.vertcat(*casadi.vertsplit(dry_friction(robot, q_dot)))])
+        call = casadi.Function(
+            "f", [q_dot], [casadi.vertcat(*casadi.vertsplit(dry_friction(robot, q_dot)))]
+        )
         np.testing.assert_array_equal(call(one).full().ravel(), dry)
         assert (dry_friction(robot, np.zeros(2)) == 0).all() and not call([0, 0]).full().any()
 
@@ -57,7 +75,7 @@ def test_bar_forces_and_torques_are_those_of_the_motion(robot, q_dot):
     M, c = fb.dynamic_model(rates)
     if any(q_dot):
         np.testing.assert_allclose(M @ acc.q_ddot + c, tau, atol=1e-10)
-    elif robot.physics is not None and robot.physics.weighs:
+    elif robot.physics is not None and robot.physics.has_gravity:
         np.testing.assert_allclose(c, fb.gravity_torques(rates.pose), atol=1e-13)
         assert np.abs(c).max() > 0.1
 
@@ -82,7 +100,9 @@ def test_a_drive_that_sticks_is_held_by_what_its_row_of_the_model_lacks(robot, s
 def test_a_drive_without_dry_friction_starts_freely_from_rest(robot):
     rates = moving(robot, (1.2, 0.0))
     M, c = fb.dynamic_model(rates)
-    np.testing.assert_allclose(M @ fb.forward_dynamics(rates, (2.0, -3.0)).q_ddot + c, (2.0, -3.0), atol=1e-11)
+    np.testing.assert_allclose(
+        M @ fb.forward_dynamics(rates, (2.0, -3.0)).q_ddot + c, (2.0, -3.0), atol=1e-11
+    )
 
 
 def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
@@ -92,9 +112,18 @@ def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
     found = fb.forward_dynamics(still, tau).q_ddot
     for row, each in zip(found, tau):
         np.testing.assert_array_equal(row, fb.forward_dynamics(still, each).q_ddot)
-    assert (found[0] == 0).all() and found[1, 1] == 0 < found[1, 0] and found[2].all() and found[3, 0] < 0
+    assert (
+        (found[0] == 0).all()
+        and found[1, 1] == 0 < found[1, 0]
+        and found[2].all()
+        and found[3, 0] < 0
+    )
     # Where it needs all of its friction, to hold a drive and to let it slip say the same: it is held.
-    for tau, slip in (((0.02, 0.0), (0, 0)), ((0.02, -0.03), (0, 0)), ((0.02 * (1 + 1e-9), 0.0), (1, 0))):
+    for tau, slip in (
+        ((0.02, 0.0), (0, 0)),
+        ((0.02, -0.03), (0, 0)),
+        ((0.02 * (1 + 1e-9), 0.0), (1, 0)),
+    ):
         assert slip_of(still, tau, held_by) == slip
     q = np.array([(0.2, 0.4), (0.3, 0.1)])
     both = fb.forward_dynamics(fb.dkm(fb.dgm(robot, q), np.zeros((2, 2))), (0.05, -0.01)).q_ddot
@@ -128,7 +157,9 @@ def test_robots_of_links_by_their_parameters():
         "21": fb.Link(1.2, 0.11, 0.0, 0.03),
         "22": 0.4,
     }
-    assert robot == fb.FiveBar.from_links(**GIVEN, links=whole, viscous=(0.01, 0.02), coulomb=(0.1, 0.2))
+    assert robot == fb.FiveBar.from_links(
+        **GIVEN, links=whole, viscous=(0.01, 0.02), coulomb=(0.1, 0.2)
+    )
     rotor = {"links": {}, "rotor": np.array([1e-3, 2e-3])}
     assert (robot_of({**GIVEN, **rotor}).zz1, robot_of({**GIVEN, **rotor}).zz2) == (1e-3, 2e-3)
     assert (robot.fv1, robot.fs2, robot.gravity) == (0.01, 0.2, (0.0, -9.81)) and robot.l21 == 0.19
@@ -138,7 +169,9 @@ def test_gravity_may_be_a_vector_of_symbols():
     g = casadi.SX.sym("g", 2)
     asked = fb.gravity_torques(fb.dgm(fb.FiveBar(gravity=g, mx11=0.01), (0.2, 1.4)))
     given = fb.gravity_torques(fb.dgm(fb.FiveBar(gravity=(0.6, -9.81), mx11=0.01), (0.2, 1.4)))
-    np.testing.assert_allclose(casadi.Function("tau", [g], [asked])((0.6, -9.81)).full().ravel(), given, rtol=1e-12)
+    np.testing.assert_allclose(
+        casadi.Function("tau", [g], [asked])((0.6, -9.81)).full().ravel(), given, rtol=1e-12
+    )
     with pytest.raises((TypeError, ValueError), match="gravity"):
         fb.FiveBar(gravity=casadi.SX.sym("g", 3))
 

@@ -61,14 +61,20 @@ def test_forced_motion_of_the_reference(five_bar_numbers):
         return [*s[2:], *fb.forward_dynamics(fb.dkm(fb.dgm(robot, s[:2]), s[2:]), tau).q_ddot]
 
     last = solve_ivp(slope, (0, 2), np.zeros(4), method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
-    assert last == pytest.approx([float(end[key]) for key in ("q11", "q21", "q11_dot", "q21_dot")], abs=1e-11)
+    assert last == pytest.approx(
+        [float(end[key]) for key in ("q11", "q21", "q11_dot", "q21_dot")], abs=1e-11
+    )
 
 
 def test_dynamics_of_the_compliant_crossing(five_bar_numbers):
     case = five_bar_numbers["compliant_crossing"]
-    p0, ps, pf, vs, at_crossing = (np.array(case[key], float) for key in ("p0", "ps", "pf", "vs", "as_"))
+    p0, ps, pf, vs, at_crossing = (
+        np.array(case[key], float) for key in ("p0", "ps", "pf", "vs", "as_")
+    )
     rest = {1: (0, 0), 2: (0, 0)}
-    path = fb.polynomial([(0, {0: p0, **rest}), (2, {0: ps, 1: vs, 2: at_crossing}), (4, {0: pf, **rest})])
+    path = fb.polynomial(
+        [(0, {0: p0, **rest}), (2, {0: ps, 1: vs, 2: at_crossing}), (4, {0: pf, **rest})]
+    )
     for sample in case["tau_at"]:
         xi, xi_dot, xi_ddot = path(float(sample["t"]))
         acc = fb.ikm2(fb.ikm(fb.igm(fb.FiveBar(), xi), xi_dot), xi_ddot)
@@ -83,7 +89,9 @@ def test_round_trips_and_modes(robot, reachable):
     np.testing.assert_allclose(back.xi, xi, atol=2e-14)
     np.testing.assert_allclose(back.q_passive, pose.q_passive, atol=2e-13)
     assert (back.working == working).all() and (back.assembly == pose.assembly).all()
-    np.testing.assert_allclose(np.linalg.norm(pose.elbows - xi[:, None], axis=2), [robot.distal] * len(xi), atol=1e-16)
+    np.testing.assert_allclose(
+        np.linalg.norm(pose.elbows - xi[:, None], axis=2), [robot.distal] * len(xi), atol=1e-16
+    )
 
 
 def test_first_order_is_the_slope_of_geometry(robot, reachable):
@@ -95,10 +103,15 @@ def test_first_order_is_the_slope_of_geometry(robot, reachable):
     h = 1e-6
     ahead, behind = (fb.dgm(robot, pose.q + s * h * q_dot, pose.assembly) for s in (1, -1))
     scale = np.abs(rates.xi_dot).max(axis=1, keepdims=True) + 1
-    np.testing.assert_allclose((ahead.xi - behind.xi) / (2 * h) / scale, rates.xi_dot / scale, atol=1e-6)
+    np.testing.assert_allclose(
+        (ahead.xi - behind.xi) / (2 * h) / scale, rates.xi_dot / scale, atol=1e-6
+    )
     turn = np.angle(np.exp(1j * (ahead.q_passive - behind.q_passive)))
     np.testing.assert_allclose(turn / (2 * h) / 40, rates.q_passive_dot / 40, atol=1e-6)
-    left, right = np.einsum("nij,nj->ni", pose.A, rates.xi_dot), np.einsum("nij,nj->ni", pose.B, q_dot)
+    left, right = (
+        np.einsum("nij,nj->ni", pose.A, rates.xi_dot),
+        np.einsum("nij,nj->ni", pose.B, q_dot),
+    )
     np.testing.assert_allclose(left, right, atol=1e-14)
     np.testing.assert_allclose(fb.ikm(pose, rates.xi_dot).q_dot, q_dot, atol=1e-12)
 
@@ -133,11 +146,19 @@ def test_a_motion_given_in_task_space_or_at_the_joints_turns_the_bars_alike(own)
     span = (0.25, 0.25) if own.turns else (0.2, 1.0)
     xi = draw.uniform(-1, 1, (400, 2)) * span
     pose = fb.igm(own, xi, draw.choice([-1, 1], (400, 2)), unreachable="nan")
-    pose = fb.igm(own, *((each[np.abs([*pose.sines, pose.det_A]).min(axis=0) > 0.2]) for each in (xi, pose.working)))
+    pose = fb.igm(
+        own,
+        *(
+            (each[np.abs([*pose.sines, pose.det_A]).min(axis=0) > 0.2])
+            for each in (xi, pose.working)
+        ),
+    )
     given = fb.ikm2(fb.ikm(pose, draw.normal(size=pose.xi.shape)), draw.normal(size=pose.xi.shape))
     joints = fb.dkm2(fb.dkm(fb.dgm(own, pose.q, pose.assembly), given.rates.q_dot), given.q_ddot)
     assert len(pose.q) > 50
-    np.testing.assert_allclose(given.rates.q_passive_dot, joints.rates.q_passive_dot, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        given.rates.q_passive_dot, joints.rates.q_passive_dot, rtol=1e-9, atol=1e-9
+    )
     np.testing.assert_allclose(given.q_passive_ddot, joints.q_passive_ddot, rtol=1e-8, atol=1e-8)
     np.testing.assert_allclose(given.phi_ddot, joints.phi_ddot, rtol=1e-8, atol=1e-8)
 
@@ -150,14 +171,21 @@ def test_dynamics_agree_with_each_other(robot, reachable):
     q_ddot = rng.normal(size=xi.shape)
     tau = fb.inverse_dynamics(fb.dkm2(rates, q_ddot))
     scale = np.abs(tau).max(axis=1, keepdims=True)
-    np.testing.assert_allclose((np.einsum("nij,nj->ni", M, q_ddot) + c) / scale, tau / scale, atol=1e-12)
+    np.testing.assert_allclose(
+        (np.einsum("nij,nj->ni", M, q_ddot) + c) / scale, tau / scale, atol=1e-12
+    )
     np.testing.assert_allclose(fb.forward_dynamics(rates, tau).q_ddot, q_ddot, atol=1e-10)
     kinetic = np.einsum("ni,nij,nj->n", rates.q_dot, M, rates.q_dot) / 2
     np.testing.assert_allclose(fb.energy(rates) / kinetic, 1.0, atol=1e-12)
     acc = fb.forward_dynamics(rates, tau)
-    power = robot.zz1 * acc.q_ddot[:, 0] * rates.q_dot[:, 0] + robot.zz2 * acc.q_ddot[:, 1] * rates.q_dot[:, 1]
+    power = (
+        robot.zz1 * acc.q_ddot[:, 0] * rates.q_dot[:, 0]
+        + robot.zz2 * acc.q_ddot[:, 1] * rates.q_dot[:, 1]
+    )
     power += robot.m * np.sum(acc.xi_ddot * rates.xi_dot, axis=1)
-    np.testing.assert_allclose(power, np.sum(tau * rates.q_dot, axis=1), atol=1e-12 * np.abs(power).max())
+    np.testing.assert_allclose(
+        power, np.sum(tau * rates.q_dot, axis=1), atol=1e-12 * np.abs(power).max()
+    )
 
 
 @pytest.mark.parametrize("kind", [casadi.SX, casadi.MX])
@@ -178,24 +206,64 @@ def test_casadi_symbols_give_the_same_numbers(robot, reachable, kind, model):
         M, c = fb.dynamic_model(rates)
         acc = fb.forward_dynamics(rates, push)
         pose = rates.pose
-        parts = [pose.q, pose.xi, pose.q_passive, pose.A, pose.B, pose.elbows, pose.reach_margin, pose.assembly]
-        parts += [pose.working, rates.q_dot, rates.xi_dot, rates.q_passive_dot, rates.d, M, c, fb.energy(rates)]
+        parts = [
+            pose.q,
+            pose.xi,
+            pose.q_passive,
+            pose.A,
+            pose.B,
+            pose.elbows,
+            pose.reach_margin,
+            pose.assembly,
+        ]
+        parts += [
+            pose.working,
+            rates.q_dot,
+            rates.xi_dot,
+            rates.q_passive_dot,
+            rates.d,
+            M,
+            c,
+            fb.energy(rates),
+        ]
         parts += [acc.q_ddot, acc.xi_ddot, acc.q_passive_ddot, fb.inverse_dynamics(acc)]
         parts += [fb.dkm2(rates, push).xi_ddot, fb.ikm2(rates, push).q_ddot]
-        function = casadi.Function("all", [position, speed, push], [casadi.reshape(part.T, -1, 1) for part in parts])
+        function = casadi.Function(
+            "all", [position, speed, push], [casadi.reshape(part.T, -1, 1) for part in parts]
+        )
         for row in inputs:
             given = fb.dgm(robot, row, mode) if model == "dgm" else fb.igm(robot, row, mode)
             rates = fb.dkm(given, (0.3, -0.2)) if model == "dgm" else fb.ikm(given, (0.3, -0.2))
             M, c = fb.dynamic_model(rates)
             acc = fb.forward_dynamics(rates, (0.01, 0.02))
             pose = rates.pose
-            expected = [pose.q, pose.xi, pose.q_passive, pose.A, pose.B, pose.elbows, pose.reach_margin, pose.assembly]
-            expected += [pose.working, rates.q_dot, rates.xi_dot, rates.q_passive_dot, rates.d, M, c, fb.energy(rates)]
+            expected = [
+                pose.q,
+                pose.xi,
+                pose.q_passive,
+                pose.A,
+                pose.B,
+                pose.elbows,
+                pose.reach_margin,
+                pose.assembly,
+            ]
+            expected += [
+                pose.working,
+                rates.q_dot,
+                rates.xi_dot,
+                rates.q_passive_dot,
+                rates.d,
+                M,
+                c,
+                fb.energy(rates),
+            ]
             expected += [acc.q_ddot, acc.xi_ddot, acc.q_passive_ddot, fb.inverse_dynamics(acc)]
             expected += [fb.dkm2(rates, (0.01, 0.02)).xi_ddot, fb.ikm2(rates, (0.01, 0.02)).q_ddot]
             for symbolic, number in zip(function(row, (0.3, -0.2), (0.01, 0.02)), expected):
                 number = np.ravel(number)
-                np.testing.assert_allclose(symbolic.full().ravel(), number, atol=1e-12 * max(1.0, np.abs(number).max()))
+                np.testing.assert_allclose(
+                    symbolic.full().ravel(), number, atol=1e-12 * max(1.0, np.abs(number).max())
+                )
 
 
 def test_one_pose_and_a_batch_agree(robot, reachable):
@@ -207,8 +275,20 @@ def test_one_pose_and_a_batch_agree(robot, reachable):
         at = divmod(k, 6)
         one = fb.ikm(fb.igm(robot, tuple(xi[k]), tuple(working[k])), (0.1, -0.3))
         one_acc = fb.forward_dynamics(one, (0.01, 0.02))
-        for name in ("q", "xi", "q_passive", "A", "B", "elbows", "assembly", "working", "reach_margin"):
-            np.testing.assert_allclose(getattr(batch, name)[at], getattr(one.pose, name), atol=1e-14)
+        for name in (
+            "q",
+            "xi",
+            "q_passive",
+            "A",
+            "B",
+            "elbows",
+            "assembly",
+            "working",
+            "reach_margin",
+        ):
+            np.testing.assert_allclose(
+                getattr(batch, name)[at], getattr(one.pose, name), atol=1e-14
+            )
         np.testing.assert_allclose(rates.q_dot[at], one.q_dot, rtol=1e-12)
         np.testing.assert_allclose(acc.xi_ddot[at], one_acc.xi_ddot, rtol=1e-10, atol=1e-12)
 
@@ -252,7 +332,10 @@ def test_forward_dynamics_is_regular_next_to_every_singularity(x, y, exponent, t
     gained = robot.zz1 * acc.q_ddot[0] * rates.q_dot[0] + robot.zz2 * acc.q_ddot[1] * rates.q_dot[1]
     gained += robot.m * acc.xi_ddot @ rates.xi_dot
     spent = 0.01 * rates.q_dot[0] - 0.02 * rates.q_dot[1]
-    turned = np.abs(acc.q_ddot * rates.q_dot).sum() * 0.002 + 0.5 * np.abs(acc.xi_ddot * rates.xi_dot).sum()
+    turned = (
+        np.abs(acc.q_ddot * rates.q_dot).sum() * 0.002
+        + 0.5 * np.abs(acc.xi_ddot * rates.xi_dot).sum()
+    )
     assert gained == pytest.approx(spent, abs=1e-9 * turned + 1e-15)
     closure = pose.A @ acc.xi_ddot - pose.B @ acc.q_ddot - rates.d
     assert np.abs(closure).max() <= 1e-12 * (1 + np.abs(acc.q_ddot).max() + np.abs(rates.d).max())

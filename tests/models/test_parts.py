@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.dyads import Crank, Slider, cross, dot
-from fivebar.models.four_joints import closed, loop_gap, seen_rates
+from fivebar.models.four_joints import closed, loop_gap, rates_from_joint_state
 from fivebar.models.robots import must_close
 
 from ..conftest import UNEQUAL
@@ -22,7 +22,9 @@ def test_what_a_drive_says_of_its_pivot(drive):
     slope, bend = (after - before) / (2 * h), (after - 2 * at + before) / h**2
     assert drive.tangent(direction) == pytest.approx(slope, abs=1e-8)
     sine, cosine = drive.sine(direction, u2), drive.cosine(direction, u2)
-    assert drive.slopes(sine, cosine) == pytest.approx((u2 @ slope, v2 @ slope), abs=1e-8)
+    assert drive.velocity_coefficients(sine, cosine) == pytest.approx(
+        (u2 @ slope, v2 @ slope), abs=1e-8
+    )
     assert drive.bends(sine, cosine) == pytest.approx((u2 @ bend, v2 @ bend), abs=1e-6)
     assert drive.absolute(drive.relative(0.3, 0.1), 0.1) == pytest.approx(0.3)
     assert drive.extent(direction) >= np.abs(at).sum()
@@ -33,7 +35,10 @@ def test_what_a_drive_says_of_its_pivot(drive):
         for inside in (True, False):
             nearer = 1 - 1e-9 if inside == outer else 1 + 1e-9
             xi = far + away * (limit / np.hypot(*away) * nearer - 1)
-            assert np.isfinite(drive.coordinate(drive.held(drive.close(xi, bar, 1)))) == inside, (limit, inside)
+            assert np.isfinite(drive.coordinate(drive.held(drive.close(xi, bar, 1)))) == inside, (
+                limit,
+                inside,
+            )
     assert np.isfinite(drive.apart(0.3, 0.0)).all() and drive.apart(*drive[:2]) == (0.0, 0.0)
     assert len(drive.limits(bar)) == (2 if isinstance(drive, Crank) else 1)
 
@@ -78,7 +83,9 @@ def test_a_drive_that_is_not_free_stays_where_the_loop_is_closed():
     rng, off = np.random.default_rng(1), np.array([1e-8, -2e-8, 3e-8, 1e-8])
     for robot, start in ((UNEQUAL, (0.02, 0.15)), (fb.Biglide(), (0.02, 0.2))):
         pose = fb.igm(robot, start)
-        a = np.array([pose.q[0], np.arctan2(*pose.u2[0][::-1]), pose.q[1], np.arctan2(*pose.u2[1][::-1])])
+        a = np.array(
+            [pose.q[0], np.arctan2(*pose.u2[0][::-1]), pose.q[1], np.arctan2(*pose.u2[1][::-1])]
+        )
         a_dot = rng.normal(size=4)
         for free in ((0.0, 1.0), (1.0, 0.0)):
             held = 2 * free.index(0.0)
@@ -86,7 +93,9 @@ def test_a_drive_that_is_not_free_stays_where_the_loop_is_closed():
             found, rates_found, rates = closed(robot, tuple(a + off), tuple(still), free)
             assert found[held] == (a + off)[held] and rates_found[held] == 0
             assert np.hypot(*loop_gap(rates.pose)) < 1e-15
-            seen = seen_rates(robot, found[::2], rates.pose.point, rates._q_dot, rates._xi_dot)
+            seen = rates_from_joint_state(
+                robot, found[::2], rates.pose.point, rates._q_dot, rates._xi_dot
+            )
             assert seen.phi_dot == pytest.approx((rates_found[1], rates_found[3]), abs=1e-8)
 
 
@@ -99,17 +108,33 @@ def test_a_large_batch_is_many_small_ones(robot, alone):
     modes = -1 if alone else modes
     whole, last = fb.dgm(robot, q, modes), (1, slice(4000, 4200))
     part = fb.dgm(robot, q[last], modes if alone else modes[last])
-    for name in ("xi", "A", "B", "q_passive", "elbows", "assembly", "working", "reach_margin", "det_A"):
+    for name in (
+        "xi",
+        "A",
+        "B",
+        "q_passive",
+        "elbows",
+        "assembly",
+        "working",
+        "reach_margin",
+        "det_A",
+    ):
         np.testing.assert_array_equal(getattr(whole, name)[last], getattr(part, name), err_msg=name)
 
 
 def test_symbols_take_no_batch_of_modes_and_close_unasked():
     xi = casadi.SX.sym("xi", 2)
-    with pytest.raises(ValueError, match="working must be plain ints for CasADi symbols, not a batch"):
+    with pytest.raises(
+        ValueError, match="working must be plain ints for CasADi symbols, not a batch"
+    ):
         fb.igm(fb.FiveBar(), xi, np.ones((3, 2)))
-    with pytest.raises(ValueError, match=r"working must have shape \(2,\) or \(\*batch, 2\), not \(3,\)"):
+    with pytest.raises(
+        ValueError, match=r"working must have shape \(2,\) or \(\*batch, 2\), not \(3,\)"
+    ):
         fb.igm(fb.FiveBar(), (0.0, 0.1), np.ones(3))
-    with pytest.raises(ValueError, match=r"assembly of shape \(4,\) does not fit a batch of shape \(3,\)"):
+    with pytest.raises(
+        ValueError, match=r"assembly of shape \(4,\) does not fit a batch of shape \(3,\)"
+    ):
         fb.dgm(fb.FiveBar(), np.zeros((3, 2)), np.ones(4))
     with pytest.raises(ValueError, match="longest = 2 m is longer than a \\+ b = 1.5 m, by 0.5 m"):
         must_close("loop", {"a": 1.0, "longest": 2.0, "b": 0.5})

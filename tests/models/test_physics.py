@@ -11,7 +11,14 @@ from fivebar.models.dynamics import bar_forces
 from fivebar.models.four_joints import bars_of, bars_rates, closed
 from fivebar.models.physics import smoothed
 
-from ..helpers.physics_cases import CASES, ELBOWS, bodies_of_case, heavy_biglide, numbers, robot_of_case
+from ..helpers.physics_cases import (
+    CASES,
+    ELBOWS,
+    bodies_of_case,
+    heavy_biglide,
+    numbers,
+    robot_of_case,
+)
 
 ROWS = [(case, row) for case in CASES for row in case["rows"]]
 
@@ -19,7 +26,9 @@ ROWS = [(case, row) for case in CASES for row in case["rows"]]
 @pytest.mark.parametrize("case, row", ROWS)
 def test_accelerations_and_energy_of_full_bodies_to_rounding(case, row):
     robot = robot_of_case(case)
-    q, q_dot, tau, q_ddot, xi_ddot = (np.array(numbers(row[k])) for k in ("q", "q_dot", "tau", "q_ddot", "xi_ddot"))
+    q, q_dot, tau, q_ddot, xi_ddot = (
+        np.array(numbers(row[k])) for k in ("q", "q_dot", "tau", "q_ddot", "xi_ddot")
+    )
     rates = fb.dkm(fb.dgm(robot, q, int(row["assembly"])), q_dot)
     acc = fb.forward_dynamics(rates, tau)
     np.testing.assert_allclose(acc.q_ddot, q_ddot, rtol=0, atol=1e-12 * np.abs(q_ddot).max())
@@ -47,11 +56,17 @@ def test_batches_and_symbols_give_what_floats_do(case):
             ("q_ddot", "xi_ddot", "M", "c", "energy"),
             (one.q_ddot, one.xi_ddot, *fb.dynamic_model(one.rates), fb.energy(one.rates)),
         ):
-            same = {"M": M, "c": c, "energy": fb.energy(acc.rates)}.get(name, getattr(acc, name, None))[k]
+            same = {"M": M, "c": c, "energy": fb.energy(acc.rates)}.get(
+                name, getattr(acc, name, None)
+            )[k]
             np.testing.assert_allclose(same, value, rtol=1e-11, atol=1e-11)
             found = compiled(q=q[k], q_dot=q_dot[k], tau=tau[k])[name].full()
-            np.testing.assert_allclose(found.reshape(np.shape(value)), value, rtol=1e-11, atol=1e-11)
-        np.testing.assert_allclose(late(q[k], q_dot[k], tau[k]).full().ravel(), one.q_ddot, rtol=1e-11, atol=1e-11)
+            np.testing.assert_allclose(
+                found.reshape(np.shape(value)), value, rtol=1e-11, atol=1e-11
+            )
+        np.testing.assert_allclose(
+            late(q[k], q_dot[k], tau[k]).full().ravel(), one.q_ddot, rtol=1e-11, atol=1e-11
+        )
 
 
 def random_motions(robot, count, seed=3):
@@ -70,14 +85,25 @@ def random_motions(robot, count, seed=3):
 def type_2_motions(robot, count):
     """States with det A = 0 to rounding, from the crossings of the exact locus."""
     points = [
-        p for curve in fb.singularity_loci(robot).task if curve.type == fb.Singularity.PARALLEL for p in curve.points
+        p
+        for curve in fb.singularity_loci(robot).task
+        if curve.type == fb.Singularity.PARALLEL
+        for p in curve.points
     ]
     draw, found = np.random.default_rng(5), 0
     for k in draw.permutation(len(points)):
         for modes in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             pose = fb.igm(robot, points[k], modes, unreachable="nan")
-            if np.isfinite(pose.q).all() and abs(pose.det_A) < 1e-9 and min(map(abs, pose.sines)) > 0.1:
-                yield closed(robot, bars_of(fb.Rates(pose, (0.0, 0.0), (0.0, 0.0)))[0], tuple(draw.normal(0, 2, 4)))
+            if (
+                np.isfinite(pose.q).all()
+                and abs(pose.det_A) < 1e-9
+                and min(map(abs, pose.sines)) > 0.1
+            ):
+                yield closed(
+                    robot,
+                    bars_of(fb.Rates(pose, (0.0, 0.0), (0.0, 0.0)))[0],
+                    tuple(draw.normal(0, 2, 4)),
+                )
                 found += 1
         if found >= count:
             return
@@ -92,7 +118,9 @@ def compare(robot, bodies, motions, tolerance):
         scale = max(np.abs(q_ddot).max(), np.abs(xi_ddot).max())
         np.testing.assert_allclose(acc.q_ddot, q_ddot, rtol=0, atol=tolerance * scale)
         np.testing.assert_allclose(acc.xi_ddot, xi_ddot, rtol=0, atol=tolerance * scale)
-        np.testing.assert_allclose(fb.energy(rates), bodies.kinetic(a, a_dot), rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(
+            fb.energy(rates), bodies.kinetic(a, a_dot), rtol=1e-12, atol=1e-14
+        )
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -128,10 +156,13 @@ def test_potential_is_that_of_the_bodies_and_what_holds_the_robot(robot):
         q, step = np.array([float(each) for each in a[::2]]), 2e-6
         mode = int(np.sign(-rates.pose.det_A))
         slope = [
-            (fb.potential(fb.dgm(robot, q + e, mode)) - fb.potential(fb.dgm(robot, q - e, mode))) / (2 * step)
+            (fb.potential(fb.dgm(robot, q + e, mode)) - fb.potential(fb.dgm(robot, q - e, mode)))
+            / (2 * step)
             for e in step * np.eye(2)
         ]
-        np.testing.assert_allclose(fb.gravity_torques(fb.dgm(robot, q, mode)), slope, rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(
+            fb.gravity_torques(fb.dgm(robot, q, mode)), slope, rtol=1e-6, atol=1e-6
+        )
     assert np.ptp(offsets) < 1e-13  # but for a constant
 
 
@@ -143,9 +174,13 @@ def test_each_rung_costs_what_it_names():
         "moments": replace(lab, gravity=(0, -9.81), mx11=0.02, mx21=0.02),
         "heavy": replace(lab, zz12=-1e-4, zz22=-1e-4),
     }  # fmt: skip
-    count = {k: fb.compile(r, ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions() for k, r in rungs.items()}
+    count = {
+        k: fb.compile(r, ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions()
+        for k, r in rungs.items()
+    }
     assert (
-        count["lab"] < min(count["viscous"], count["gravity"]) and count["gravity"] < count["moments"] < count["heavy"]
+        count["lab"] < min(count["viscous"], count["gravity"])
+        and count["gravity"] < count["moments"] < count["heavy"]
     )
     assert count["moments"] < 1.1 * count["lab"] and count["heavy"] < 2.7 * count["lab"]
     # A first moment that no gravity pulls at moves with its bar, in zz1: it costs nothing.
@@ -160,14 +195,17 @@ def test_loads_by_name_in_a_compiled_function():
     rates = fb.dkm(fb.dgm(robot, (0.2, 1.4)), (1.2, -0.7))
     found = [each.full().ravel() for each in call((0.2, 1.4), (1.2, -0.7))]
     for value, own in zip(
-        found, (fb.gravity_torques(rates.pose), fb.potential(rates.pose), fb.friction_torques(rates))
+        found,
+        (fb.gravity_torques(rates.pose), fb.potential(rates.pose), fb.friction_torques(rates)),
     ):
         np.testing.assert_allclose(value, np.ravel(own), rtol=1e-12)
     # By name, c is what is left of the motion's own bias: without gravity, friction and speed there is none.
     M, c = fb.dynamic_model(rates)
     quiet = replace(robot, gravity=(0, 0), fv1=0, fv2=0, fs1=0, fs2=0)
     bias = fb.dynamic_model(fb.dkm(fb.dgm(quiet, (0.2, 1.4)), (1.2, -0.7)))[1]
-    np.testing.assert_allclose(c, bias + fb.gravity_torques(rates.pose) + fb.friction_torques(rates), rtol=1e-10)
+    np.testing.assert_allclose(
+        c, bias + fb.gravity_torques(rates.pose) + fb.friction_torques(rates), rtol=1e-10
+    )
 
 
 def test_the_two_ways_agree_where_both_apply():
@@ -176,7 +214,9 @@ def test_the_two_ways_agree_where_both_apply():
     for _, _, rates in random_motions(lab, 30):
         heavy = bars_rates(replace(lab, zz12=1e-30), *bars_of(rates))
         one, other = (fb.forward_dynamics(each, (0.3, 0.2)) for each in (rates, heavy))
-        np.testing.assert_allclose(one.q_ddot, other.q_ddot, rtol=1e-9, atol=1e-9 * np.abs(one.q_ddot).max())
+        np.testing.assert_allclose(
+            one.q_ddot, other.q_ddot, rtol=1e-9, atol=1e-9 * np.abs(one.q_ddot).max()
+        )
         first, second = (bar_forces(each, (0.3, 0.2)) for each in (rates, heavy))
         np.testing.assert_allclose(first, second, rtol=1e-8, atol=1e-9 * np.abs(first).max())
 
@@ -190,7 +230,9 @@ def test_at_rest_friction_holds_what_it_can():
     # The one that moves is pushed by what is left of its torque, the other by what holds it: solve for that.
     M, _ = fb.dynamic_model(fb.dkm(fb.dgm(lab, (0.2, 0.4)), (0.0, 0.0)))
     assert free.q_ddot[0] == pytest.approx((0.05 - 0.02) / M[0, 0], rel=1e-12)
-    batch = fb.dkm(fb.dgm(robot, np.tile((0.2, 0.4), (3, 1))), np.array([(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)]))
+    batch = fb.dkm(
+        fb.dgm(robot, np.tile((0.2, 0.4), (3, 1))), np.array([(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)])
+    )
     both = fb.forward_dynamics(batch, np.array([(0.01, -0.029), (0.05, -0.01), (0.0, 0.0)])).q_ddot
     np.testing.assert_array_equal(both[0], 0)
     np.testing.assert_allclose(both[1], free.q_ddot, rtol=1e-12)
@@ -215,9 +257,15 @@ def test_bar_forces_carry_the_end_effector_and_turn_the_cranks():
     A, B = rates.pose.A, rates.pose.B
     weight = robot.m * (acc.xi_ddot - np.array(robot.gravity))
     np.testing.assert_allclose(np.einsum("nij,ni->nj", A, forces), weight, atol=1e-11)
-    turning = tau - np.array((robot.fv1, robot.fv2)) * rates.q_dot - np.array((robot.zz1, robot.zz2)) * acc.q_ddot
+    turning = (
+        tau
+        - np.array((robot.fv1, robot.fv2)) * rates.q_dot
+        - np.array((robot.zz1, robot.zz2)) * acc.q_ddot
+    )
     np.testing.assert_allclose(np.einsum("nij,nj->ni", B, forces), turning, atol=1e-11)
-    np.testing.assert_allclose(np.linalg.solve(np.swapaxes(A, 1, 2), weight[..., None])[..., 0], forces, atol=1e-9)
+    np.testing.assert_allclose(
+        np.linalg.solve(np.swapaxes(A, 1, 2), weight[..., None])[..., 0], forces, atol=1e-9
+    )
 
 
 def test_a_robot_that_moves_no_mass_has_the_motors_inertia_alone():

@@ -11,7 +11,9 @@ from fivebar.base.checks import HEAVIEST, LIGHTEST, LONGEST, RATIO, SHORTEST
 @pytest.mark.parametrize("size", [1e-100, 1e-7, 1e7, 1e80])
 def test_robots_out_of_range_are_refused(size):
     lengths = {name: size for name in ("l11", "l12", "l21", "l22", "d")}
-    with pytest.raises(ValueError, match="l11 = 1e.* m is outside 1e-06 to 1e.06 m: choose another unit of length"):
+    with pytest.raises(
+        ValueError, match="l11 = 1e.* m is outside 1e-06 to 1e.06 m: choose another unit of length"
+    ):
         fb.FiveBar(**lengths)
     with pytest.raises(ValueError, match="l1 = .* is outside"):
         fb.Biglide(size, size, size)
@@ -20,7 +22,9 @@ def test_robots_out_of_range_are_refused(size):
 
 
 def test_ratios_and_inertias_out_of_range_are_refused():
-    with pytest.raises(ValueError, match=r"l12 = 10000 m is more than 1e\+06 times l11 = 0.001 m: rounding"):
+    with pytest.raises(
+        ValueError, match=r"l12 = 10000 m is more than 1e\+06 times l11 = 0.001 m: rounding"
+    ):
         fb.FiveBar(1e-3, 1e4, 1e4, 1e4, 1e4)
     for values in (dict(zz1=1e-31), dict(m=1e31), dict(zz2=5e-324)):
         with pytest.raises(ValueError, match="outside 1e-30 to 1e.30, and not 0"):

@@ -31,7 +31,10 @@ def count_of(robot, pair):
 
 def counts(robot):
     found = {pair: count_of(robot, pair) for pair in PAIRS}
-    found |= {name: steps.model_functions(robot, chart)[0].n_instructions() for name, chart in CHARTS.items()}
+    found |= {
+        name: steps.model_functions(robot, chart)[0].n_instructions()
+        for name, chart in CHARTS.items()
+    }
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
     loop = many._loop((type(robot), ()), law, CHARTS["auto"], "rk4", 0.001, 2, 3, None, 0, None)
@@ -45,7 +48,14 @@ def numbers(robot):
     rates = fb.dkm(fb.dgm(robot, q), q_dot)
     M, c = fb.dynamic_model(rates)
     forward = fb.forward_dynamics(rates, (0.4, -0.3))
-    found = [M, c, fb.inverse_dynamics(fb.dkm2(rates, (2.0, -3.0))), forward.q_ddot, forward.xi_ddot, fb.energy(rates)]
+    found = [
+        M,
+        c,
+        fb.inverse_dynamics(fb.dkm2(rates, (2.0, -3.0))),
+        forward.q_ddot,
+        forward.xi_ddot,
+        fb.energy(rates),
+    ]
     found.append(bar_forces(rates, (0.4, -0.3)))
     return [float(x).hex() for each in found for x in np.ravel(each)]
 

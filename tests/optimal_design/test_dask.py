@@ -89,47 +89,60 @@ if __name__ == "__main__":
 
 
 @pytest.fixture(scope="module")
-def said(tmp_path_factory):
+def notes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dask")
     (folder / "program.py").write_text(PROGRAM)
-    command = [sys.executable, folder / "program.py", folder, *["timed"] * bool(os.environ.get("FIVEBAR_NIGHTLY"))]
+    command = [
+        sys.executable,
+        folder / "program.py",
+        folder,
+        *["timed"] * bool(os.environ.get("FIVEBAR_NIGHTLY")),
+    ]
     own = os.environ | {"DASK_TEMPORARY_DIRECTORY": str(folder)}  # else its locks stay
     run = subprocess.run(command, cwd=ROOT, env=own, capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr
     return json.loads(run.stdout.splitlines()[-1]) | {"folder": folder}
 
 
-def test_dask_gives_the_same_bytes(said):
-    assert said["same"]
+def test_dask_gives_the_same_bytes(notes):
+    assert notes["same"]
 
 
-def test_a_killed_worker_costs_a_chunk_and_no_more(said):
-    assert said["killed"] and said["others"]
+def test_a_killed_worker_costs_a_chunk_and_no_more(notes):
+    assert notes["killed"] and notes["others"]
 
 
-def test_a_folder_graded_there_has_the_marks_of_here(said):
+def test_a_folder_graded_there_has_the_marks_of_here(notes):
     here, there = (
         {
             path.name: {**json.loads(path.read_text()), "seconds": 0}
-            for path in (said["folder"] / where).rglob("s?.json")
+            for path in (notes["folder"] / where).rglob("s?.json")
         }
         for where in ("graded here/students", "graded there/students")
     )
-    assert said["codes"] == [0, 0, 0] and len(here) == 4
+    assert notes["codes"] == [0, 0, 0] and len(here) == 4
     for name, report in here.items():
-        assert [c | {"seconds": 0} for c in there[name]["checks"]] == [c | {"seconds": 0} for c in report["checks"]]
-    assert len(fb.optimal_design.Sweep.load(said["folder"] / "cli")) == 5
+        assert [c | {"seconds": 0} for c in there[name]["checks"]] == [
+            c | {"seconds": 0} for c in report["checks"]
+        ]
+    assert len(fb.optimal_design.Sweep.load(notes["folder"] / "cli")) == 5
 
 
-def test_a_cluster_that_goes_away_is_said_and_what_was_done_stays(said):
-    assert "gave up chunk" in said["gone"] or "takes no more work" in said["gone"] or "no worker" in said["gone"]
-    assert f"What was done is in {said['folder'] / 'gone'}: " in said["gone"]
-    assert len(list((said["folder"] / "gone").glob("chunk-*.npz"))) > 2
+def test_a_cluster_that_goes_away_is_said_and_what_was_done_stays(notes):
+    assert (
+        "gave up chunk" in notes["gone"]
+        or "takes no more work" in notes["gone"]
+        or "no worker" in notes["gone"]
+    )
+    assert f"What was done is in {notes['folder'] / 'gone'}: " in notes["gone"]
+    assert len(list((notes["folder"] / "gone").glob("chunk-*.npz"))) > 2
 
 
-@pytest.mark.skipif(not os.environ.get("FIVEBAR_NIGHTLY"), reason="timed on a quiet machine, with FIVEBAR_NIGHTLY=1")
-def test_two_workers_are_faster_than_one(said, record_property):
-    one, two = said["seconds"]
-    record_property("seconds", said["seconds"])
+@pytest.mark.skipif(
+    not os.environ.get("FIVEBAR_NIGHTLY"), reason="timed on a quiet machine, with FIVEBAR_NIGHTLY=1"
+)
+def test_two_workers_are_faster_than_one(notes, record_property):
+    one, two = notes["seconds"]
+    record_property("seconds", notes["seconds"])
     print(f"one worker {one:.2f} s, two {two:.2f} s: {one / two:.2f} times")
     assert one / two >= 1.6

@@ -14,13 +14,27 @@ REFERENCE = json.loads((DATA / "workspace.json").read_text())
 TASK = dict(
     table=(0.06, 0.04), poses=(5, 4), motor=(0.7, 5.0), stiffness=30.0, tolerances={"q": 2e-3, "l": 1e-4, "d": 3e-4}
 )  # fmt: skip
-NAMES = [name for name, figure in D.FIGURES.items() if figure.kind == "poses" and "disc" not in figure.needs]
+NAMES = [
+    name
+    for name, figure in D.FIGURES.items()
+    if figure.kind == "poses" and "disc" not in figure.needs
+]
 
 
 @pytest.fixture(scope="module")
 def swept():
-    bounds = {"l11": (0.08, 0.16), "l12": (0.09, 0.2), "l21": (0.08, 0.16), "l22": (0.09, 0.2), "d": (0, 0.15)}
-    done = fb.sweep(NAMES, D.sample(bounds | {"task_x": (-0.02, 0.02), "task_y": (0.08, 0.2)}, 400, seed=4), **TASK)
+    bounds = {
+        "l11": (0.08, 0.16),
+        "l12": (0.09, 0.2),
+        "l21": (0.08, 0.16),
+        "l22": (0.09, 0.2),
+        "d": (0, 0.15),
+    }
+    done = fb.sweep(
+        NAMES,
+        D.sample(bounds | {"task_x": (-0.02, 0.02), "task_y": (0.08, 0.2)}, 400, seed=4),
+        **TASK,
+    )
     assert done.errors == ()
     good = np.flatnonzero((done["det_A"] > 0.2) & (done["sine"] > 0.2))
     assert 20 < len(good) < 380
@@ -43,7 +57,11 @@ def test_figures_over_a_table_are_those_of_the_models(swept):
         margins = fb.singularity_margins(pose)
         J = np.linalg.solve(pose.A, pose.B)
         box = np.concatenate(
-            [pose.xi, *np.moveaxis(pose.elbows, 1, 0), [(-pose.robot.d / 2, 0), (pose.robot.d / 2, 0)]]
+            [
+                pose.xi,
+                *np.moveaxis(pose.elbows, 1, 0),
+                [(-pose.robot.d / 2, 0), (pose.robot.d / 2, 0)],
+            ]
         )
         wanted = {
             "reach": pose.reach_margin.min(),
@@ -57,7 +75,9 @@ def test_figures_over_a_table_are_those_of_the_models(swept):
             "tip_force": 0.7 / np.abs(np.swapaxes(J, 1, 2) @ ways).max(),
         }
         for name, value in wanted.items():
-            near = 1e-6 if name.startswith("tip") else 1e-12  # of directions in steps of a tenth of a degree
+            near = (
+                1e-6 if name.startswith("tip") else 1e-12
+            )  # of directions in steps of a tenth of a degree
             assert done[name][k] == pytest.approx(value, rel=near), name
         weights = np.outer([0.5, 1, 1, 0.5], [0.5, 1, 1, 1, 0.5]).ravel()
         mean = (weights / np.linalg.cond(J)).sum() / weights.sum()
@@ -112,8 +132,12 @@ def test_the_inscribed_circle_brings_its_own_conditioning():
     robot = fb.FiveBar(1.2, 1.0, 1.2, 1.0, 1.6)
     y, radius = 1.59702341613507074, 0.413807459515147531
     done = fb.sweep("inscribed_conditioning", [robot])
-    same = fb.sweep("global_conditioning_polar", [robot], disc=(0, y, radius * (1 - 1e-9)), poses=(101, 180))
-    assert done["inscribed_conditioning"][0] == pytest.approx(same["global_conditioning_polar"][0], abs=1e-5)
+    same = fb.sweep(
+        "global_conditioning_polar", [robot], disc=(0, y, radius * (1 - 1e-9)), poses=(101, 180)
+    )
+    assert done["inscribed_conditioning"][0] == pytest.approx(
+        same["global_conditioning_polar"][0], abs=1e-5
+    )
     assert 0.3 < done["inscribed_conditioning"][0] < 0.6
 
 
@@ -136,7 +160,14 @@ def test_liu_published_values_by_a_sweep():
 
 def test_the_workspace_is_what_the_aspects_of_a_mode_cover():
     designs = D.sample(
-        {"l11": (0.05, 0.2), "l12": (0.05, 0.2), "l21": (0.05, 0.2), "l22": (0.05, 0.2), "d": (0, 0.3)}, 8
+        {
+            "l11": (0.05, 0.2),
+            "l12": (0.05, 0.2),
+            "l21": (0.05, 0.2),
+            "l22": (0.05, 0.2),
+            "d": (0, 0.3),
+        },
+        8,
     )
     done = fb.sweep("workspace_area", designs)
     for k in range(8):
@@ -148,13 +179,20 @@ def test_the_workspace_is_what_the_aspects_of_a_mode_cover():
 def test_regions_are_the_exact_ones():
     robot = fb.FiveBar(0.12, 0.14, 0.12, 0.14, 0.1)
     done = fb.sweep(
-        ["dexterous_area", "largest_disc", "largest_rectangle"], [robot], workers=1, det_A=0.3, sin=0.2, margin=0.004
+        ["dexterous_area", "largest_disc", "largest_rectangle"],
+        [robot],
+        workers=1,
+        det_A=0.3,
+        sin=0.2,
+        margin=0.004,
     )
     parts = [part for part in fb.dexterous(robot, det_A=0.3, sin=0.2) if part.working == (1, -1)]
     roomy = [part for part in parts if part.clearance > 0.004]
     assert done["dexterous_area"][0] == max(part.area for part in parts)
     assert done["largest_disc"][0] == max(fb.largest_disc(part, 0.004).radius for part in roomy)
-    assert done["largest_rectangle"][0] == max(fb.largest_rectangle(part, 0.004).area for part in roomy)
+    assert done["largest_rectangle"][0] == max(
+        fb.largest_rectangle(part, 0.004).area for part in roomy
+    )
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -9.81)])
@@ -163,7 +201,9 @@ def test_in_the_time_found_a_motor_is_at_its_limit_and_none_beyond(motor, gravit
     line = fb.line((-0.03, 0.0), (0.03, 0.02), 1.3)
     base = fb.FiveBar(m=0.3, gravity=gravity, fv1=0.02, fv2=0.02)
     designs = {"l1": [0.1, 0.12], "l2": [0.13, 0.14], "d": 0.1, "task_y": 0.15}
-    done = fb.sweep(["time", "worst_torque", "worst_speed"], designs, robot=base, motion=line, motor=motor)
+    done = fb.sweep(
+        ["time", "worst_torque", "worst_speed"], designs, robot=base, motion=line, motor=motor
+    )
     for k in range(2):
         s, robot = 1.3 / done["time"][k], done.robot_at(k)
         xi, xi_dot, xi_ddot = line(np.linspace(0, 1.3, SAMPLES))
@@ -173,7 +213,9 @@ def test_in_the_time_found_a_motor_is_at_its_limit_and_none_beyond(motor, gravit
             rates = fb.ikm(pose, scale * xi_dot)
             torque = np.abs(fb.inverse_dynamics(fb.ikm2(rates, scale**2 * xi_ddot))).max()
             share.append((torque, np.abs(rates.q_dot).max()))
-        assert (done["worst_torque"][k], done["worst_speed"][k]) == pytest.approx(share[0], rel=1e-12)
+        assert (done["worst_torque"][k], done["worst_speed"][k]) == pytest.approx(
+            share[0], rel=1e-12
+        )
         assert max(np.divide(share[1], motor)) == pytest.approx(1, rel=1e-9)
 
 
@@ -183,8 +225,13 @@ def test_the_least_time_of_a_path_is_that_of_time_path():
     done = fb.sweep("path_time", {"task_y": [0.14, 0.9]}, robot=base, path=points, motor=(0.3, 8.0))
     line = fb.path([(x, y + 0.14) for x, y in points])
     timed = fb.time_path(base, line, torque_limit=0.3, joint_speed_limit=8.0, working=(1, -1))
-    assert done["path_time"][0] == pytest.approx(timed.duration, rel=2e-3) and done["path_time"][1] == np.inf
-    slower = fb.sweep("time", {"task_y": [0.14]}, robot=base, motion=fb.line(*points, 1.0), motor=(0.3, 8.0))
+    assert (
+        done["path_time"][0] == pytest.approx(timed.duration, rel=2e-3)
+        and done["path_time"][1] == np.inf
+    )
+    slower = fb.sweep(
+        "time", {"task_y": [0.14]}, robot=base, motion=fb.line(*points, 1.0), motor=(0.3, 8.0)
+    )
     assert timed.lower_bound < slower["time"][0]
     with pytest.raises(ValueError, match="path: "):
         fb.sweep("path_time", {"task_y": [0.1]}, path=[(0, 0)], motor=(1, 1))
@@ -192,7 +239,10 @@ def test_the_least_time_of_a_path_is_that_of_time_path():
 
 def test_a_motion_that_cannot_be_done_takes_for_ever():
     done = fb.sweep(
-        ["time", "worst_torque"], {"task_y": [0.1, 5.0]}, motion=fb.line((0, 0), (0.01, 0), 1.0), motor=(1, 1)
+        ["time", "worst_torque"],
+        {"task_y": [0.1, 5.0]},
+        motion=fb.line((0, 0), (0.01, 0), 1.0),
+        motor=(1, 1),
     )
     assert np.isfinite(done["time"]).tolist() == [True, False] and done["worst_torque"][1] == np.inf
 
@@ -204,17 +254,28 @@ def test_functions_of_ones_own_and_what_they_raise():
         return robot.l11 / (robot.l12 - 0.1)
 
     done = fb.sweep(
-        {"odd": odd, "text": lambda robot: "long"}, {"l1": [0.1, 0.2, 0.1, 0.1], "l2": [0.2, 0.2, 0.1, 9e9]}
+        {"odd": odd, "text": lambda robot: "long"},
+        {"l1": [0.1, 0.2, 0.1, 0.1], "l2": [0.2, 0.2, 0.1, 9e9]},
     )
-    assert done["odd"][0] == pytest.approx(1.0) and np.isnan(done["odd"][1:]).all() and np.isnan(done["text"]).all()
-    said = dict(enumerate([[text for k, text in done.errors if k == n] for n in range(4)]))
-    assert said[0] == ["text: TypeError: it must give one number, not 'long'"]
-    assert said[1][0] == "odd: KeyError: 'too long'" and said[2][0].startswith("odd: ZeroDivisionError: ")
-    assert said[3] == ["l12 = 9e+09 m is outside 1e-06 to 1e+06 m: choose another unit of length"]
+    assert (
+        done["odd"][0] == pytest.approx(1.0)
+        and np.isnan(done["odd"][1:]).all()
+        and np.isnan(done["text"]).all()
+    )
+    notes = dict(enumerate([[text for k, text in done.errors if k == n] for n in range(4)]))
+    assert notes[0] == ["text: TypeError: it must give one number, not 'long'"]
+    assert notes[1][0] == "odd: KeyError: 'too long'" and notes[2][0].startswith(
+        "odd: ZeroDivisionError: "
+    )
+    assert notes[3] == ["l12 = 9e+09 m is outside 1e-06 to 1e+06 m: choose another unit of length"]
 
 
 def test_a_biglide_has_figures_of_ones_own_only():
-    done = fb.sweep(lambda robot: robot.l1 + robot.d, {"l1": [0.3, 0.4], "d": [0.4, 0.9]}, robot=fb.Biglide())
+    done = fb.sweep(
+        lambda robot: robot.l1 + robot.d, {"l1": [0.3, 0.4], "d": [0.4, 0.9]}, robot=fb.Biglide()
+    )
     assert done["<lambda>"][0] == 0.7 and "can never close" in done.errors[0][1]
-    with pytest.raises(ValueError, match="det_A is of five-bars; of a biglide robot give your own function"):
+    with pytest.raises(
+        ValueError, match="det_A is of five-bars; of a biglide robot give your own function"
+    ):
         fb.sweep("det_A", {"l1": [0.3]}, robot=fb.Biglide(), table=(0.1, 0.1))

@@ -57,8 +57,8 @@ def held(log):
 
 
 def finish(run):
-    said = run.communicate(timeout=PATIENCE)[1]
-    assert (run.returncode, said) == (0, "")
+    notes = run.communicate(timeout=PATIENCE)[1]
+    assert (run.returncode, notes) == (0, "")
 
 
 def lines(log):
@@ -139,7 +139,9 @@ def zombie(pid):
 
 
 def test_a_design_that_kills_its_worker_every_time_is_named(tmp_path):
-    with pytest.raises(RuntimeError, match=r"killed.*3 times without a chunk.*the chunks in hand were .*goes on"):
+    with pytest.raises(
+        RuntimeError, match=r"killed.*3 times without a chunk.*the chunks in hand were .*goes on"
+    ):
         fb.sweep(fatal, {"l1": [0.1, 0.11]}, out=tmp_path / "out", workers=2, chunk=1)
 
 
@@ -148,7 +150,10 @@ def fatal(robot):
 
 
 def test_an_interrupt_waits_for_no_chunk_in_hand():
-    done, before = computed(time.sleep, enumerate([0.0, 600.0, 600.0, 600.0]), None, workers=2), time.monotonic()
+    done, before = (
+        computed(time.sleep, enumerate([0.0, 600.0, 600.0, 600.0]), None, workers=2),
+        time.monotonic(),
+    )
     assert next(done) == (0, None)
     done.close()
     assert time.monotonic() - before < 300

@@ -36,7 +36,11 @@ def whole(tmp_path_factory):
 
 @pytest.mark.parametrize("kind", ["own pool", "processes", "threads", "one thread"])
 def test_the_bytes_are_the_same_whatever_the_executor(kind, whole, tmp_path):
-    makers = {"processes": ProcessPoolExecutor, "threads": ThreadPoolExecutor, "one thread": ThreadPoolExecutor}
+    makers = {
+        "processes": ProcessPoolExecutor,
+        "threads": ThreadPoolExecutor,
+        "one thread": ThreadPoolExecutor,
+    }
     if kind == "own pool":
         swept(tmp_path / "out", workers=2)
     else:
@@ -83,22 +87,37 @@ def test_what_is_in_memory_is_what_is_on_disk(whole, tmp_path):
         == f"<Sweep: det_A, tip_speed, workspace_area of 330 designs of l1, l2, d, task_y, {len(here.errors)} errors>"
     )
     order = here.best("tip_speed", 5)
-    assert (here["tip_speed"][order] == np.sort(here["tip_speed"][~np.isnan(here["tip_speed"])])[::-1][:5]).all()
+    assert (
+        here["tip_speed"][order]
+        == np.sort(here["tip_speed"][~np.isnan(here["tip_speed"])])[::-1][:5]
+    ).all()
     there.to_csv(tmp_path / "table.csv")
     lines = (tmp_path / "table.csv").read_text().splitlines()
     assert lines[1] == "l1,l2,d,task_y,det_A,tip_speed,workspace_area" and len(lines) == 332
     assert [float(cell) for cell in lines[2].split(",")][:4] == list(here.design(0).values())
     k = int(order[0])
-    assert here.robot_at(k) == fb.FiveBar(*(here.design(k)[name] for name in ("l1", "l2", "l1", "l2", "d")))
+    assert here.robot_at(k) == fb.FiveBar(
+        *(here.design(k)[name] for name in ("l1", "l2", "l1", "l2", "d"))
+    )
 
 
 def test_designs_come_in_many_ways(tmp_path):
     rows = {"l1": [0.1, 0.12, 0.14], "d": [0.1, 0.11, 0.12]}
-    (tmp_path / "designs.csv").write_text("l1,d\n" + "".join(f"{a},{b}\n" for a, b in zip(*rows.values())))
+    (tmp_path / "designs.csv").write_text(
+        "l1,d\n" + "".join(f"{a},{b}\n" for a, b in zip(*rows.values()))
+    )
     np.savez(tmp_path / "designs.npz", **rows)
     robots = [fb.FiveBar(l11=a, l21=a, d=b) for a, b in zip(*rows.values())]
     tables = [dict(zip(rows, pair)) for pair in zip(*rows.values())]
-    ways = [rows, tmp_path / "designs.csv", str(tmp_path / "designs.npz"), robots, iter(robots), tables, iter(tables)]
+    ways = [
+        rows,
+        tmp_path / "designs.csv",
+        str(tmp_path / "designs.npz"),
+        robots,
+        iter(robots),
+        tables,
+        iter(tables),
+    ]
     found = [fb.sweep("workspace_area", way, workers=1, chunk=2)["workspace_area"] for way in ways]
     assert len({tuple(values) for values in found}) == 1
     grid = D.grid(l1=[0.1, 0.2], l2=[0.1, 0.2, 0.3], d=0.1)
@@ -109,27 +128,40 @@ def test_designs_come_in_many_ways(tmp_path):
     cells = np.histogram2d(*(rows / (1, 2)).T, bins=16, range=[(0, 1)] * 2)[0]
     assert cells.min() >= 12 and cells.max() <= 20  # evenly: of independent ones 16 +- 4 each
     late = D.sample(BOUNDS, 10**12)._rows(10**12 - 3, 10**12)
-    assert ((late >= [low for low, _ in BOUNDS.values()]) & (late <= [high for _, high in BOUNDS.values()])).all()
+    assert (
+        (late >= [low for low, _ in BOUNDS.values()])
+        & (late <= [high for _, high in BOUNDS.values()])
+    ).all()
     corners = np.concatenate(list(D.triangle(6).chunks(100)))
-    assert (corners[:, 2] <= corners[:, :2].sum(axis=1)).all() and np.allclose(corners.sum(axis=1), 3)
+    assert (corners[:, 2] <= corners[:, :2].sum(axis=1)).all() and np.allclose(
+        corners.sum(axis=1), 3
+    )
 
 
 @pytest.mark.parametrize(
     "change, said",
     [
-        (dict(figure=["det_A"]), "holds another sweep, whose figures is .* and not .* nothing was written"),
+        (
+            dict(figure=["det_A"]),
+            "holds another sweep, whose figures is .* and not .* nothing was written",
+        ),
         (dict(chunk=60), "holds another sweep, whose chunk is 50 and not 60"),
         (dict(motor=(1.0, 5.0)), "holds another sweep, whose choices is"),
         (dict(robot=fb.FiveBar(l11=0.1)), "holds another sweep, whose robot is"),
         (dict(seed=1), "holds another sweep, whose designs is"),
     ],
 )
-def test_the_folder_of_another_sweep_is_left_alone(change, said, whole, tmp_path):
+def test_the_folder_of_another_sweep_is_left_alone(change, notes, whole, tmp_path):
     out = tmp_path / "out"
     swept(out)
     options = CHOICES | {k: v for k, v in change.items() if k not in ("figure", "seed")}
-    with pytest.raises(ValueError, match=said):
-        fb.sweep(change.get("figure", FIGURES), D.sample(BOUNDS, 330, change.get("seed", 0)), out=out, **options)
+    with pytest.raises(ValueError, match=notes):
+        fb.sweep(
+            change.get("figure", FIGURES),
+            D.sample(BOUNDS, 330, change.get("seed", 0)),
+            out=out,
+            **options,
+        )
     assert bytes_of(out) == whole
 
 
@@ -138,7 +170,9 @@ def test_designs_that_come_one_by_one_and_have_changed(tmp_path):
     fb.sweep("workspace_area", rows, out=tmp_path / "out", chunk=2, workers=1)
     before = bytes_of(tmp_path / "out")
     changed = [*rows[:4], {"l1": 0.2}, rows[5]]
-    with pytest.raises(ValueError, match="chunk-000002.npz holds other designs than chunk 2 of these"):
+    with pytest.raises(
+        ValueError, match="chunk-000002.npz holds other designs than chunk 2 of these"
+    ):
         fb.sweep("workspace_area", changed, out=tmp_path / "out", chunk=2, workers=1)
     with pytest.raises(ValueError, match="is done with 6 designs, not 4"):
         fb.sweep("workspace_area", rows[:4], out=tmp_path / "out", chunk=2, workers=1)
@@ -218,7 +252,10 @@ def test_what_is_raised_travels_and_what_cannot_travel_is_said():
 
     done = fb.sweep(strange, {"l1": [0.1] * 30}, workers=2)  # forked workers have it
     assert len(done.errors) == 30 and done.errors[0] == (0, "strange: Strange: so")
-    with ProcessPoolExecutor(1) as executor, pytest.raises(ValueError, match="cannot be sent to another process"):
+    with (
+        ProcessPoolExecutor(1) as executor,
+        pytest.raises(ValueError, match="cannot be sent to another process"),
+    ):
         fb.sweep(strange, {"l1": [0.1]}, executor)
 
 
@@ -226,15 +263,22 @@ def test_an_executor_that_takes_no_more(tmp_path):
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
     with pytest.raises(
-        RuntimeError, match="takes no more work.*What was done is in .*: 0 chunks; the same call goes on"
+        RuntimeError,
+        match="takes no more work.*What was done is in .*: 0 chunks; the same call goes on",
     ):
         swept(tmp_path / "out", executor)
-    with pytest.raises(TypeError, match="executor must be a concurrent.futures.Executor, not 'dask'"):
+    with pytest.raises(
+        TypeError, match="executor must be a concurrent.futures.Executor, not 'dask'"
+    ):
         swept(executor="dask")
 
 
 def test_the_manifest_says_what_it_is_of(whole):
     about = json.loads(whole["manifest.json"])
-    assert about["what"] == "fivebar sweep" and about["done"]["designs"] == 330 and about["done"]["chunks"] == 7
+    assert (
+        about["what"] == "fivebar sweep"
+        and about["done"]["designs"] == 330
+        and about["done"]["chunks"] == 7
+    )
     assert about["choices"]["motor"] == {"torque": 1.0, "speed": 4.0}
     assert resource.getpagesize()  # the module is of Unix, as the limit of a file's size above

@@ -33,7 +33,10 @@ def check_goes_on(path, curvature=True):
         before, after = path.on(k, path.pieces[k].length), path.on(k + 1, 0.0)
         assert np.abs(before[0] - after[0]).max() <= 1e-12
         if float(s) not in stops:
-            assert np.abs(before[1] - after[1]).max() <= 1e-9 and abs(np.linalg.norm(after[1]) - 1) <= 1e-9
+            assert (
+                np.abs(before[1] - after[1]).max() <= 1e-9
+                and abs(np.linalg.norm(after[1]) - 1) <= 1e-9
+            )
             if curvature:
                 assert np.abs(before[2] - after[2]).max() <= 1e-6 * (1 + np.linalg.norm(after[2]))
 
@@ -47,15 +50,21 @@ def test_polylines_are_blended_within_the_deviation(seed, deviation, count):
     path = fb.path(points, deviation=deviation)
     corners, curve = points @ (1, 1j), dense(path)
     assert to_polyline(curve, corners).max() <= deviation
-    assert to_polyline(corners, curve).max() <= deviation  # the corners are as near to it, not cut away
+    assert (
+        to_polyline(corners, curve).max() <= deviation
+    )  # the corners are as near to it, not cut away
     check_goes_on(path)
     turns = np.angle(np.diff(corners)[1:] / np.diff(corners)[:-1])
     back = np.cos(turns) <= -0.9995  # 178.2 degrees
     assert len(path.stops) == 2 + back.sum()
-    assert ("it turns back" in " ".join(path.said)) == back.any()
+    assert ("it turns back" in " ".join(path.notes)) == back.any()
     if deviation <= 1e-5 and not back.any():  # there is room: it is used
-        own = curve.reshape(len(path.pieces), -1)[[isinstance(piece, Polynomial) for piece in path.pieces]]
-        for corner, blend in zip(corners[1:-1], own, strict=True):  # other lines may cross nearer to it
+        own = curve.reshape(len(path.pieces), -1)[
+            [isinstance(piece, Polynomial) for piece in path.pieces]
+        ]
+        for corner, blend in zip(
+            corners[1:-1], own, strict=True
+        ):  # other lines may cross nearer to it
             assert to_polyline(corner[None], blend) >= 0.85 * deviation
 
 
@@ -72,9 +81,17 @@ def test_lines_and_arcs_stay_exact_between_blends():
     assert kinds == ["Line", "Arc", "Polynomial", "Line"]  # the line meets the arc without a corner
     assert path.pieces[1].centre == arc.centre and path.pieces[1].radius == arc.radius
     smooth = fb.path(list(pieces), deviation=1e-4, curvature=True)
-    assert [type(piece).__name__ for piece in smooth.pieces] == ["Line", "Polynomial", "Arc", "Polynomial", "Line"]
+    assert [type(piece).__name__ for piece in smooth.pieces] == [
+        "Line",
+        "Polynomial",
+        "Arc",
+        "Polynomial",
+        "Line",
+    ]
     check_goes_on(smooth)
-    outline = np.concatenate([[0, 0.1], arc(np.linspace(0, arc.length, 4001))[0] @ (1, 1j), [0.02 + 0.05j]])
+    outline = np.concatenate(
+        [[0, 0.1], arc(np.linspace(0, arc.length, 4001))[0] @ (1, 1j), [0.02 + 0.05j]]
+    )
     assert to_polyline(dense(smooth), outline).max() <= 1e-4
 
 
@@ -90,7 +107,9 @@ def test_pen_dwells_and_speeds_are_kept_over_blends():
 
 
 def bezier(p, t):
-    return p[0] * (1 - t) ** 3 + 3 * p[1] * t * (1 - t) ** 2 + 3 * p[2] * t * t * (1 - t) + p[3] * t**3
+    return (
+        p[0] * (1 - t) ** 3 + 3 * p[1] * t * (1 - t) ** 2 + 3 * p[2] * t * t * (1 - t) + p[3] * t**3
+    )
 
 
 CURVES = {

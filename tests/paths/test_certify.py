@@ -23,7 +23,11 @@ from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line, Polynomial
 
 NIGHTLY = os.environ.get("FIVEBAR_NIGHTLY") == "1"
-ROBOTS = [fb.FiveBar(), fb.FiveBar(0.07, 0.2, 0.07, 0.2, 0.25), fb.FiveBar(0.11, 0.13, 0.09, 0.15, 0.1)]
+ROBOTS = [
+    fb.FiveBar(),
+    fb.FiveBar(0.07, 0.2, 0.07, 0.2, 0.25),
+    fb.FiveBar(0.11, 0.13, 0.09, 0.15, 0.1),
+]
 HOME = Path([Line((0.09, 0.068), (0.0, 0.1)), Arc((0.0, 0.12), 0.02, -math.pi / 2, 4.0)])
 
 
@@ -68,7 +72,9 @@ def test_a_proof_and_the_checker_alone(tmp_path):
 def test_the_checker_is_short_and_needs_mpmath_alone():
     text = File(checker.__file__).read_text(encoding="utf-8")
     assert len(text.splitlines()) < 150
-    imports = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    imports = [
+        node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)
+    ]
     names = {getattr(node, "module", None) or node.names[0].name for node in imports}
     assert names == {"hashlib", "json", "sys", "typing", "mpmath"}
 
@@ -76,7 +82,10 @@ def test_the_checker_is_short_and_needs_mpmath_alone():
 def test_what_is_false_comes_with_a_robot_that_breaks_it():
     robot = fb.FiveBar()
     cases = [
-        (Path([Line((0.09, 0.068), (0.05, 0.0))]), {"tolerances": 1e-3}),  # the lab's task 2: Type 2
+        (
+            Path([Line((0.09, 0.068), (0.05, 0.0))]),
+            {"tolerances": 1e-3},
+        ),  # the lab's task 2: Type 2
         (Path([Line((0.09, 0.068), (0.3, 0.0))]), {"working": (1, -1)}),  # out of reach
         (HOME, {"margin": 0.7, "tolerances": {"l11": 5e-3, "d": 1e-3}}),
     ]
@@ -89,7 +98,9 @@ def test_what_is_false_comes_with_a_robot_that_breaks_it():
             assert 0 <= stretch.start < stretch.at < stretch.stop <= path.length
             if stretch.false:
                 other = fb.FiveBar(**stretch.lengths)
-                pose = fb.igm(other, path(stretch.at)[0], asked.get("working", (-1, -1)), unreachable="nan")
+                pose = fb.igm(
+                    other, path(stretch.at)[0], asked.get("working", (-1, -1)), unreachable="nan"
+                )
                 kept = np.min(np.abs([*pose.sines, pose.det_A])) >= asked.get("margin", 0.0)
                 assert not (kept and pose.assembly == found.assembly)
 
@@ -97,7 +108,9 @@ def test_what_is_false_comes_with_a_robot_that_breaks_it():
 def test_the_stretch_that_is_not_proved_begins_where_check_path_finds_type_2():
     path = Path([Line((0.09, 0.06796322), (0.05, 0.0))])
     (stretch,) = certify(fb.FiveBar(), path).unproved
-    meets = math.dist((0.09, 0.06796322), (0.0525327138758270042, 0.00430328475849708415))  # reference: five_bar.json
+    meets = math.dist(
+        (0.09, 0.06796322), (0.0525327138758270042, 0.00430328475849708415)
+    )  # reference: five_bar.json
     assert stretch.false and stretch.start <= meets <= stretch.start + path.length / 1000
 
 
@@ -105,7 +118,10 @@ def side(robot, xi, working):
     """The sign of det A at 40 digits; 0 where a leg does not reach."""
     u2 = []
     with mp.workdps(40):
-        for sign, l1, l2, mode in ((-1, robot.l11, robot.l12, working[0]), (1, robot.l21, robot.l22, working[1])):
+        for sign, l1, l2, mode in (
+            (-1, robot.l11, robot.l12, working[0]),
+            (1, robot.l21, robot.l22, working[1]),
+        ):
             reach = mp.mpc(xi[0] - sign * mp.mpf(robot.d) / 2, xi[1])
             l1, l2, r = mp.mpf(l1), mp.mpf(l2), abs(reach)
             if not abs(l1 - l2) < r < l1 + l2:
@@ -124,7 +140,10 @@ def grazing(robot, by, rng):
     normal = np.array([-tangent[1], tangent[0]]) / np.linalg.norm(tangent) * rng.choice([-1, 1])
     radius = 0.02 * robot.d * rng.uniform(0.2, 1.0)
     start = math.atan2(*-normal[::-1]) - rng.uniform(0.2, 1.5)
-    arcs = [Path([Arc(at + normal * (radius + d), radius, start, start + rng.uniform(1.6, 3.0))]) for d in (by, -by)]
+    arcs = [
+        Path([Arc(at + normal * (radius + d), radius, start, start + rng.uniform(1.6, 3.0))])
+        for d in (by, -by)
+    ]
     return locus.working[rng.integers(len(locus.working))], normal, at, arcs
 
 
@@ -139,7 +158,10 @@ def graze(count, rng):
         working, normal, at, (clear, crossing) = grazing(robot, by, rng)
         proved["clear"] += certify(robot, clear, working=working).proved
         centre, radius = np.array(crossing.pieces[0].centre), crossing.pieces[0].radius
-        sides = [side(robot, xi, working) for xi in (centre - normal * radius, *crossing([0.0, crossing.length])[0])]
+        sides = [
+            side(robot, xi, working)
+            for xi in (centre - normal * radius, *crossing([0.0, crossing.length])[0])
+        ]
         if not all(sides) or len(set(sides)) > 1:  # else another locus than this one is near
             found = certify(robot, crossing, working=working)
             proved["crossing"] += 1
@@ -175,7 +197,9 @@ def mutated(certificate, rng):
     if isinstance(value, bool | str | dict | list):
         node[key] = "0" * 64 if key == "sha256" else None if rng.random() < 0.5 else 0.5
     else:
-        node[key] = rng.choice([-value, value * (1 + 10 ** rng.uniform(-9, 0)), value + rng.normal() * 0.1, 0.0])
+        node[key] = rng.choice(
+            [-value, value * (1 + 10 ** rng.uniform(-9, 0)), value + rng.normal() * 0.1, 0.0]
+        )
     if node[key] == value:
         del node[key]
     return other
@@ -258,17 +282,37 @@ def test_what_cannot_be_certified_is_refused(change, message):
 def test_the_command_proves_refuses_and_checks(tmp_path, capsys):
     square, proof = tmp_path / "square.csv", tmp_path / "proof.json"
     square.write_text("x (mm);y (mm)\n30;100\n30;130\n-30;130\n-30;100\n30;100\n")
-    asked = ["certify", str(square), "--tolerance", "1e-4", "--tolerance", "d=2e-4", "--margin", "0.1"]
+    asked = [
+        "certify",
+        str(square),
+        "--tolerance",
+        "1e-4",
+        "--tolerance",
+        "d=2e-4",
+        "--margin",
+        "0.1",
+    ]
     assert main([*asked, "--out", str(proof)]) == 0
-    said = capsys.readouterr()
-    assert "proved on 4 pieces, 0.18 m: l11 = 0.09 +- 0.0001" in said.out and "read in mm" in said.err
+    notes = capsys.readouterr()
+    assert (
+        "proved on 4 pieces, 0.18 m: l11 = 0.09 +- 0.0001" in notes.out
+        and "read in mm" in notes.err
+    )
     assert main(["certify", "--check", str(proof)]) == 0
-    assert "d = 0.118 +- 0.0002 m, working [-1, -1], assembly -1, margin 0.1" in capsys.readouterr().out
+    assert (
+        "d = 0.118 +- 0.0002 m, working [-1, -1], assembly -1, margin 0.1"
+        in capsys.readouterr().out
+    )
     assert main(["certify", "--check", str(square)]) == 1
     assert "it is no certificate" in capsys.readouterr().err
     assert main([*asked, "--margin", "0.8", "--json", "--out", str(tmp_path / "none.json")]) == 1
     found = json.loads(capsys.readouterr().out)
     assert not found["proved"] and any(each["false"] for each in found["unproved"])
     assert not (tmp_path / "none.json").exists()
-    for wrong in (["certify"], [*asked, "--check", str(proof)], [*asked, "--tolerance", "l11"], ["certify", "no.csv"]):
+    for wrong in (
+        ["certify"],
+        [*asked, "--check", str(proof)],
+        [*asked, "--tolerance", "l11"],
+        ["certify", "no.csv"],
+    ):
         assert main(wrong) == 2

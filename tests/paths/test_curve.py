@@ -35,13 +35,18 @@ def test_values_are_those_of_40_digits():
 
         def on_curve(s, k):
             u = s / mp.mpf(0.11)
-            return sum(mp.binomial(3, j) * u**j * (1 - u) ** (3 - j) * mp.mpf(p[k]) for j, p in enumerate(control))
+            return sum(
+                mp.binomial(3, j) * u**j * (1 - u) ** (3 - j) * mp.mpf(p[k])
+                for j, p in enumerate(control)
+            )
 
         for piece, f in ((arc, on_arc), (curve, on_curve)):
             for s in (0.0, 0.013, 0.1):
                 for order, value in enumerate(piece(s)):
                     exact = [float(mp.diff(lambda x, k=k, f=f: f(x, k), s, order)) for k in (0, 1)]
-                    np.testing.assert_allclose(value, exact, rtol=1e-13, atol=1e-13 * 0.07 ** (1 - order))
+                    np.testing.assert_allclose(
+                        value, exact, rtol=1e-13, atol=1e-13 * 0.07 ** (1 - order)
+                    )
 
 
 def test_a_path_is_its_pieces_one_after_the_other():
@@ -54,14 +59,21 @@ def test_a_path_is_its_pieces_one_after_the_other():
         for at in (0.0, last - first):
             for ours, own in zip(PATH.on(k, at), PIECES[k](at)):
                 np.testing.assert_allclose(ours, own, rtol=0, atol=1e-15)
-    assert [each.shape for each in PATH(0.3)] == [(2,)] * 4 and [each.shape for each in PATH(s)] == [(101, 2)] * 4
+    assert [each.shape for each in PATH(0.3)] == [(2,)] * 4 and [
+        each.shape for each in PATH(s)
+    ] == [(101, 2)] * 4
     np.testing.assert_array_equal(PATH(PATH.length)[0], (3, 2))
 
 
 def test_a_motion_rests_where_it_must():
     corner = Path((Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (1, 2))))
     assert [stop.s for stop in corner.stops] == [0, 1, 3]  # the direction jumps, and at the ends
-    assert [tuple(stop) for stop in PATH.stops] == [(0, 0), (1, 0.5), (2 + math.pi / 2, 0), (PATH.length, 0)]
+    assert [tuple(stop) for stop in PATH.stops] == [
+        (0, 0),
+        (1, 0.5),
+        (2 + math.pi / 2, 0),
+        (PATH.length, 0),
+    ]
     assert "2 stops on the way" in repr(PATH) and "3.5708 m of it drawn" in repr(PATH)
 
 
@@ -69,7 +81,10 @@ def test_a_motion_rests_where_it_must():
     "make, message",
     [
         (lambda: Path(()), "no pieces"),
-        (lambda: Path((Line((0, 0), (1, 0)), Line((1, 1e-6), (2, 0)))), r"pieces\[1\] starts 1e-06 m from where"),
+        (
+            lambda: Path((Line((0, 0), (1, 0)), Line((1, 1e-6), (2, 0)))),
+            r"pieces\[1\] starts 1e-06 m from where",
+        ),
         (lambda: Path((1,)), r"pieces\[0\] must be a Line"),
         (lambda: Path(PIECES, pen=(True,)), "pen has 1 values for 4 pieces"),
         (lambda: Path(PIECES, dwells={0.4: 1.0}), "a dwell at s = 0.4 m is at no knot"),
@@ -91,27 +106,44 @@ numbers = st.floats(-2, 2)
 
 
 @settings(max_examples=60, deadline=None)
-@given(numbers, numbers, st.floats(-7, 7), st.floats(0.01, 50), st.sampled_from([*PIECES, CUBIC]), st.floats(0, 1))
+@given(
+    numbers,
+    numbers,
+    st.floats(-7, 7),
+    st.floats(0.01, 50),
+    st.sampled_from([*PIECES, CUBIC]),
+    st.floats(0, 1),
+)
 def test_placed_pieces_are_placed_points(x, y, turn, scale, piece, share):
     place = fb.Placement((x, y), turn, scale)
     moved = piece.moved(complex(x, y), place.turned)
     assert moved.length == pytest.approx(scale * piece.length, rel=1e-14)
     here = piece(share * piece.length)[0]
     far = 1 + abs(x) + abs(y) + 4 * scale
-    np.testing.assert_allclose(moved(share * moved.length)[0], place(here), rtol=0, atol=3e-15 * far)
-    np.testing.assert_allclose(place.inverse(place(here)), here, rtol=0, atol=1e-14 * far / scale + 1e-14)
-    np.testing.assert_allclose(place.after(place)(here), place(place(here)), rtol=0, atol=1e-14 * far * (1 + scale))
+    np.testing.assert_allclose(
+        moved(share * moved.length)[0], place(here), rtol=0, atol=3e-15 * far
+    )
+    np.testing.assert_allclose(
+        place.inverse(place(here)), here, rtol=0, atol=1e-14 * far / scale + 1e-14
+    )
+    np.testing.assert_allclose(
+        place.after(place)(here), place(place(here)), rtol=0, atol=1e-14 * far * (1 + scale)
+    )
     first, last = sorted((share * piece.length, 0.7 * piece.length))
     if last - first > 1e-3:
         np.testing.assert_allclose(
-            piece.part(first, last)(0.3 * (last - first))[0], piece(first + 0.3 * (last - first))[0], atol=1e-14
+            piece.part(first, last)(0.3 * (last - first))[0],
+            piece(first + 0.3 * (last - first))[0],
+            atol=1e-14,
         )
 
 
 def test_a_picture(tmp_path):
     figure = PATH.plot(tmp_path / "path.png")
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert labels == ["pen down", "pen up", "rests"] and (tmp_path / "path.png").stat().st_size > 5_000
+    assert (
+        labels == ["pen down", "pen up", "rests"] and (tmp_path / "path.png").stat().st_size > 5_000
+    )
     assert "Path: 4 pieces" in PATH._repr_html_()
 
 
@@ -119,4 +151,8 @@ def test_right_angles_are_exact():
     place = fb.Placement((0.1, 0.2), math.pi / 2, 2.0)
     assert place((1.0, 0.0)).tolist() == [0.1, 2.2]
     placed = place(PATH)
-    assert placed.pen == PATH.pen and placed.stops[1].seconds == 0.5 and placed.length == pytest.approx(2 * PATH.length)
+    assert (
+        placed.pen == PATH.pen
+        and placed.stops[1].seconds == 0.5
+        and placed.length == pytest.approx(2 * PATH.length)
+    )

@@ -5,14 +5,20 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.timing.bounds import Stretches, enclosed
 from fivebar.paths.curve import Path
-from fivebar.paths.timing.enclosures import TERMS, Series, place_series
 from fivebar.paths.pieces import Arc, Line, Polynomial
+from fivebar.paths.timing.bounds import Stretches, enclosed
+from fivebar.paths.timing.enclosures import TERMS, Series, place_series
 from tests.helpers.paths_to_time import ROBOTS
 
-CURVE = Polynomial.from_bernstein([(-0.03, 0.09), (-0.02, 0.13), (0.0, 0.06), (0.02, 0.13), (0.03, 0.1)], 0.1)
-PIECES = {"line": Line((-0.03, 0.08), (0.03, 0.1)), "arc": Arc((0.0, 0.1), 0.02, 0.3, 2.5), "curve": CURVE}
+CURVE = Polynomial.from_bernstein(
+    [(-0.03, 0.09), (-0.02, 0.13), (0.0, 0.06), (0.02, 0.13), (0.03, 0.1)], 0.1
+)
+PIECES = {
+    "line": Line((-0.03, 0.08), (0.03, 0.1)),
+    "arc": Arc((0.0, 0.1), 0.02, 0.3, 2.5),
+    "curve": CURVE,
+}
 
 FUNCTIONS = {  # of a series, and of a number
     "product": (lambda s: s * (s + 2.0) - 3.0 * s, lambda x: x * (x + 2) - 3 * x),
@@ -32,9 +38,15 @@ def test_a_series_holds_the_taylor_coefficients_at_all_places_of_its_stretch(nam
     with mpmath.workdps(40):
         for k, place in enumerate(middle):
             for share in (-1.0, -0.3, 0.7, 1.0):
-                true = mpmath.taylor(of_number, mpmath.mpf(place) + mpmath.mpf(share) * mpmath.mpf(radius), TERMS - 1)
+                true = mpmath.taylor(
+                    of_number, mpmath.mpf(place) + mpmath.mpf(share) * mpmath.mpf(radius), TERMS - 1
+                )
                 off = [abs(a - b) for a, b in zip(true, found.m[:, k].tolist())]
-                assert all(o <= bound for o, bound in zip(off, found.r[:, k].tolist())), (place, share, off)
+                assert all(o <= bound for o, bound in zip(off, found.r[:, k].tolist())), (
+                    place,
+                    share,
+                    off,
+                )
     if radius == 0:
         assert found.r.max() < 1e-12
 
@@ -59,7 +71,11 @@ def test_the_place_and_its_derivatives_are_enclosed(name):
 
 
 def bernstein(value, t):
-    middle = value.first[:, None] * (1 - t) ** 2 + 2 * value.middle[:, None] * t * (1 - t) + value.last[:, None] * t**2
+    middle = (
+        value.first[:, None] * (1 - t) ** 2
+        + 2 * value.middle[:, None] * t * (1 - t)
+        + value.last[:, None] * t**2
+    )
     return middle, value.bend[:, None] * t * (1 - t) + value.slack[:, None]
 
 

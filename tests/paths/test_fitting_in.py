@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.placing.fitting_in import bounds, fitted_in
 from fivebar.paths.pieces import Arc
+from fivebar.paths.placing.fitting_in import bounds, fitted_in
 from fivebar.paths.setpoints import setpoints
 from fivebar.paths.strokes import outlines, runs
 
@@ -24,17 +24,22 @@ def test_bounds_hold_arcs_and_curves():
     found, seen = bounds(path), points(path)
     np.testing.assert_allclose(found, [seen.min(axis=0), seen.max(axis=0)], atol=1e-6)
     found, seen = bounds(PATH), points(PATH)
-    assert (found[0] <= seen.min(axis=0) + 1e-15).all() and (found[1] >= seen.max(axis=0) - 1e-15).all()
+    assert (found[0] <= seen.min(axis=0) + 1e-15).all() and (
+        found[1] >= seen.max(axis=0) - 1e-15
+    ).all()
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"turn": 1.0}, {"scale": None, "margin": 0.02, "working": (1, 1)}, {"working": (1, -1)}]
+    "options",
+    [{}, {"turn": 1.0}, {"scale": None, "margin": 0.02, "working": (1, 1)}, {"working": (1, -1)}],
 )
 def test_what_is_placed_lies_in_its_aspect(options):
     fit = fitted_in(ROBOT, PATH, **options)
     placed = fit.placement(PATH)
     seen = points(placed)
-    assert fit.aspect.contains(seen).all() and fit.aspect.working == options.get("working", fit.aspect.working)
+    assert fit.aspect.contains(seen).all() and fit.aspect.working == options.get(
+        "working", fit.aspect.working
+    )
     check = fb.check_path(ROBOT, placed.at_unit_speed, fit.aspect.working)
     assert check.singularity_free
     margin = options.get("margin", 0.005)
@@ -72,14 +77,20 @@ def test_setpoints_are_those_of_the_motion(tmp_path):
     for row, xi in ((0, (0.0, 0.1)), (-1, (0.05, 0.12))):
         np.testing.assert_allclose(table.q[row], fb.igm(ROBOT, xi, (1, -1)).q, atol=1e-15)
         assert np.abs(table.q_dot[row]).max() < 1e-14
-    np.testing.assert_allclose(np.gradient(table.q, table.t, axis=0)[2:-2], table.q_dot[2:-2], atol=2e-3)
+    np.testing.assert_allclose(
+        np.gradient(table.q, table.t, axis=0)[2:-2], table.q_dot[2:-2], atol=2e-3
+    )
     table.to_csv(tmp_path / "deg.csv", "deg")
     rows = np.loadtxt(tmp_path / "deg.csv", delimiter=",", skiprows=2)
-    np.testing.assert_allclose(np.radians(rows[:, 1:]), np.hstack([table.q, table.q_dot]), atol=1e-15)
+    np.testing.assert_allclose(
+        np.radians(rows[:, 1:]), np.hstack([table.q, table.q_dot]), atol=1e-15
+    )
     whole = setpoints(ROBOT, fb.line((0.0, 0.1), (0.05, 0.12), 1.0), 100.0)
     assert len(whole.t) == 101 and whole.t[-1] == 1.0
     around = setpoints(ROBOT, fb.circle((0.0, 0.0), 0.12, 1.0), 1000.0, (-1, 1))
-    assert np.abs(np.diff(around.q, axis=0)).max() < 0.1  # continuous, where igm's angles jump by a turn
+    assert (
+        np.abs(np.diff(around.q, axis=0)).max() < 0.1
+    )  # continuous, where igm's angles jump by a turn
     with pytest.raises(ValueError, match="at most 1e"):
         setpoints(ROBOT, motion, 1e9)
     slides = setpoints(fb.Biglide(), fb.line((0, 0.2), (0.05, 0.25), 1.0), 50.0)

@@ -30,11 +30,15 @@ def test_room_is_exact_and_a_shift_aside_has_less():
 def test_a_point_like_path_lies_where_the_largest_disc_does():
     tiny = fb.path([(0, 0), (1e-6, 0)])
     placed = fb.place(ROBOT, tiny)
-    assert placed.room == pytest.approx(max(fb.largest_disc(part).radius for part in fb.aspects(ROBOT)), abs=2e-4)
+    assert placed.room == pytest.approx(
+        max(fb.largest_disc(part).radius for part in fb.aspects(ROBOT)), abs=2e-4
+    )
 
 
 def test_what_is_kept_and_what_does_not_fit():
-    keep = fb.Keep(half_planes=[(0, 1, 0.01)], det_A=0.2, bars=fb.Bars(0.005, layers=(1, 2, 1, 3)))
+    keep = fb.Keep(
+        half_planes=[(0, 1, 0.01)], det_A=0.2, bars=fb.LinkCollisions(0.005, layers=(1, 2, 1, 3))
+    )
     placed = fb.place(ROBOT, RECTANGLE, turn=0.0, keep=keep)
     xi = placed.path(np.linspace(0, placed.path.length, 2001))[0]
     assert keep.kept(fb.igm(ROBOT, xi, placed.working)).all() and placed.placement.turn == 0
@@ -77,8 +81,14 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
 def test_the_fastest_of_the_roomiest():
     path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
     limits = dict(torque_limit=0.05, joint_speed_limit=6.0)
-    roomiest, fast = fb.place(ROBOT, path, turn=0.0), fb.place(ROBOT, path, turn=0.0, fastest=limits)
-    times = [fb.time_path(ROBOT, each.path, working=each.working, **limits).duration for each in (roomiest, fast)]
+    points_of_largest_clearance, fast = (
+        fb.place(ROBOT, path, turn=0.0),
+        fb.place(ROBOT, path, turn=0.0, fastest=limits),
+    )
+    times = [
+        fb.time_path(ROBOT, each.path, working=each.working, **limits).duration
+        for each in (points_of_largest_clearance, fast)
+    ]
     assert times[1] <= times[0] * (1 + 1e-3) and fast.room > 0
 
 
@@ -87,7 +97,10 @@ def test_bad_input():
         fb.place(fb.Biglide(), RECTANGLE)
     with pytest.raises(TypeError, match="path must be a Path"):
         fb.place(ROBOT, [(0, 0), (1, 1)])
-    with pytest.raises(ValueError, match="fastest: time_path has no limit 'torque'; it takes duration, torque_limit"):
+    with pytest.raises(
+        ValueError,
+        match="fastest: time_path has no limit 'torque'; it takes duration, torque_limit",
+    ):
         fb.place(ROBOT, RECTANGLE, fastest={"torque": 0.1})
     with pytest.raises(ValueError, match="nothing of the workspace"):
         fb.place(ROBOT, RECTANGLE, margin=1.0)

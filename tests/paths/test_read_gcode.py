@@ -36,13 +36,23 @@ def test_a_plot_is_read():
     path = read(PLOT)
     line, half, turn, back = path.pieces
     assert (line, back) == (Line((0.01, 0.01), (0.02, 0.01)), Line((0.03, 0.03), (0.01, 0.03)))
-    assert half.centre == pytest.approx((0.025, 0.01)) and half.length == pytest.approx(0.005 * math.pi)
-    assert half(half.length / 2)[0] == pytest.approx((0.025, 0.015))  # clockwise from the left: over the top
-    assert turn.centre == pytest.approx((0.03, 0.02)) and turn(turn.length / 2)[0] == pytest.approx((0.04, 0.02))
-    assert path.pen == (True,) * 4 and path.feed == pytest.approx((0.01,) * 4) and path.lines == (6, 7, 8, 10)
+    assert half.centre == pytest.approx((0.025, 0.01)) and half.length == pytest.approx(
+        0.005 * math.pi
+    )
+    assert half(half.length / 2)[0] == pytest.approx(
+        (0.025, 0.015)
+    )  # clockwise from the left: over the top
+    assert turn.centre == pytest.approx((0.03, 0.02)) and turn(turn.length / 2)[0] == pytest.approx(
+        (0.04, 0.02)
+    )
+    assert (
+        path.pen == (True,) * 4
+        and path.feed == pytest.approx((0.01,) * 4)
+        and path.lines == (6, 7, 8, 10)
+    )
     assert path.line_of(path.length) == 10 and path.line_of(0.01) == 7
     assert [stop.seconds for stop in path.stops if stop.seconds] == [0.5]
-    assert "before the first stroke and after the last are passed over" in " ".join(path.said)
+    assert "before the first stroke and after the last are passed over" in " ".join(path.notes)
 
 
 def test_inches_relative_moves_z_as_pen_and_travel():
@@ -61,17 +71,23 @@ def test_without_pen_codes_all_but_g0_draws():
 
 def test_a_whole_circle_and_absolute_centres():
     (circle,) = read("G21\nG0 X10 Y0\nG2 X10 Y0 I-10 J0").pieces
-    assert circle.angle1 - circle.angle0 == pytest.approx(-2 * math.pi) and circle.radius == pytest.approx(0.01)
+    assert circle.angle1 - circle.angle0 == pytest.approx(
+        -2 * math.pi
+    ) and circle.radius == pytest.approx(0.01)
     (quarter,) = read("G21 G90.1\nG0 X10 Y0\nG3 X0 Y10 I0 J0").pieces
-    assert quarter.centre == pytest.approx((0, 0)) and quarter.length == pytest.approx(0.005 * math.pi)
+    assert quarter.centre == pytest.approx((0, 0)) and quarter.length == pytest.approx(
+        0.005 * math.pi
+    )
     (longer,) = read("G21\nG0 X10 Y0\nG3 X0 Y10 R-10").pieces
     assert longer.length == pytest.approx(0.015 * math.pi)
 
 
 def test_circles_in_a_row_and_a_unit_that_comes_late_as_printers_write_it():
     path = read("G92 E0\nG0 X1 F6000\nM83\nG1 F900 E-5\nG2 I.5\nG92 E0\nG3 X1 Y0 I-.5\nG20")
-    assert [type(piece) for piece in path.pieces] == [Arc, Arc] and path.length == pytest.approx(4 * math.pi * 0.0127)
-    assert "lengths before the first G20 are read as after it (line 2)" in path.said
+    assert [type(piece) for piece in path.pieces] == [Arc, Arc] and path.length == pytest.approx(
+        4 * math.pi * 0.0127
+    )
+    assert "lengths before the first G20 are read as after it (line 2)" in path.notes
 
 
 def test_rounded_centres_are_mended():
@@ -86,7 +102,10 @@ def test_rounded_centres_are_mended():
         ("G21\nG5 X1 Y1", "line 2: G5 is not known"),
         ("G21\nG0 X0 Y0\nM99", "line 3: M99 is not known"),
         ("G0 X1", "line 1: neither G20"),
-        ("G21\nG0 X0 Y0\nG2 X10 Y0 I4 J0", "line 3: the arc's centre is 4 mm from its start, but 6 mm from its end"),
+        (
+            "G21\nG0 X0 Y0\nG2 X10 Y0 I4 J0",
+            "line 3: the arc's centre is 4 mm from its start, but 6 mm from its end",
+        ),
         ("G21\nG0 X0 Y0\nG2 X10 Y0 R4", "line 3: R = 4 mm is less than half of the chord, 5 mm"),
         ("G21\nG0 X0 Y0\nG2 X0 Y0 R4", "line 3: an arc with R whose start is its end"),
         ("G21\nG0 X0 Y0\nG2 X1 Y0", "line 3: G2 needs I and J, or R"),
@@ -104,7 +123,10 @@ def test_rounded_centres_are_mended():
         ("", "nothing is drawn"),
         ("G21\nG0 X1 Y1", "nothing is drawn"),
         ("G21\nG0 X1 Y1 Z5\nG1 X9 Z5", "nothing is drawn: no move is at Z 0 or below"),
-        ("G21\nG1 X1 Y1 Z5\nG1 X9 Z3\nG1 X2\nG1 X3 Z1", r"no move is at Z 0 or below.*Z is 1, 3, 5 mm"),
+        (
+            "G21\nG1 X1 Y1 Z5\nG1 X9 Z3\nG1 X2\nG1 X3 Z1",
+            r"no move is at Z 0 or below.*Z is 1, 3, 5 mm",
+        ),
         ("G21\nG0 X1 Y1\nG1 X1 Y1", "nothing is drawn: .*a move of no length: passed over"),
     ],
 )
@@ -180,12 +202,16 @@ def test_a_printer_draws_where_it_extrudes_at_any_height(text):
     """Not in travels at any height, in wipes, and where it only takes in or out."""
     path = read(text)
     on = [(p.start, p.end) for p, pen in zip(path.pieces, path.pen) if pen]
-    points = 1e-3 * np.array([[(10, 10), (20, 10)], [(20, 10), (20, 20)], [(30, 20), (30, 30)], [(30, 30), (20, 30)]])
+    points = 1e-3 * np.array(
+        [[(10, 10), (20, 10)], [(20, 10), (20, 20)], [(30, 20), (30, 30)], [(30, 30), (20, 30)]]
+    )
     np.testing.assert_allclose(on, points, atol=1e-15)
-    assert "the pen is down where E grows" in path.said and not any("E word" in words for words in path.said)
-    assert ("neither G20 nor G21: read in mm, as printers do" in path.said) is (text == CURA)
+    assert "the pen is down where E grows" in path.notes and not any(
+        "E word" in words for words in path.notes
+    )
+    assert ("neither G20 nor G21: read in mm, as printers do" in path.notes) is (text == CURA)
     two = read(text + "G0 Z.4\nG1 X10 Y10\nG1 X11 Y10 E9")
-    assert any(words.startswith("2 layers, Z 0.2 to 0.4 mm") for words in two.said) and two.pen[-1]
+    assert any(words.startswith("2 layers, Z 0.2 to 0.4 mm") for words in two.notes) and two.pen[-1]
 
 
 LASERS = {
@@ -212,7 +238,9 @@ LASERS = {
 def test_two_strokes_of_lasers_mills_and_plotters(kind):
     path = read(LASERS[kind])
     on = [(p.start, p.end) for p, pen in zip(path.pieces, path.pen) if pen]
-    np.testing.assert_allclose(on, 1e-3 * np.array([[(10, 0), (20, 0)], [(20, 10), (10, 10)]]), atol=1e-15)
+    np.testing.assert_allclose(
+        on, 1e-3 * np.array([[(10, 0), (20, 0)], [(20, 10), (10, 10)]]), atol=1e-15
+    )
 
 
 def test_units_that_contradict():
@@ -229,18 +257,18 @@ def test_what_is_passed_over_is_listed():
         'M117 Layer 1 of X9\nN12 M862.3 P "MK3S"\nM205 X8\nG28\n'
     )
     assert path.length == pytest.approx(0.002) and path.pieces[-1].end[0] == pytest.approx(0.003)
-    said = " | ".join(path.said)
+    notes = " | ".join(path.notes)
     for words in (
         "G54: passed over (line 1)", "M8: passed over (line 2)", "G28: passed over (lines 6, 10", "T word: passed over",
         "A word: passed over (line 8)", "a move of no length: passed over (line 5)", "G4 P500: read as milliseconds",
     ):  # fmt: skip
-        assert words in said
+        assert words in notes
     assert path.stops[-1].seconds == 0.5
 
 
 def test_an_arc_in_moves_that_begin_at_the_origin_is_said():
     path = read("G21\nM3\nG1 X1")
-    assert path.length == pytest.approx(1e-3) and "it begins at X0 Y0" in path.said[0]
+    assert path.length == pytest.approx(1e-3) and "it begins at X0 Y0" in path.notes[0]
     assert isinstance(read("G21\nG0 X5\nG2 X7 I1").pieces[0], Arc)
 
 

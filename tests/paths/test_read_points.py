@@ -11,7 +11,7 @@ from fivebar.paths.pieces import Arc, Line
 
 def test_points_strokes_and_pieces():
     path = fb.path([(0, 0), (0.1, 0), (0.1, 0), (0.1, 0.1)])
-    assert path.length == pytest.approx(0.2) and path.said == (
+    assert path.length == pytest.approx(0.2) and path.notes == (
         "points that repeat the one before are passed over: 1 (points 2)",
     )
     strokes = fb.path([[(0, 0), (0.1, 0)], np.array([(0.1, 0.1), (0, 0.1), (0, 0)])])
@@ -27,11 +27,15 @@ def test_csv_files_as_people_have_them(tmp_path):
     german.write_bytes("Zeit;X (mm);Y (mm);Stift\n0;10,5;20;1\n1;30;20;1\n".encode("cp1252"))
     path = fb.path(german)
     assert path.pieces == (Line((0.0105, 0.02), (0.03, 0.02)),)
-    assert "decimal commas were read as decimal points" in path.said
+    assert "decimal commas were read as decimal points" in path.notes
     with_pen = io.StringIO("x,y,pen\n0,0,0\n0.1,0,1\n0.1,0.1,0\n0,0.1,1\n")
     assert fb.path(with_pen).pen == (True, False, True)
-    assert fb.path(io.StringIO("x,y\n0,0\n100,50\n"), units="mm").length == pytest.approx(np.hypot(0.1, 0.05))
-    assert "from_csv follows them" in " ".join(fb.path(io.StringIO("t,x,y\n0,0,0\n1,0.1,0\n")).said)
+    assert fb.path(io.StringIO("x,y\n0,0\n100,50\n"), units="mm").length == pytest.approx(
+        np.hypot(0.1, 0.05)
+    )
+    assert "from_csv follows them" in " ".join(
+        fb.path(io.StringIO("t,x,y\n0,0,0\n1,0.1,0\n")).notes
+    )
 
 
 @pytest.mark.parametrize(

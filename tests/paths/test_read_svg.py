@@ -14,7 +14,9 @@ from fivebar.paths.pieces import Arc, Line
 pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
 MM = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 100 50">'
 
-XLINK = 'xmlns:xlink="http://www.w3.org/1999/xlink" xlink:href'  # which counts where there is no href
+XLINK = (
+    'xmlns:xlink="http://www.w3.org/1999/xlink" xlink:href'  # which counts where there is no href
+)
 
 
 def read(body, head=MM, **options):
@@ -50,8 +52,10 @@ def test_units_and_viewports(head, end):
 def test_units_given_for_a_file_without():
     head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 48">'
     np.testing.assert_allclose(read('<path d="M0 0H96"/>', head, units="mm").length, 0.096)
-    assert "pixels of 1/96 inch" in " ".join(read('<path d="M0 0H96"/>', head).said)
-    with pytest.raises(ValueError, match="line 1: <svg>: units are given as px, but its size is 100mm x 50mm"):
+    assert "pixels of 1/96 inch" in " ".join(read('<path d="M0 0H96"/>', head).notes)
+    with pytest.raises(
+        ValueError, match="line 1: <svg>: units are given as px, but its size is 100mm x 50mm"
+    ):
         read('<path d="M0 0H96"/>', units="px")
     with pytest.raises(ValueError, match="units: furlong: known are"):
         read('<path d="M0 0H96"/>', head, units="furlong")
@@ -62,29 +66,44 @@ def test_shapes_are_exact():
     assert all(isinstance(p, Arc) and p.radius == pytest.approx(0.01) for p in circle.pieces)
     assert circle.length == pytest.approx(0.02 * math.pi) and len(circle.stops) == 2
     rounded = read('<rect x="10" y="10" width="40" height="20" rx="5"/>')
-    assert rounded.length == pytest.approx(2 * 0.03 + 2 * 0.01 + 0.01 * math.pi) and len(rounded.stops) == 2
+    assert (
+        rounded.length == pytest.approx(2 * 0.03 + 2 * 0.01 + 0.01 * math.pi)
+        and len(rounded.stops) == 2
+    )
     for body, length in (
         ('<polyline points="0,0 3,4 6,0"/>', 0.01), ('<polygon points="0,0 3,0 3,4"/>', 0.012),
         ('<line x1="1" y1="1" x2="4" y2="5"/>', 0.005), ('<rect width="3" height="4"/>', 0.014),
     ):  # fmt: skip
         path = read(body)
-        assert all(isinstance(piece, Line) for piece in path.pieces) and path.length == pytest.approx(length)
+        assert all(
+            isinstance(piece, Line) for piece in path.pieces
+        ) and path.length == pytest.approx(length)
 
 
 def test_transforms_are_honoured():
     """Nested ones, a mirror among them; a circle turned stays an arc, a sheared one becomes an ellipse."""
-    (line,) = read('<g transform="translate(10,10)"><path transform="rotate(90) scale(2 1)" d="M0 0H5"/></g>').pieces
+    (line,) = read(
+        '<g transform="translate(10,10)"><path transform="rotate(90) scale(2 1)" d="M0 0H5"/></g>'
+    ).pieces
     np.testing.assert_allclose([line.start, line.end], [(0.01, 0.04), (0.01, 0.03)], atol=1e-15)
     turned = read('<circle transform="rotate(30) scale(-2 2)" r="5" cx="-20" cy="5"/>')
-    assert all(isinstance(piece, Arc) and piece.radius == pytest.approx(0.01) for piece in turned.pieces)
+    assert all(
+        isinstance(piece, Arc) and piece.radius == pytest.approx(0.01) for piece in turned.pieces
+    )
     mirrored = read('<path transform="scale(1 -1)" d="M10 0 A 10 10 0 0 1 20 -10"/>')
     plain = read('<path d="M10 0 A 10 10 0 0 0 20 10"/>')
-    np.testing.assert_allclose(mirrored(mirrored.length / 3)[0], plain(plain.length / 3)[0], atol=1e-15)
+    np.testing.assert_allclose(
+        mirrored(mirrored.length / 3)[0], plain(plain.length / 3)[0], atol=1e-15
+    )
     squashed = read('<circle transform="scale(1 .5)" cx="50" cy="50" r="20"/>', deviation=1e-6)
     np.testing.assert_allclose(box(squashed), (0.03, 0.015, 0.07, 0.035), atol=2e-6)
-    assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(0.002 * math.pi)
+    assert read('<g d="l2" points="3"><circle cx="9" cy="9" r="1"/></g>').length == pytest.approx(
+        0.002 * math.pi
+    )
     twice = read('<defs><path id="p" d="M0 0H5"/></defs><use href="#p"/><use href="#p" x="10"/>')
-    symbol = read(f'<symbol id="s"><path d="M0 0H5"/></symbol><g id="g"><use href="#s" {XLINK}="#g" x="20"/></g>')
+    symbol = read(
+        f'<symbol id="s"><path d="M0 0H5"/></symbol><g id="g"><use href="#s" {XLINK}="#g" x="20"/></g>'
+    )
     assert len(symbol.pieces) == 1 and symbol.pieces[0].start == pytest.approx((0.02, 0.05))
     assert twice.pen == (True, False, True) and twice.length == pytest.approx(0.015)
 
@@ -118,19 +137,23 @@ ONE = '<path stroke="black" fill="none" d="M1 1L9 9"/>'
 )  # fmt: skip
 def test_what_is_seen_where(body, ends):
     if not ends:
-        with pytest.raises(ValueError, match=r"nothing is drawn: what is not displayed is passed over \(line 2\)"):
+        with pytest.raises(
+            ValueError, match=r"nothing is drawn: what is not displayed is passed over \(line 2\)"
+        ):
             read(body)
         return
     path = read(body)
     drawn = [piece for piece, pen in zip(path.pieces, path.pen) if pen]
-    lines = [1e3 * np.array([*piece.start, *piece.end]) for piece in drawn if isinstance(piece, Line)]
+    lines = [
+        1e3 * np.array([*piece.start, *piece.end]) for piece in drawn if isinstance(piece, Line)
+    ]
     np.testing.assert_allclose(lines, [(x, 50 - y, u, 50 - v) for x, y, u, v in ends], atol=1e-9)
 
 
 def test_a_size_in_a_style_and_the_radius_that_is_not_given():
     head = MM.replace('width="100mm" height="50mm"', 'style="width:200mm; height:100mm"')
     circle = read('<ellipse cx="50" cy="25" rx="10" fill="none" stroke="black"/>', head)
-    assert circle.length == pytest.approx(0.04 * math.pi) and not circle.said
+    assert circle.length == pytest.approx(0.04 * math.pi) and not circle.notes
 
 
 def test_curves_are_kept_within_the_deviation():
@@ -138,7 +161,9 @@ def test_curves_are_kept_within_the_deviation():
     t = np.linspace(0, 1, 20001)
     exact = 0.1 * t + 1j * 0.1 * t * (1 - t)
     ours = q(np.linspace(0, q.length, 101))[0] @ (1, 1j)
-    assert np.abs(ours[:, None] - exact).min(axis=1).max() < 1e-6 + 3e-6  # half a step of the samples
+    assert (
+        np.abs(ours[:, None] - exact).min(axis=1).max() < 1e-6 + 3e-6
+    )  # half a step of the samples
     assert box(q)[3] == pytest.approx(0.025, abs=1e-6) and len(q.stops) == 2
     assert all(isinstance(piece, Line) for piece in read('<path d="M0 0 C 1 0 2 0 3 0"/>').pieces)
 
@@ -155,7 +180,7 @@ def test_what_is_passed_over_is_listed():
         '<path d="M0 0H5" stroke-dasharray="1 2" stroke="black"/>\n<path d="M0 0H9" visibility="hidden"/>\n'
         '<path d="M1 1L1 1"/><circle r="0"/>\n<path d="M0 0H9" style="display:none"/>'
     )
-    said = " | ".join(path.said)
+    notes = " | ".join(path.notes)
     assert path.length == pytest.approx(0.005)
     for words in (
         "areas are not filled: their outlines are drawn (lines 4, 6)",
@@ -163,7 +188,7 @@ def test_what_is_passed_over_is_listed():
         "<stroke-dasharray> is passed over (line 4)", "1 shapes that are not seen are passed over (line 5)",
         "moves of no length passed over (line 6)|move of no length passed over (line 6)",
     ):  # fmt: skip
-        assert any(part in said for part in words.split("|")), words
+        assert any(part in notes for part in words.split("|")), words
 
 
 @pytest.mark.parametrize(
@@ -176,18 +201,36 @@ def test_what_is_passed_over_is_listed():
         ('<path d="L 0 0"/>', "line 2: <path>: d must begin with M"),
         ('<path d="M 0 0 L 1 1 ?"/>', "line 2: <path>: d has '.' after L"),
         ('<path d="M0 0 A 1 1 0 2 0 3 3"/>', "line 2: <path>: d has"),
-        ('<path d="M0 0C1e10 2 3 4 5 6"/>', "line 2: a curve 1e.07 m large cannot be kept within 1e-09 m"),
+        (
+            '<path d="M0 0C1e10 2 3 4 5 6"/>',
+            "line 2: a curve 1e.07 m large cannot be kept within 1e-09 m",
+        ),
         ('<circle r="-3"/>', "line 2: <circle>: r must not be negative"),
         ('<rect width="1e%" height="3"/>', "line 2: <rect>: width must be a number"),
-        ('<path transform="scale(2)" transform-origin="5 5" d="M0 0H1"/>', "line 2: <path>: transform-origin is not"),
+        (
+            '<path transform="scale(2)" transform-origin="5 5" d="M0 0H1"/>',
+            "line 2: <path>: transform-origin is not",
+        ),
         ('<polygon points="0,0 1"/>', "line 2: <polygon>: points must be pairs"),
-        ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: transform rotate.abc. is not one"),
+        (
+            '<path transform="rotate(abc)" d="M0 0H1"/>',
+            "line 2: <path>: transform rotate.abc. is not one",
+        ),
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: transform twist"),
-        ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: a transform in a style is not read"),
-        ("<style>.a{fill:none;transform:scale(2)}</style>", "line 2: <style>: a transform in a style is not read"),
+        (
+            '<path style="transform: scale(2)" d="M0 0H1"/>',
+            "line 2: <path>: a transform in a style is not read",
+        ),
+        (
+            "<style>.a{fill:none;transform:scale(2)}</style>",
+            "line 2: <style>: a transform in a style is not read",
+        ),
         ("<path>", "line 3: not XML: mismatched tag"),
         ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
-        (f'{ONE}<g id="a"><use href="#a" {XLINK}="#b"/></g>', "line 2: <use> repeats itself without end"),
+        (
+            f'{ONE}<g id="a"><use href="#a" {XLINK}="#b"/></g>',
+            "line 2: <use> repeats itself without end",
+        ),
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(body, message):
@@ -207,15 +250,21 @@ def test_what_is_no_svg(tmp_path):
     own = '<!-- Adobe Illustrator 27 --><!DOCTYPE svg [<!ENTITY ns_ai "http://ns.adobe.com/AdobeIllustrator/10.0/">]>'
     own += '<svg xmlns:i="&ns_ai;" '
     shape = 'xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M1 1h7" stroke="red"/>'
-    illustrator = fb.path(io.StringIO(f"{own}{shape}</svg>"), kind="svg")  # the names of its namespaces are no harm
-    assert illustrator.length == pytest.approx(7 / 96 * 0.0254) and "units pt would" in " ".join(illustrator.said)
+    illustrator = fb.path(
+        io.StringIO(f"{own}{shape}</svg>"), kind="svg"
+    )  # the names of its namespaces are no harm
+    assert illustrator.length == pytest.approx(7 / 96 * 0.0254) and "units pt would" in " ".join(
+        illustrator.notes
+    )
     for file, text in (
         ("a.dxf", "  0\nSECTION\n  2\nENTITIES\n"),
         ("b.txt", "0\nSECTION\n2\n"),
         ("c.eps", "%!PS-Adobe\n"),
     ):
         (tmp_path / file).write_text(text)
-        with pytest.raises(ValueError, match="is not read, but SVG, G-code and CSV are: save it as SVG"):
+        with pytest.raises(
+            ValueError, match="is not read, but SVG, G-code and CSV are: save it as SVG"
+        ):
             fb.path(tmp_path / file)
     (tmp_path / "a.svg").write_bytes(b"\x89PNG\0")
     with pytest.raises(ValueError, match="a.svg: not a text file, but a binary one"):
@@ -224,7 +273,9 @@ def test_what_is_no_svg(tmp_path):
 
 def test_uses_that_multiply_are_refused():
     sheet = f"<style>x {'g ' * 25} path{{display:none}}</style>"  # ways to read it: 100 over 25
-    assert read(f"{sheet}{'<g>' * 100}{ONE}{'</g>' * 100}").length == pytest.approx(0.008 * math.sqrt(2))
+    assert read(f"{sheet}{'<g>' * 100}{ONE}{'</g>' * 100}").length == pytest.approx(
+        0.008 * math.sqrt(2)
+    )
     levels = "".join(f'<g id="g{k}">{f"""<use href="#g{k - 1}"/>""" * 10}</g>' for k in range(1, 9))
     with pytest.raises(ValueError, match="more than 100000 elements"):
         read(f'<g id="g0"><path d="M0 0H1"/></g>{levels}')
@@ -238,7 +289,10 @@ WHOLE = MM + (
 @settings(max_examples=150, deadline=None)
 @given(
     st.lists(
-        st.tuples(st.integers(0, len(WHOLE) - 1), st.sampled_from('<>"/ 0-.eMaAzZ(),&#%'), st.booleans()), max_size=4
+        st.tuples(
+            st.integers(0, len(WHOLE) - 1), st.sampled_from('<>"/ 0-.eMaAzZ(),&#%'), st.booleans()
+        ),
+        max_size=4,
     )
 )
 def test_any_damage_is_read_or_refused(damage):

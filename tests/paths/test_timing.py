@@ -12,7 +12,14 @@ from scipy.special import beta
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line
-from tests.helpers.paths_to_time import ELBOWS, ROBOTS, almost_along_the_bars, random_limits, random_path, used
+from tests.helpers.paths_to_time import (
+    ELBOWS,
+    ROBOTS,
+    almost_along_the_bars,
+    random_limits,
+    random_path,
+    used,
+)
 
 ROBOT = fb.FiveBar()
 HOME = (0.09, 0.06796322)
@@ -105,10 +112,18 @@ def test_the_path_is_followed_by_a_continuous_motion(path):
     assert np.abs(off).max() < 1e-15
     step = t[1] - t[0]
     assert np.abs(np.diff(xi, axis=0) / step - (xi_dot[1:] + xi_dot[:-1]) / 2).max() < 1e-4
-    assert np.abs(np.cumsum((xi_ddot[1:] + xi_ddot[:-1]) / 2 * step, axis=0) - xi_dot[1:]).max() < 1e-3
-    assert np.abs(xi_dot[[0, -1]]).max() < 1e-15 and np.allclose(xi[-1], path.pieces[0].end, atol=1e-15)
+    assert (
+        np.abs(np.cumsum((xi_ddot[1:] + xi_ddot[:-1]) / 2 * step, axis=0) - xi_dot[1:]).max() < 1e-3
+    )
+    assert np.abs(xi_dot[[0, -1]]).max() < 1e-15 and np.allclose(
+        xi[-1], path.pieces[0].end, atol=1e-15
+    )
     before, after = motion(-1.0), motion(motion.duration + 1.0)
-    assert (before[1] == 0).all() and (after[2] == 0).all() and np.allclose(after[0], xi[-1], atol=1e-15)
+    assert (
+        (before[1] == 0).all()
+        and (after[2] == 0).all()
+        and np.allclose(after[0], xi[-1], atol=1e-15)
+    )
 
 
 def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
@@ -120,13 +135,17 @@ def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
     # Torques beside it agree with the inverse model where this has digits, and reach on to it from either side.
     for side in (-1, 1):
         near, far = motion.tau(at + side * np.array([1e-9, 1e-6]))
-        assert np.abs(near - far).max() < 1e-3 and np.abs(motion.tau(at + side * 1e-9)).max() <= 0.1 * (1 + 1e-6)
+        assert np.abs(near - far).max() < 1e-3 and np.abs(
+            motion.tau(at + side * 1e-9)
+        ).max() <= 0.1 * (1 + 1e-6)
 
 
 def test_a_path_through_type_2_is_replayed_within_its_torques():
     motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.0195)  # what is left is the controller's
     controller = fb.FeedForward(ROBOT, 0.2, 0.01, ahead=0.0005)
-    run = fb.simulate(ROBOT, controller, motion, control_period=0.001, duration=motion.duration + 0.05)
+    run = fb.simulate(
+        ROBOT, controller, motion, control_period=0.001, duration=motion.duration + 0.05
+    )
     assert np.linalg.norm(run.error, axis=-1).max() < 1e-4
     assert np.abs(run.tau).max() < 0.02
 
@@ -158,10 +177,17 @@ def test_a_given_duration_takes_the_least_share_of_the_torques():
         free = fb.time_path(ROBOT, path, 2 * least.duration)
         t = np.linspace(0, slow.duration, 5001)
         assert slow.duration == pytest.approx(2 * least.duration, rel=1e-12) == free.duration
-        assert slow.lower_bound == pytest.approx(least.lower_bound, rel=1e-3) and free.lower_bound == 0
-        for motion in (slow, free):  # without friction and gravity, torques go as the square of the pace
+        assert (
+            slow.lower_bound == pytest.approx(least.lower_bound, rel=1e-3) and free.lower_bound == 0
+        )
+        for motion in (
+            slow,
+            free,
+        ):  # without friction and gravity, torques go as the square of the pace
             assert np.abs(motion.tau(t)).max() == pytest.approx(0.025, rel=2e-3)
-    with pytest.raises(fb.TimingError, match=r"is 0\.2\d* s below what is proved to be the least, 0\.48"):
+    with pytest.raises(
+        fb.TimingError, match=r"is 0\.2\d* s below what is proved to be the least, 0\.48"
+    ):
         fb.time_path(ROBOT, REGULAR, 0.25, torque_limit=0.1)
 
 
@@ -177,10 +203,15 @@ def test_a_duration_for_a_robot_with_gravity_and_friction():
 def test_stops_dwells_and_feeds_of_the_path():
     corner = (0.06, 0.08)
     pieces = Line(HOME, corner), Line(corner, (0.05, 0.1))
-    motion = fb.time_path(ROBOT, Path(pieces, dwells={pieces[0].length: 0.25}, feed=(np.inf, 0.02)), torque_limit=0.1)
+    motion = fb.time_path(
+        ROBOT, Path(pieces, dwells={pieces[0].length: 0.25}, feed=(np.inf, 0.02)), torque_limit=0.1
+    )
     bare = fb.time_path(ROBOT, Path(pieces), torque_limit=0.1)
     reached = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
-    assert np.allclose(motion(reached - 0.1)[0], corner, atol=1e-12) and (motion(reached - 0.1)[1] == 0).all()
+    assert (
+        np.allclose(motion(reached - 0.1)[0], corner, atol=1e-12)
+        and (motion(reached - 0.1)[1] == 0).all()
+    )
     assert motion.duration > bare.duration + 0.25 + 0.8
     t = np.linspace(reached, motion.duration, 1001)
     assert np.linalg.norm(motion(t)[1], axis=1).max() == pytest.approx(0.02, rel=1e-6)
@@ -197,7 +228,10 @@ def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
     again = fb.TimedPath.from_csv(file)
     t = np.linspace(-0.1, motion.duration + 0.1, 301)
     assert again.duration == motion.duration and again.lower_bound == motion.lower_bound
-    assert all((a == b).all() for a, b in zip(again(t), motion(t))) and (again.tau(t) == motion.tau(t)).all()
+    assert (
+        all((a == b).all() for a, b in zip(again(t), motion(t)))
+        and (again.tau(t) == motion.tau(t)).all()
+    )
     assert repr(again) == repr(motion) and "1 crossing of Type 2" in repr(motion)
     with pytest.raises(ValueError, match="line 1: not a file written by TimedPath.to_csv"):
         fb.TimedPath.from_csv(io.StringIO("t,x,y\n0,1,2\n"))
@@ -231,7 +265,9 @@ def test_a_jerk_limit_with_a_stop_on_the_way():
     corner = (0.04, 0.1)
     pieces = Line(HOME, corner), Line(corner, (0.04, 0.06))
     limits = {"torque_limit": 0.1}
-    motion = fb.time_path(ROBOT, Path(pieces, dwells={pieces[0].length: 0.1}), jerk_limit=50.0, **limits)
+    motion = fb.time_path(
+        ROBOT, Path(pieces, dwells={pieces[0].length: 0.1}), jerk_limit=50.0, **limits
+    )
     assert jerks(motion).max() <= 50 and used(motion, limits, 30) <= 1
     at = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
     rest = motion(at - np.linspace(1e-6, 0.1 - 1e-6, 11))
@@ -279,5 +315,7 @@ def test_what_must_be_kept_is_looked_at_first():
     robot, path = fb.FiveBar(), fb.path([(0.05, 0.1), (-0.05, 0.1)])
     above = fb.Keep(half_planes=((0, 1, 0.05),), joints=((-math.pi, math.pi), None))
     assert fb.time_path(robot, path, torque_limit=0.05, keep=above).duration > 0
-    with pytest.raises(ValueError, match=r"1 x \+ 0 y >= 0 m is not kept from s = 0\.05\d* m, by at most 0\.05 at"):
+    with pytest.raises(
+        ValueError, match=r"1 x \+ 0 y >= 0 m is not kept from s = 0\.05\d* m, by at most 0\.05 at"
+    ):
         fb.time_path(robot, path, torque_limit=0.05, keep=fb.Keep(half_planes=((1, 0, 0),)))

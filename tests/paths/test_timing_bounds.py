@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.timing import solve as timing_solve
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
+from fivebar.paths.timing import solve as timing_solve
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
@@ -21,7 +21,9 @@ def test_closer_bounds_lie_between_wide_ones(name):
         path, limits = ACROSS, {"torque_limit": 0.05}
     wide = fb.time_path(robot, path, gap=2e-2, **limits)
     close = fb.time_path(robot, path, gap=2e-4, **limits)
-    assert wide.lower_bound <= close.lower_bound * (1 + 1e-6) and close.duration <= wide.duration * (1 + 1e-6)
+    assert wide.lower_bound <= close.lower_bound * (
+        1 + 1e-6
+    ) and close.duration <= wide.duration * (1 + 1e-6)
     assert close.lower_bound <= close.duration and close.gap <= 2e-4 < wide.gap
     # s'^2 of the faster motion at the other's nodes, between its own as it moves there.
     passed = np.searchsorted(close.s, wide.s[1:-1], side="right") - 1
@@ -35,15 +37,23 @@ def test_closer_bounds_lie_between_wide_ones(name):
 def test_the_work_that_is_done_ends_the_search(monkeypatch):
     monkeypatch.setattr(timing_solve, "LOOKS", 2000)
     path, given = Path((Line((0.09, 0.06796322), (0.0, 0.1)),)), {"gap": 1e-7, "torque_limit": 0.05}
-    one, again, less = (fb.time_path(fb.FiveBar(), path, **given, max_time=most) for most in (60.0, 1e6, 1e-9))
-    assert (one.x == again.x).all() and one.lower_bound == again.lower_bound and used(one, {"torque_limit": 0.05}) <= 1
+    one, again, less = (
+        fb.time_path(fb.FiveBar(), path, **given, max_time=most) for most in (60.0, 1e6, 1e-9)
+    )
+    assert (
+        (one.x == again.x).all()
+        and one.lower_bound == again.lower_bound
+        and used(one, {"torque_limit": 0.05}) <= 1
+    )
     assert 1e-7 < one.gap < less.gap and len(less.x) < len(one.x)
 
 
 def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
     """With gravity, just before rest beyond Type 2, no torque of this size slows the motion that the crossing needs."""
     heavy = fb.FiveBar(gravity=(0.0, -9.81))
-    with pytest.raises(fb.TimingError, match="no motion along the path keeps these limits .* crosses Type 2") as caught:
+    with pytest.raises(
+        fb.TimingError, match="no motion along the path keeps these limits .* crosses Type 2"
+    ) as caught:
         fb.time_path(heavy, ACROSS, torque_limit=1.0)
     assert caught.value.proved and 0.06 < caught.value.s < ACROSS.length
 
@@ -52,7 +62,9 @@ def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
 def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
     """There the robot cannot be held at rest: it has to pass, and the criterion has a constant part."""
     robot, limits = fb.FiveBar(gravity=(0.0, -3.0)), {"torque_limit": 1.0}
-    start, goal = (np.array([0.05, 0.03]) + np.random.default_rng(0).uniform(-0.06, 0.06, (seed + 1, 2, 2)))[-1]
+    start, goal = (
+        np.array([0.05, 0.03]) + np.random.default_rng(0).uniform(-0.06, 0.06, (seed + 1, 2, 2))
+    )[-1]
     motion = fb.time_path(robot, Path((Line(tuple(start), tuple(goal)),)), **limits)
     assert motion.crossing.sum() == 1 and motion.gap <= 1e-3 and used(motion, limits, 30) <= 1
     assert fb.check_path(robot, motion).criterion_holds

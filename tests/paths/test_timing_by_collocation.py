@@ -43,7 +43,9 @@ def of_the_place(robot, path, s):
     pose = rates.pose
     A, B = pose.A, pose.B
     elbows = rates.q_passive_dot, np.cos(pose.q_passive) * [robot.l11, robot.l21]
-    return np.hstack([xi_s, xi_ss, rates.q_dot, bend.q_ddot, A.reshape(-1, 4), B[:, 0, :1], B[:, 1, 1:], *elbows])
+    return np.hstack(
+        [xi_s, xi_ss, rates.q_dot, bend.q_ddot, A.reshape(-1, 4), B[:, 0, :1], B[:, 1, 1:], *elbows]
+    )
 
 
 def by_collocation(robot, path, limit, edges):
@@ -52,7 +54,9 @@ def by_collocation(robot, path, limit, edges):
     tx, ty, nx, ny, q1, q2, p1, p2, x1, y1, x2, y2, b1, b2, e1, e2, c1, c2 = of_the_place(
         robot, path, (edges[1:] + edges[:-1]) / 2
     ).T
-    x, first, second = (ca.SX.sym(name, n) for name, n in (("x", count + 1), ("first", count), ("second", count)))
+    x, first, second = (
+        ca.SX.sym(name, n) for name, n in (("x", count + 1), ("first", count), ("second", count))
+    )
     u, mean = (x[1:] - x[:-1]) / (2 * h), (x[1:] + x[:-1]) / 2
     speed = ca.sqrt(mean)
     force_x, force_y = (robot.m * (t * u + n * mean) for t, n in ((tx, nx), (ty, ny)))
@@ -67,7 +71,11 @@ def by_collocation(robot, path, limit, edges):
         force_y - y1 * first - y2 * second - x1 * across_1 - x2 * across_2,
     )
     time = ca.sum1(2 * h / (ca.sqrt(x[1:]) + ca.sqrt(x[:-1])))
-    problem = {"x": ca.vertcat(x, first, second), "f": time, "g": ca.vertcat(balance, tau_1 / limit, tau_2 / limit)}
+    problem = {
+        "x": ca.vertcat(x, first, second),
+        "f": time,
+        "g": ca.vertcat(balance, tau_1 / limit, tau_2 / limit),
+    }
     options = {"ipopt.print_level": 0, "print_time": False, "ipopt.tol": 1e-9}
     solver = ca.nlpsol("timing", "ipopt", problem, options)
     rest, most = 1e-12, np.ones(count + 1)
@@ -106,6 +114,9 @@ def test_no_motion_that_keeps_its_limits_beside_type_2_is_below_the_lower_bound(
     tau = np.abs(fb.inverse_dynamics(fb.ikm2(rates, xi_ss * square + xi_s * u[:, None])))
     assert tau.max() > 5 * limit and motion.crossing.sum() == 1
     least, _ = by_collocation(
-        ROBOT, path, limit, np.interp(np.arange(0, len(fine) - 0.5, 0.5), np.arange(len(fine)), fine)
+        ROBOT,
+        path,
+        limit,
+        np.interp(np.arange(0, len(fine) - 0.5, 0.5), np.arange(len(fine)), fine),
     )
     assert motion.lower_bound < least < motion.duration and motion.gap < 1e-3

@@ -22,7 +22,9 @@ def test_crossing_polynomial_against_the_reference(five_bar_numbers):
         return fb.inverse_dynamics(fb.ikm2(fb.ikm(fb.igm(ROBOT, xi), xi_dot), xi_ddot))
 
     for sample in case["tau_at"]:
-        np.testing.assert_allclose(torque(float(sample["t"])), np.array(sample["tau"], float), atol=1e-14)
+        np.testing.assert_allclose(
+            torque(float(sample["t"])), np.array(sample["tau"], float), atol=1e-14
+        )
     for side, key in ((-1, "tau_limit_left"), (1, "tau_limit_right")):
         near = [torque(2 + side * h) for h in (1e-3, 5e-4)]
         np.testing.assert_allclose(2 * near[1] - near[0], np.array(case[key], float), atol=2e-6)
@@ -33,8 +35,12 @@ def test_crossing_polynomial_against_the_reference(five_bar_numbers):
 
 def test_crossing_polynomial_keeps_the_criterion(five_bar_numbers):
     case = five_bar_numbers["compliant_crossing"]
-    p0, ps, pf, vs, free = (np.array(case[key], float) for key in ("p0", "ps", "pf", "vs", "uncontrollable_dir"))
-    xi_ddot = crossing_polynomial(ROBOT, p0, pf, ps, vs, (0, 2, 4), acceleration=(0.3, -0.1))(2.0)[2]
+    p0, ps, pf, vs, free = (
+        np.array(case[key], float) for key in ("p0", "ps", "pf", "vs", "uncontrollable_dir")
+    )
+    xi_ddot = crossing_polynomial(ROBOT, p0, pf, ps, vs, (0, 2, 4), acceleration=(0.3, -0.1))(2.0)[
+        2
+    ]
     assert abs(free @ xi_ddot) <= 1e-12
     across = np.array([free[1], -free[0]])
     assert across @ xi_ddot == pytest.approx(across @ (0.3, -0.1), abs=1e-12)

@@ -16,7 +16,9 @@ def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
     q = fb.igm(ROBOT, xi, (-1, -1)).q
     chord = np.subtract(GOAL, HOME)
     across = (xi - HOME) @ (-chord[1], chord[0]) / np.linalg.norm(chord)
-    side = np.sign(across[np.abs(across).argmax()])  # to which the free motion goes, half as far as it may
+    side = np.sign(
+        across[np.abs(across).argmax()]
+    )  # to which the free motion goes, half as far as it may
     a, b = -side * np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
     planes = [(a, b, a * HOME[0] + b * HOME[1] - np.abs(across).max() / 2)]
     region = [(-0.1, 0.05), (0.12, 0.05), (0.12, 0.12), (-0.1, 0.12)]
@@ -35,22 +37,32 @@ def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
 
 
 def test_a_plan_leads_around_where_bars_and_posts_would_meet():
-    keep, start, goal = fb.Keep(bars=fb.Bars(0.02, posts=0.012)), (-0.031, 0.002), (0.107, 0.062)
+    keep, start, goal = (
+        fb.Keep(bars=fb.LinkCollisions(0.02, posts=0.012)),
+        (-0.031, 0.002),
+        (0.107, 0.062),
+    )
     options = dict(duration=1.2, intervals=16)
     free = fb.plan(ROBOT, start, goal, **options)
     assert fb.check_path(ROBOT, free, keep=keep).broken
     plan = fb.plan(ROBOT, start, goal, **options, keep=keep)
     assert (
-        all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken) and plan.objective > free.objective
+        all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken)
+        and plan.objective > free.objective
     )
 
 
 def test_rooms_of_bars_as_symbols_are_those_as_numbers():
-    bars, x = fb.Bars((0.01, 0.02, 0.03, 0.0), (1, 1, 1, 2), 0.01, (1, 2)), ca.SX.sym("x", 2)
+    bars, x = (
+        fb.LinkCollisions((0.01, 0.02, 0.03, 0.0), (1, 1, 1, 2), 0.01, (1, 2)),
+        ca.SX.sym("x", 2),
+    )
     rng = np.random.default_rng(2)
     for working in ((-1, -1), (1, -1)):
         symbols = bars.smooth(task_pose(ROBOT, (x[0], x[1]), working))
-        pose = fb.igm(ROBOT, rng.uniform((-0.1, -0.15), (0.1, 0.15), (300, 2)), working, unreachable="nan")
+        pose = fb.igm(
+            ROBOT, rng.uniform((-0.1, -0.15), (0.1, 0.15), (300, 2)), working, unreachable="nan"
+        )
         closes = np.isfinite(pose.det_A)
         ours = ca.Function("rooms", [x], [ca.vertcat(*symbols)])(pose.xi[closes].T)
         rooms = np.array(list(bars.rooms(pose).values()))[:, closes]
@@ -59,7 +71,7 @@ def test_rooms_of_bars_as_symbols_are_those_as_numbers():
 
 
 def test_a_plan_whose_bars_meet_is_refused():
-    keep = fb.Keep(bars=fb.Bars(0.01))
+    keep = fb.Keep(bars=fb.LinkCollisions(0.01))
     with pytest.raises(fb.PlanError, match="start itself does not keep bars 11 and 21"):
         fb.plan(ROBOT, (0.0, -0.06), (0.01, -0.1), 0.5, working=(1, -1), keep=keep)
     assert fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5, keep=keep).duration == 0.5

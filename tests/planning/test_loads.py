@@ -34,7 +34,9 @@ def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
     plan = fb.plan(robot, HOME, ACROSS, 2.0, max_time=120.0)
     found = fb.check_path(robot, plan)
     assert found.type == fb.Singularity.PARALLEL and found.criterion_holds
-    run = fb.simulate(robot, fb.FeedForward(robot, 5.0, 0.3, ahead=0.0005), plan, control_period=0.001)
+    run = fb.simulate(
+        robot, fb.FeedForward(robot, 5.0, 0.3, ahead=0.0005), plan, control_period=0.001
+    )
     assert np.abs(run.error).max() < 2e-4
     assert any(event.type == fb.Singularity.PARALLEL for event in run.events)
     file = io.StringIO()
@@ -56,7 +58,9 @@ def test_the_criterion_under_gravity_is_not_the_inertial_one():
 
 
 @pytest.mark.parametrize("robot", [LAB, HEAVY])
-def test_a_polynomial_made_to_cross_has_a_finite_torque_under_gravity_and_one_that_forgets_it_has_not(robot):
+def test_a_polynomial_made_to_cross_has_a_finite_torque_under_gravity_and_one_that_forgets_it_has_not(
+    robot,
+):
     line, lab = fb.line(HOME, ACROSS, 0.3), fb.FiveBar()
     found = fb.check_path(robot, line)
     xi, velocity, times = tuple(found.pose.xi), tuple(line(found.time)[1]), (0.0, found.time, 0.3)
@@ -76,16 +80,22 @@ def test_smoothing_of_dry_friction_in_a_plan_is_measured():
     t = np.linspace(0.1, 0.4, 50)
     acc = plan.accelerations(t)
     fast = (np.abs(acc.rates.q_dot) > 0.5).all(axis=1)
-    exact = fb.inverse_dynamics(fb.ikm2(fb.ikm(fb.igm(RUBS, acc.rates.pose.xi), acc.rates.xi_dot), acc.xi_ddot))
+    exact = fb.inverse_dynamics(
+        fb.ikm2(fb.ikm(fb.igm(RUBS, acc.rates.pose.xi), acc.rates.xi_dot), acc.xi_ddot)
+    )
     assert fast.any()
-    np.testing.assert_allclose(plan.tau(t)[fast], exact[fast], atol=0.005 * 0.5 * (0.05 / 0.5) ** 2 + 1e-5)
+    np.testing.assert_allclose(
+        plan.tau(t)[fast], exact[fast], atol=0.005 * 0.5 * (0.05 / 0.5) ** 2 + 1e-5
+    )
     assert fb.plan(replace(RUBS, fs1=0, fs2=0), HOME, (0.06, 0.1), 1.0).friction_error == 0
 
 
 def test_between_poses_under_gravity():
     start, goal = fb.igm(LAB, HOME), fb.igm(LAB, (0.0, 0.12), (-1, 1))
     plan = fb.plan(LAB, start, goal, 1.5, max_time=120.0)
-    np.testing.assert_allclose(plan.accelerations(plan.duration).rates.pose.xi, (0.0, 0.12), atol=1e-6)
+    np.testing.assert_allclose(
+        plan.accelerations(plan.duration).rates.pose.xi, (0.0, 0.12), atol=1e-6
+    )
     run = fb.simulate(LAB, fb.FeedForward(LAB, 5.0, 0.3, ahead=0.0005), plan, control_period=0.001)
     assert np.abs(run.error).max() < 1e-3
 

@@ -61,12 +61,17 @@ def test_criterion_comes_out_at_the_crossing(crossing):
     acc = crossing.accelerations(t)
     at = int(np.argmin(np.abs(acc.rates.pose.det_A)))
     (x, y), xi_ddot = [column[at] for column in acc.rates.pose.u2[0]], acc.xi_ddot
-    assert abs(-y * xi_ddot[at, 0] + x * xi_ddot[at, 1]) <= 1e-3 * np.linalg.norm(xi_ddot, axis=1).max()
+    assert (
+        abs(-y * xi_ddot[at, 0] + x * xi_ddot[at, 1])
+        <= 1e-3 * np.linalg.norm(xi_ddot, axis=1).max()
+    )
 
 
 def test_torques_alone_make_the_motion_through_the_singularity(crossing):
     step = 0.001
-    run = fb.simulate(ROBOT, lambda t, *_: crossing.tau(t + step / 2), crossing, control_period=step, step=step)
+    run = fb.simulate(
+        ROBOT, lambda t, *_: crossing.tau(t + step / 2), crossing, control_period=step, step=step
+    )
     assert np.linalg.norm(run.error, axis=1).max() <= 1e-7
     assert [event.type for event in run.events] == [Singularity.PARALLEL]
 
@@ -85,7 +90,9 @@ def test_defects_between_nodes_shrink_with_their_order(method, order):
     start, goal = ({0: xi, 1: (0, 0)} for xi in (HOME, TASK_1))
     weights = {"effort": 1.0, "time": 0.0, "jerk": 0.0}
     stops = (start, 0.0), (goal, 2.0)
-    problem = plans.Problem(ROBOT, stops, (-1, -1), weights, plans.Limits(), collocation.scheme(method, 3))
+    problem = plans.Problem(
+        ROBOT, stops, (-1, -1), weights, plans.Limits(), collocation.scheme(method, 3)
+    )
     guess, durations = first_guess(problem)
     errors = []
     for n in (6, 12, 24):
@@ -108,7 +115,8 @@ def test_schemes_agree(options, crossing):
 @pytest.mark.parametrize("options", METHODS)
 def test_minimum_time_on_a_mesh_four_times_finer(options):
     coarse, finer = (
-        plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02, intervals=n, **options) for n in (20, 80)
+        plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02, intervals=n, **options)
+        for n in (20, 80)
     )
     check_motion(coarse)
     assert abs(coarse.duration / finer.duration - 1) <= 2e-4  # 5e-3 was asked for
@@ -139,16 +147,24 @@ def test_time_scales_as_the_root_of_the_torque(fastest):
 def test_limits_hold_between_nodes_and_bind(limit, measured, fastest):
     found = plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02, tolerance=2e-3, **limit)
     check_motion(found, 2.2e-3)
-    bound = {"joint_speed_limit": 1.5, "acceleration_limit": 0.25, "workspace": -0.0675}[next(iter(limit))]
+    bound = {"joint_speed_limit": 1.5, "acceleration_limit": 0.25, "workspace": -0.0675}[
+        next(iter(limit))
+    ]
     assert measured(fastest) > bound + 1e-3
     assert measured(found) == pytest.approx(bound, rel=2e-3)
     assert found.duration > fastest.duration
 
 
 def test_mesh_is_refined_for_limits_alone(monkeypatch):
-    monkeypatch.setattr(plans.Plan, "_relative_defects", property(lambda self: np.zeros(len(self.pieces.xi))))
-    options = dict(objective="time", torque_limit=0.02, joint_speed_limit=1.3, intervals=5, degree=5)
-    coarse, found = (plan(ROBOT, HOME, TASK_1, tolerance=tolerance, **options) for tolerance in (0.5, 1e-3))
+    monkeypatch.setattr(
+        plans.Plan, "_relative_defects", property(lambda self: np.zeros(len(self.pieces.xi)))
+    )
+    options = dict(
+        objective="time", torque_limit=0.02, joint_speed_limit=1.3, intervals=5, degree=5
+    )
+    coarse, found = (
+        plan(ROBOT, HOME, TASK_1, tolerance=tolerance, **options) for tolerance in (0.5, 1e-3)
+    )
     assert coarse.violations["joint_speed"] > 3e-3
     assert found.violations["joint_speed"] <= 1.3e-3 and len(found.meshes) > 1
 
@@ -166,7 +182,9 @@ def test_distance_to_singularities_is_kept():
 
 
 def test_via_points():
-    found = plan(ROBOT, HOME, TASK_1, 2.0, via=[(0.7, {0: (0.07, 0.1), 1: (0, 0.01)}), (None, (0.05, 0.12))])
+    found = plan(
+        ROBOT, HOME, TASK_1, 2.0, via=[(0.7, {0: (0.07, 0.1), 1: (0, 0.01)}), (None, (0.05, 0.12))]
+    )
     check_motion(found)
     xi, xi_dot, _ = found(0.7)
     np.testing.assert_allclose(xi, (0.07, 0.1), atol=1e-8)
@@ -174,18 +192,32 @@ def test_via_points():
     after = np.linalg.norm(found(fine(found))[0] - (0.05, 0.12), axis=1)
     assert after.min() <= 1e-4 and fine(found)[after.argmin()] > 0.7
     assert found.duration == pytest.approx(2.0, rel=1e-12)
-    free = plan(ROBOT, HOME, TASK_1, via=[(None, (0.05, 0.12))], objective="time", torque_limit=0.02, tolerance=5e-3)
+    free = plan(
+        ROBOT,
+        HOME,
+        TASK_1,
+        via=[(None, (0.05, 0.12))],
+        objective="time",
+        torque_limit=0.02,
+        tolerance=5e-3,
+    )
     assert np.linalg.norm(free(fine(free))[0] - (0.05, 0.12), axis=1).min() <= 2e-4
 
 
 def test_jerk_and_a_mix_with_free_time():
     smooth = plan(ROBOT, HOME, TASK_1, 2.0, objective="jerk")
     s = fine(smooth)[:, None] / 2
-    blend = 2.5 * s**2 - 2.5 * s**4 + s**5  # sixth derivative 0, and no jerk at the ends, whose accelerations are free
-    np.testing.assert_allclose(smooth(fine(smooth))[0], HOME + blend * np.subtract(TASK_1, HOME), atol=1e-6)
+    blend = (
+        2.5 * s**2 - 2.5 * s**4 + s**5
+    )  # sixth derivative 0, and no jerk at the ends, whose accelerations are free
+    np.testing.assert_allclose(
+        smooth(fine(smooth))[0], HOME + blend * np.subtract(TASK_1, HOME), atol=1e-6
+    )
     still = {1: (0, 0), 2: (0, 0)}
     quintic = plan(ROBOT, {0: HOME, **still}, {0: TASK_1, **still}, 2.0, objective="jerk")
-    np.testing.assert_allclose(quintic(fine(quintic))[0], fb.line(HOME, TASK_1, 2.0)(fine(quintic))[0], atol=1e-6)
+    np.testing.assert_allclose(
+        quintic(fine(quintic))[0], fb.line(HOME, TASK_1, 2.0)(fine(quintic))[0], atol=1e-6
+    )
     mixed = plan(ROBOT, HOME, TASK_1, objective={"time": 1.0, "effort": 1e4, "jerk": 1e-4})
     check_motion(mixed)
     a, t = mixed(fine(mixed))[2], fine(mixed)

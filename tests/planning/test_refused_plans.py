@@ -15,13 +15,19 @@ from .conftest import HOME, ROBOT, TASK_1, TASK_2, fine
 
 
 def test_too_little_torque_is_named_with_its_amount(fastest):
-    with pytest.raises(PlanError, match=r"infeasible; violated: torque by 0\.06\d+ N m \(limit 0\.02\)") as caught:
+    with pytest.raises(
+        PlanError, match=r"infeasible; violated: torque by 0\.06\d+ N m \(limit 0\.02\)"
+    ) as caught:
         plan(ROBOT, HOME, TASK_1, 0.5, torque_limit=0.02)
-    needed = 0.02 * (fastest.duration / 0.5) ** 2  # exact: without gravity torque goes as 1 / time^2
+    needed = (
+        0.02 * (fastest.duration / 0.5) ** 2
+    )  # exact: without gravity torque goes as 1 / time^2
     assert set(caught.value.violations) == {"torque"}
     assert 0.02 + caught.value.violations["torque"] == pytest.approx(needed, rel=5e-3)
     best = caught.value.plan
-    assert best.duration == pytest.approx(0.5) and np.abs(best.tau(fine(best))).max() == pytest.approx(needed, rel=5e-3)
+    assert best.duration == pytest.approx(0.5) and np.abs(
+        best.tau(fine(best))
+    ).max() == pytest.approx(needed, rel=5e-3)
     np.testing.assert_allclose(best(0.5)[0], TASK_1, atol=1e-7)
 
 
@@ -33,18 +39,26 @@ def test_too_little_acceleration_is_named_with_its_amount():
 
 
 def test_points_out_of_reach_and_beyond_limits():
-    with pytest.raises(fb.UnreachableError, match=r"plan: goal: unreachable.*gap 0\.126 m") as caught:
+    with pytest.raises(
+        fb.UnreachableError, match=r"plan: goal: unreachable.*gap 0\.126 m"
+    ) as caught:
         plan(ROBOT, HOME, (0, 0.3), 2.0)
     assert caught.value.gap == pytest.approx(np.hypot(0.059, 0.3) - 0.18)
     with pytest.raises(fb.UnreachableError, match=r"via\[0\]"):
         plan(ROBOT, HOME, TASK_1, 2.0, via=[(None, (0.5, 0.1))])
-    with pytest.raises(PlanError, match=r"goal itself breaks limits; violated: parallel by 0\.6") as caught:
+    with pytest.raises(
+        PlanError, match=r"goal itself breaks limits; violated: parallel by 0\.6"
+    ) as caught:
         plan(ROBOT, HOME, TASK_2, 4.0, parallel_margin=0.1)
-    assert caught.value.plan is None and caught.value.violations["parallel"] == pytest.approx(0.665, abs=1e-3)
+    assert caught.value.plan is None and caught.value.violations["parallel"] == pytest.approx(
+        0.665, abs=1e-3
+    )
     with pytest.raises(PlanError, match="goal itself breaks limits; violated: workspace by 0.01 m"):
         plan(ROBOT, HOME, TASK_1, 2.0, workspace=((-0.1, 0.1), (0, 0.09)))
     narrow = fb.FiveBar(l11=0.05, l12=0.2, l21=0.05, l22=0.2, d=0.1)
-    with pytest.raises(PlanError, match=r"not connected in working modes \(-1, -1\).*by 0\.\d+ m near") as caught:
+    with pytest.raises(
+        PlanError, match=r"not connected in working modes \(-1, -1\).*by 0\.\d+ m near"
+    ) as caught:
         plan(narrow, (0, 0.2), (0, -0.2), 2.0)
     assert caught.value.violations["reach"] > 0
 
@@ -59,13 +73,18 @@ def test_no_answer_after_max_time():
 
 def test_what_did_not_converge_is_not_returned(monkeypatch):
     monkeypatch.setattr(transcription, "MOST_ITERATIONS", 3)
-    with pytest.raises(PlanError, match="IPOPT did not converge .*Maximum_Iterations_Exceeded") as caught:
+    with pytest.raises(
+        PlanError, match="IPOPT did not converge .*Maximum_Iterations_Exceeded"
+    ) as caught:
         plan(ROBOT, HOME, TASK_2, 4.0)
-    assert caught.value.status == "Maximum_Iterations_Exceeded" and caught.value.plan.duration == 4.0
+    assert (
+        caught.value.status == "Maximum_Iterations_Exceeded" and caught.value.plan.duration == 4.0
+    )
     monkeypatch.undo()
     monkeypatch.setattr(planner, "REFINEMENTS", 1)
     with pytest.raises(
-        PlanError, match=r"not accurate: error 0\.0\d+ between nodes on 20 intervals, 0\.001 is allowed"
+        PlanError,
+        match=r"not accurate: error 0\.0\d+ between nodes on 20 intervals, 0\.001 is allowed",
     ):
         plan(ROBOT, HOME, TASK_2, 4.0)
 
@@ -77,7 +96,10 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(duration=float("nan")), "duration must be finite"),
         (dict(duration=None), 'needs a weight on "time"'),
         (dict(duration=None, objective="time"), "minimum time needs a torque_limit"),
-        (dict(duration=None, goal=HOME, objective="time", torque_limit=1.0), "start and goal are the same"),
+        (
+            dict(duration=None, goal=HOME, objective="time", torque_limit=1.0),
+            "start and goal are the same",
+        ),
         (dict(objective="speed"), "objective must be of effort, time, jerk"),
         (dict(objective={}), "objective must be of"),
         (dict(objective={"effort": -1.0}), "weight of effort must be finite and >= 0"),

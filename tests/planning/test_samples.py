@@ -20,11 +20,16 @@ def noisy(seed=0, noise=1e-5, rate=100.0):
     t = np.arange(200) / rate
     points = 0.05 * np.stack([np.cos(t), np.sin(t)], axis=1)
     points += np.random.default_rng(seed).normal(scale=noise, size=(200, 2))
-    return t, points, "t,x,y\n" + "\n".join(f"{a!r},{x!r},{y!r}" for a, (x, y) in zip(t.tolist(), points.tolist()))
+    return (
+        t,
+        points,
+        "t,x,y\n"
+        + "\n".join(f"{a!r},{x!r},{y!r}" for a, (x, y) in zip(t.tolist(), points.tolist())),
+    )
 
 
 def figure(path, words):
-    return float(re.search(rf"{words} ([-+.e\d]+)", " ".join(path.said))[1])
+    return float(re.search(rf"{words} ([-+.e\d]+)", " ".join(path.notes))[1])
 
 
 def off_chords(path, corners):
@@ -39,7 +44,7 @@ def test_a_spline_says_how_far_it_leaves_the_chords():
     path = read(SQUARE)
     # Of each row's own chord, so that what it says is no less than the distance from all of them.
     assert figure(path, "by up to") / 1e3 >= 0.99 * off_chords(path, CORNERS) > 0.01
-    assert "(lines 2 to 3)" in path.said[0] and "it leaves the chords" in repr(path)
+    assert "(lines 2 to 3)" in path.notes[0] and "it leaves the chords" in repr(path)
     # A straight even motion has nothing but rounding to say of itself.
     straight = read("t,x,y\n" + "".join(f"{0.1 * k},{0.0205 + 0.005 * k},0.09\n" for k in range(8)))
     assert figure(straight, "by up to") == 0 == figure(straight, "its acceleration reaches")
@@ -51,7 +56,9 @@ def test_a_spline_says_what_noise_does_to_accelerations():
     own = np.linalg.norm(np.diff(points, 2, axis=0), axis=1).max() * 100**2
     seen = np.linalg.norm(path(np.linspace(0, t[-1], 40001))[2], axis=1).max()
     assert figure(path, "second differences of the samples") == pytest.approx(own, rel=0.01)
-    assert figure(path, "its acceleration reaches") == pytest.approx(seen, rel=0.1) and seen > 2 * own
+    assert (
+        figure(path, "its acceleration reaches") == pytest.approx(seen, rel=0.1) and seen > 2 * own
+    )
 
 
 @pytest.mark.parametrize("deviation", [2e-5, 5e-5, 1e-3])
@@ -59,7 +66,9 @@ def test_smoothing_within_a_deviation(deviation):
     t, points, text = noisy()
     path = read(text, deviation=deviation)
     off = np.linalg.norm(path(t)[0] - points, axis=1).max()
-    assert min(0.5 * deviation, 3e-5) < off <= deviation  # of 1e-5 m of noise, 4e-5 m is the largest
+    assert (
+        min(0.5 * deviation, 3e-5) < off <= deviation
+    )  # of 1e-5 m of noise, 4e-5 m is the largest
     rough = figure(read(text), "its acceleration reaches")
     assert figure(path, "its acceleration reaches") < rough * (0.7 if deviation == 2e-5 else 0.1)
 
@@ -68,7 +77,9 @@ def test_a_polyline_stays_on_its_chords():
     path = read(SQUARE, kind="polyline", deviation=1e-3)
     assert off_chords(path, CORNERS) <= 1e-3
     times = np.array([0.4, 0.8, 1.2])
-    np.testing.assert_allclose(np.linalg.norm(path(times)[0] - CORNERS[1:4], axis=1), 1e-3, rtol=1e-12)
+    np.testing.assert_allclose(
+        np.linalg.norm(path(times)[0] - CORNERS[1:4], axis=1), 1e-3, rtol=1e-12
+    )
     t, h = np.linspace(0.001, 1.999, 3001), 1e-6
     for order in range(2):
         slope = (path(t + h)[order] - path(t - h)[order]) / (2 * h)
@@ -83,7 +94,9 @@ def test_a_polyline_stays_on_its_chords():
 
 def test_a_polyline_too_dense_for_its_deviation_is_cut_less():
     path = read(
-        "t,x,y\n" + "\n".join(f"{k / 10},{0.01 * k},{0.01 * (k % 2)}" for k in range(9)), kind="polyline", deviation=1
+        "t,x,y\n" + "\n".join(f"{k / 10},{0.01 * k},{0.01 * (k % 2)}" for k in range(9)),
+        kind="polyline",
+        deviation=1,
     )
     t = np.linspace(0, 0.8, 4001)
     assert np.abs(np.diff(path(t)[1], axis=0)).max() < 0.01 and np.isfinite(path(t)[2]).all()
@@ -113,7 +126,7 @@ def test_files_as_people_have_them():
     ):
         assert path.duration == pytest.approx(0.11)
         np.testing.assert_allclose(path(0.11)[0], (0.0115, 0.011), atol=1e-12)
-    assert "Time (ms): read in ms" in read("Time (ms);X [mm];Y [mm]\n" + rows).said
+    assert "Time (ms): read in ms" in read("Time (ms);X [mm];Y [mm]\n" + rows).notes
     stated = read("t_s,x,y\n" + "\n".join(f"{2 * k},0.0{k},0" for k in range(8)))
     assert stated.duration == 14.0
 

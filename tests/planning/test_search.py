@@ -33,8 +33,10 @@ def test_from_anywhere_to_anywhere(one, other):
     assert gaps.max() <= 1e-5 * ROBOT.l11
     run = fb.simulate(ROBOT, fb.FeedForward(ROBOT, 2.0, 0.2), plan)
     assert run.xi[-1] == pytest.approx(goal.xi, abs=2e-6)
-    assert ROBOT.differ(run.q[-1] - goal.q) == pytest.approx(0, abs=2e-5)
-    assert {int(event.type) for event in run.events} <= {1, 2} and run.events[-1].after[:2] == tuple(goal.working)
+    assert ROBOT.joint_difference(run.q[-1] - goal.q) == pytest.approx(0, abs=2e-5)
+    assert {int(event.type) for event in run.events} <= {1, 2} and run.events[-1].after[
+        :2
+    ] == tuple(goal.working)
 
 
 def test_feed_forward_ends_with_the_plan():
@@ -57,7 +59,10 @@ def test_a_plan_is_its_own_derivative(method, free):
     assert np.abs(before - after)[:, : 2 * n].max() < 1e-13 * np.abs(before).max()
     jump = np.abs(before - after)[:, 2 * n : 3 * n].max()
     assert jump < 1e-12 if method == "hermite-simpson" else jump > 1e-4
-    k, sigma = np.repeat(np.arange(len(pieces.xi)), 5), np.tile(np.linspace(0.1, 0.9, 5), len(pieces.xi))
+    k, sigma = (
+        np.repeat(np.arange(len(pieces.xi)), 5),
+        np.tile(np.linspace(0.1, 0.9, 5), len(pieces.xi)),
+    )
     t, h = pieces.knots[k] + sigma * pieces.widths[k], 1e-3 * pieces.widths[k]
     for order in (0, 1):
         one, two = (plan(t + j * h)[order] - plan(t - j * h)[order] for j in (1, 2))
@@ -83,14 +88,18 @@ def test_a_tracker_follows_through_both_types(start, goal):
     crossed = {int(event.type) for event in run.events}
     assert crossed == ({2} if (start, goal) == (3, 4) else {1, 2})
     assert np.linalg.norm(run.error[-1]) < 1e-6
-    assert ROBOT.differ(run.q[-1] - inside(goal).q) == pytest.approx(0, abs=1e-5)
+    assert ROBOT.joint_difference(run.q[-1] - inside(goal).q) == pytest.approx(0, abs=1e-5)
 
 
 def test_pictures_of_a_plan_between_poses(tmp_path):
     plan = fb.plan(ROBOT, inside(1), inside(10), 2.0, via=[(1.0, inside(3))])
     figure = plan.plot(tmp_path / "plan.png")
     path, *_ = figure.axes
-    marks = {line.get_label(): line.get_xydata() for line in path.get_lines() if "crossing" in str(line.get_label())}
+    marks = {
+        line.get_label(): line.get_xydata()
+        for line in path.get_lines()
+        if "crossing" in str(line.get_label())
+    }
     margins = dict(zip(("Type 1", "Type 2"), ([0, 1], [2])))
     for kind, own in margins.items():
         for x in marks[f"crossing of {kind}"] / 1e3:
@@ -101,10 +110,14 @@ def test_pictures_of_a_plan_between_poses(tmp_path):
             assert np.min(np.abs([[*pose.sines, pose.det_A][k][near] for k in own])) < 0.1
     drawn = next(line for line in path.get_lines() if line.get_label() == "via").get_xydata()
     assert drawn == pytest.approx(1e3 * inside(3).xi[None], abs=1e-6)
-    (machine,) = view.scene(ROBOT, plan, ["trace", "loci", "torques", "bar-forces", "acceleration"]).machines
+    (machine,) = view.scene(
+        ROBOT, plan, ["trace", "loci", "torques", "bar-forces", "acceleration"]
+    ).machines
     assert {int(event.text.split()[1]) for event in machine.events} == {1, 2}
     away = machine.body.points - plan(machine.frames.start + machine.frames.t)[0][:, None]
-    assert np.linalg.norm(away, axis=2).min(axis=1).max() < 1e-9  # one of the joints is the end-effector
+    assert (
+        np.linalg.norm(away, axis=2).min(axis=1).max() < 1e-9
+    )  # one of the joints is the end-effector
 
 
 @pytest.mark.parametrize("one, other", [(1, 3), (2, 6), (8, 5)])
@@ -157,7 +170,9 @@ def test_what_cannot_be_asked():
         fb.plan(ROBOT, inside(1), stranger, 2.0)
     with pytest.raises(ValueError, match="goal must be one Pose that closes"):
         fb.plan(ROBOT, inside(1), fb.dgm(ROBOT, np.zeros((3, 2))), 2.0)
-    with pytest.raises(ValueError, match=r"start is a Pose in working modes \(1, 1\), not in working = \(-1, -1\)"):
+    with pytest.raises(
+        ValueError, match=r"start is a Pose in working modes \(1, 1\), not in working = \(-1, -1\)"
+    ):
         fb.plan(ROBOT, inside(1), inside(9), 2.0, working=(-1, -1))
     with pytest.raises(ValueError, match="serial_margin keeps the working modes"):
         fb.plan(ROBOT, inside(1), inside(9), 2.0, serial_margin=0.1)

@@ -18,7 +18,9 @@ def check_slopes(path, times):
         assert np.abs(numeric - slope).max() <= 1e-6 * (1 + np.abs(slope).max()), k
 
 
-@pytest.mark.parametrize("path", [fb.line((0.09, 0.068), (0, 0.1), 2.0), fb.circle((0, 0.1), 0.02, 1.5)])
+@pytest.mark.parametrize(
+    "path", [fb.line((0.09, 0.068), (0, 0.1), 2.0), fb.circle((0, 0.1), 0.02, 1.5)]
+)
 def test_velocity_and_acceleration_are_slopes(path):
     check_slopes(path, np.linspace(0.01, path.duration - 0.01, 200))
 
@@ -27,7 +29,9 @@ def test_line_is_the_quintic():
     s = np.linspace(0, 1, 11)
     xi, _, _ = fb.line((0.09, 0.06796322), (0, 0.1), 2.0)(2 * s)
     blend = 10 * s**3 - 15 * s**4 + 6 * s**5
-    np.testing.assert_allclose(xi, np.outer(1 - blend, (0.09, 0.06796322)) + np.outer(blend, (0, 0.1)), atol=1e-16)
+    np.testing.assert_allclose(
+        xi, np.outer(1 - blend, (0.09, 0.06796322)) + np.outer(blend, (0, 0.1)), atol=1e-16
+    )
 
 
 def test_first_and_last_point_are_held():
@@ -58,17 +62,23 @@ def test_polynomial_meets_all_its_conditions(orders, first, gap):
     rng = np.random.default_rng(len(orders))
     times = first + gap * np.arange(len(orders))
     orders[0].add(0)
-    conditions = [(t, {order: rng.normal(size=2) for order in given}) for t, given in zip(times, orders)]
+    conditions = [
+        (t, {order: rng.normal(size=2) for order in given}) for t, given in zip(times, orders)
+    ]
     try:
         path = fb.polynomial(conditions)
     except ValueError as error:
         assert "do not determine" in str(error)  # e.g. positions missing between two accelerations
         return
-    size = max(np.abs(value).max() * gap**order for _, g in conditions for order, value in g.items())
+    size = max(
+        np.abs(value).max() * gap**order for _, g in conditions for order, value in g.items()
+    )
     for t, given_there in conditions:
         t = min(max(t, path.start), path.start + path.duration)
         for order, value in given_there.items():
-            assert path(t)[order] == pytest.approx(value, abs=1e-9 * (1 + size) * max(1, 1 / gap) ** order)
+            assert path(t)[order] == pytest.approx(
+                value, abs=1e-9 * (1 + size) * max(1, 1 / gap) ** order
+            )
 
 
 def test_csv_round_trip(tmp_path):
@@ -127,8 +137,14 @@ def test_csv_that_is_no_text(tmp_path):
         (lambda: fb.circle((0, 0), -1, 1), "radius must be finite and > 0"),
         (lambda: fb.polynomial([(0, {0: (0, 0)})]), "times must be two or more"),
         (lambda: fb.polynomial([(1, {0: (0, 0)}), (0, {0: (0, 0)})]), "increasing"),
-        (lambda: fb.polynomial([(0, {3: (0, 0)}), (1, {0: (0, 0)})]), "order at t = 0 s must be 0, 1 or 2"),
-        (lambda: fb.polynomial([(0, {1: (0, 0)}), (1, {1: (0, 0)})]), "do not determine a polynomial"),
+        (
+            lambda: fb.polynomial([(0, {3: (0, 0)}), (1, {0: (0, 0)})]),
+            "order at t = 0 s must be 0, 1 or 2",
+        ),
+        (
+            lambda: fb.polynomial([(0, {1: (0, 0)}), (1, {1: (0, 0)})]),
+            "do not determine a polynomial",
+        ),
     ],
 )
 def test_bad_trajectories(call, message):

@@ -64,7 +64,9 @@ def test_computed_torque_agrees_with_a_constrained_integration(robot):
         tau = computed_force(robot, z, *feet(robot, *reference(0.01 * k)), 100, 20)
         np.testing.assert_allclose(run.control.applied[k], tau, rtol=0, atol=1e-8)
         z = integrated(robot, z, tau, 0.01)
-        np.testing.assert_allclose(np.concatenate([run.q[10 * k + 10], run.xi[10 * k + 10]]), z[:4], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(
+            np.concatenate([run.q[10 * k + 10], run.xi[10 * k + 10]]), z[:4], rtol=0, atol=1e-8
+        )
     assert np.abs(run.error).max() < 2e-4 and run.events == ()
     # The guides push across only: the forces alone change the momentum along y.
     momentum = run.q_dot @ MASSES[robot][:2] + robot.m * np.gradient(run.xi[:, 1], run.t)
@@ -96,7 +98,8 @@ def test_each_chart_is_the_same_motion():
     start = fb.ikm(fb.igm(LAB, (0.01, 0.2)), (0.1, 0.3))
     runs = [fb.simulate(LAB, duration=0.3, start=start)]
     runs += [
-        fb.simulate(LAB, duration=0.3, start=start, chart=each, method="dop8") for each in ("auto", "joint", "task")
+        fb.simulate(LAB, duration=0.3, start=start, chart=each, method="dop8")
+        for each in ("auto", "joint", "task")
     ]
     for run in runs[1:]:
         np.testing.assert_allclose(run.xi, runs[0].xi, rtol=0, atol=1e-11)
@@ -104,12 +107,16 @@ def test_each_chart_is_the_same_motion():
 
 def test_joints_that_slide_do_not_wrap():
     far = np.array([10.0, -7.0])
-    assert PD(LAB, 2.0, 0.0).law(np.zeros(2), np.zeros(2), far, np.zeros(2), np.zeros(2)) == pytest.approx(2 * far)
+    assert PD(LAB, 2.0, 0.0).law(
+        np.zeros(2), np.zeros(2), far, np.zeros(2), np.zeros(2)
+    ) == pytest.approx(2 * far)
     q, law = casadi.SX.sym("q", 2), fb.ComputedTorque(LAB, 3.0, 0.0)
     M, c = fb.dynamic_model(fb.dkm(fb.dgm(LAB, (0.0, 0.0)), (0.0, 0.0)))
     force = law.law(np.zeros(2), np.zeros(2), np.array([5.0, 5.0]), np.zeros(2), np.zeros(2))
     assert force == pytest.approx(M @ [15.0, 15.0] + c)
-    symbolic = casadi.Function("f", [q], [law.law(q, casadi.DM([0, 0]), casadi.DM([5, 5]), casadi.DM([0, 0]), 0)])
+    symbolic = casadi.Function(
+        "f", [q], [law.law(q, casadi.DM([0, 0]), casadi.DM([5, 5]), casadi.DM([0, 0]), 0)]
+    )
     assert symbolic([0.0, 0.0]).full().ravel() == pytest.approx(force)
     # A reference 8 m further on: from standstill, not from the next of many turns.
     reference = fb.line((0.0, 8.2), (0.0, 8.2001), 1.0)
@@ -125,15 +132,21 @@ def test_compiled_loops_are_the_same():
     pose = fb.igm(LAB, np.array([(0.0, 0.2), (0.01, 0.21), (-0.02, 0.15)]))
     starts = fb.ikm(pose, np.zeros((3, 2)))
     for controller in (fb.ComputedTorque(LAB, 100, 20), fb.PD(LAB, 250, 50)):
-        for k, run in enumerate(fb.simulate_many(LAB, controller, reference, starts, torque_limit=200.0)):
+        for k, run in enumerate(
+            fb.simulate_many(LAB, controller, reference, starts, torque_limit=200.0)
+        ):
             own = fb.ikm(fb.igm(LAB, pose.xi[k]), (0.0, 0.0))
-            one = fb.simulate(LAB, controller, reference, start=own, chart="joint", torque_limit=200.0)
+            one = fb.simulate(
+                LAB, controller, reference, start=own, chart="joint", torque_limit=200.0
+            )
             np.testing.assert_allclose(run.q, one.q, rtol=0, atol=1e-11)
             np.testing.assert_allclose(run.tau, one.tau, rtol=0, atol=1e-8)
 
 
 def test_compiled_models():
-    function = fb.compile(LAB, ["q", "q_dot", "tau"], ["xi", "q_passive", "q_ddot", "M", "energy"], assembly=1)
+    function = fb.compile(
+        LAB, ["q", "q_dot", "tau"], ["xi", "q_passive", "q_ddot", "M", "energy"], assembly=1
+    )
     rates = fb.dkm(fb.dgm(LAB, (0.1, 0.02), 1), (0.3, -0.4))
     got = function([0.1, 0.02], [0.3, -0.4], [2.0, 1.0])
     wanted = (
@@ -168,7 +181,15 @@ def test_a_plan_crosses_type_2_with_little_force():
 
 
 def test_plans_speak_of_this_robot(tmp_path):
-    plan = fb.plan(LAB, (0.0, 0.2), (0.05, 0.3), None, objective={"time": 1.0}, torque_limit=5.0, joint_speed_limit=0.5)
+    plan = fb.plan(
+        LAB,
+        (0.0, 0.2),
+        (0.05, 0.3),
+        None,
+        objective={"time": 1.0},
+        torque_limit=5.0,
+        joint_speed_limit=0.5,
+    )
     rates = plan.accelerations(np.linspace(0, plan.duration, 500)).rates
     assert np.abs(rates.q_dot).max() <= 0.5 * (1 + 1e-3)
     plan.to_csv(tmp_path / "plan.csv")
@@ -195,7 +216,10 @@ def test_crossing_polynomial():
 
 
 def test_the_tracker_follows_a_line_and_a_long_way():
-    for goal, duration in (((0.06, 0.35), 1.0), ((0.0, 5.0), 2.0)):  # the second farther than any angle goes
+    for goal, duration in (
+        ((0.06, 0.35), 1.0),
+        ((0.0, 5.0), 2.0),
+    ):  # the second farther than any angle goes
         reference = fb.line((0.0, 0.2), goal, duration)
         run = fb.simulate(LAB, fb.Tracker(LAB, torque_limit=100.0), reference, torque_limit=100.0)
         assert (run.log.status == 0).all()
@@ -217,16 +241,24 @@ def test_the_tracker_goes_on_across_type_2():
 
 
 def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
-    run = fb.simulate(LAB, fb.PD(LAB, 250, 50), fb.line((0.0, 0.2), (0.06, 0.35), 0.5), torque_limit=10.0)
+    run = fb.simulate(
+        LAB, fb.PD(LAB, 250, 50), fb.line((0.0, 0.2), (0.06, 0.35), 0.5), torque_limit=10.0
+    )
     run.to_csv(tmp_path / "run.csv")
     header = (tmp_path / "run.csv").read_text().splitlines()[1]
     assert header == "t,q1,q2,q1_dot,q2_dot,x,y,tau1,tau2,energy,x_ref,y_ref"
     again = fb.Run.from_csv(tmp_path / "run.csv")
-    assert again.robot == LAB and np.array_equal(again.q, run.q) and np.array_equal(again.q_error, run.q_error)
+    assert (
+        again.robot == LAB
+        and np.array_equal(again.q, run.q)
+        and np.array_equal(again.q_error, run.q_error)
+    )
     bars = np.linalg.norm(np.diff(run.points, axis=1), axis=2)
     np.testing.assert_allclose(bars, np.broadcast_to(LAB.distal, bars.shape), rtol=1e-12)
     figure = run.plot(tmp_path / "run.png")
-    assert figure.axes[-1].get_title() == "motor forces" and figure.axes[-1].get_ylabel().endswith("N)")
+    assert figure.axes[-1].get_title() == "motor forces" and figure.axes[-1].get_ylabel().endswith(
+        "N)"
+    )
     run.animate(tmp_path / "run.html")
     page = (tmp_path / "run.html").read_text()
     assert "<title>biglide robot" in page
@@ -236,7 +268,8 @@ def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
         run.page(tmp_path / "run.html", "colour")
     table = fb.compare({"pd": run})
     assert (
-        "peak force (N)" in str(table) and table.figures["pd"]["peak_force_N"] == np.abs(run.tau).max(axis=0).tolist()
+        "peak force (N)" in str(table)
+        and table.figures["pd"]["peak_force_N"] == np.abs(run.tau).max(axis=0).tolist()
     )
     table.plot(tmp_path / "compared.png")
     other = fb.simulate(fb.FiveBar(), reference=fb.line((0.09, 0.068), (0.08, 0.07), 0.1))
@@ -260,7 +293,10 @@ def test_track_on_the_command_line(tmp_path, capsys):
     line = ["--from", "0", "0.2", "--to", "0.05", "0.3", "--duration", "0.5"]
     assert cli.main(["track", "--robot", "biglide", *line, "--controller", "pd", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
-    assert figures["max_error_m"] < 0.02 and len(figures["peak_force_N"]) == len(figures["max_joint_error_m"]) == 2
+    assert (
+        figures["max_error_m"] < 0.02
+        and len(figures["peak_force_N"]) == len(figures["max_joint_error_m"]) == 2
+    )
     assert cli.main(["track", "--robot", "biglide", *line, "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "peak force" in out and " mN\n" in out and "rad" not in out and "N m" not in out

@@ -22,7 +22,10 @@ def test_figures_are_the_runs_own(runs):
     for name, run in runs.items():
         size = np.linalg.norm(run.error, axis=1)
         assert figures[name]["rms_error_m"] == pytest.approx(np.sqrt(np.mean(size**2)), rel=1e-12)
-        assert figures[name]["max_error_m"] == size.max() and figures[name]["final_error_m"] == size[-1]
+        assert (
+            figures[name]["max_error_m"] == size.max()
+            and figures[name]["final_error_m"] == size[-1]
+        )
         assert figures[name]["peak_torque_Nm"] == np.abs(run.tau).max(axis=0).tolist()
         assert max(figures[name]["peak_torque_Nm"]) == pytest.approx(run.torque_limit)
         at_limit = sum(0.001 for row in run.tau[:-1] if max(abs(row)) == run.torque_limit)
@@ -61,7 +64,9 @@ def test_picture_shows_errors_torques_limits_and_solve_times(runs, tmp_path):
         drawn = np.array([line.get_ydata() for line in axes.lines[: len(runs)]])
         np.testing.assert_allclose(drawn, [1e3 * run.tau[:, motor] for run in runs.values()])
         limits = [line.get_ydata()[0] for line in axes.lines[len(runs) :]]
-        assert sorted(limits) == pytest.approx([-1e3 * runs["mpc"].torque_limit, 1e3 * runs["mpc"].torque_limit])
+        assert sorted(limits) == pytest.approx(
+            [-1e3 * runs["mpc"].torque_limit, 1e3 * runs["mpc"].torque_limit]
+        )
     assert times.get_title() == "solve time"
     assert sum(patch.get_height() for patch in times.patches) == len(runs["mpc"].log.t)
 
@@ -84,7 +89,10 @@ def test_cases_differ_from_task_1_in_what_they_say():
     assert set(CASES) == {"task-1", "torque-limit", "mass", "delay", "encoder", "crossing"}
     chosen = {name: case(name) for name in CASES if name != "crossing"}
     for each in chosen.values():
-        assert each.reference(0.0)[0] == pytest.approx((0.09, 0.06796322)) and each.reference.duration == 2.0
+        assert (
+            each.reference(0.0)[0] == pytest.approx((0.09, 0.06796322))
+            and each.reference.duration == 2.0
+        )
         assert each.reference(2.0)[0] == pytest.approx((0.0, 0.1), abs=1e-15)
     assert chosen["torque-limit"].options["torque_limit"] == pytest.approx(0.6 * 0.00867, rel=2e-3)
     assert chosen["mass"].plant.m == 0.6 and chosen["mass"].model.m == 0.5
@@ -99,7 +107,9 @@ def test_the_crossing_is_task_2_of_the_lab_across_type_2():
     crossing = case("crossing")
     plan = crossing.reference
     assert plan.duration == 4.0 and crossing.options == {"torque_limit": 0.05}
-    assert plan(0.0)[0] == pytest.approx((0.09, 0.06796322)) and plan(4.0)[0] == pytest.approx((0.05, 0.0))
+    assert plan(0.0)[0] == pytest.approx((0.09, 0.06796322)) and plan(4.0)[0] == pytest.approx(
+        (0.05, 0.0)
+    )
     t = np.linspace(0.0, 4.0, 401)
     signs = np.sign(fb.igm(crossing.model, plan(t)[0], (-1, -1)).det_A)
     assert t[np.flatnonzero(np.diff(signs))] == pytest.approx([3.0], abs=0.02)

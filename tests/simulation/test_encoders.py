@@ -18,7 +18,9 @@ def through_half_a_turn(count, seed):
     while len(found) < count:
         a, b = rng.uniform(-0.17, 0.17, (2, 2))
         working = tuple(int(mode) for mode in rng.choice([-1, 1], 2))
-        pose = fb.igm(ROBOT, a + np.linspace(0, 1, 200)[:, None] * (b - a), working, unreachable="nan")
+        pose = fb.igm(
+            ROBOT, a + np.linspace(0, 1, 200)[:, None] * (b - a), working, unreachable="nan"
+        )
         if not (np.abs(np.stack([*pose.sines, pose.det_A])) > 0.15).all():
             continue
         jumps = np.abs(np.diff(pose.q, axis=0)) > np.pi
@@ -35,10 +37,15 @@ def test_the_line_of_the_report():
     assert np.abs(run.control.q_dot[1:]).max() < 2 * np.abs(run.q_dot).max() + RESOLUTION / 0.01
 
 
-@pytest.mark.parametrize("chart, method", [("auto", None), ("task", "rk4"), ("joint", "rk4"), ("auto", "rk4")])
+@pytest.mark.parametrize(
+    "chart, method", [("auto", None), ("task", "rk4"), ("joint", "rk4"), ("auto", "rk4")]
+)
 def test_twelve_lines_through_half_a_turn(chart, method):
     for a, b, working, assembly in through_half_a_turn(12, seed=22):
-        controller, reference = fb.ComputedTorque(ROBOT, 100, 20, working, assembly), fb.line(a, b, 2.0)
+        controller, reference = (
+            fb.ComputedTorque(ROBOT, 100, 20, working, assembly),
+            fb.line(a, b, 2.0),
+        )
         options = dict(encoder_resolution=RESOLUTION, chart=chart)
         run = fb.simulate(ROBOT, controller, reference, method=method, **options)
         # What an encoder tells lags behind by half a period and errs by a step over a period.
@@ -57,5 +64,7 @@ def test_a_tracker_with_encoders_through_half_a_turn():
     a, b, working, assembly = through_half_a_turn(1, seed=5)[0]
     tracker = fb.Tracker(ROBOT, 10, encoder_resolution=RESOLUTION, assembly=assembly)
     start = fb.ikm(fb.igm(ROBOT, a, working), (0.0, 0.0))
-    run = fb.simulate(ROBOT, tracker, fb.line(a, b, 2.0), start=start, encoder_resolution=RESOLUTION)
+    run = fb.simulate(
+        ROBOT, tracker, fb.line(a, b, 2.0), start=start, encoder_resolution=RESOLUTION
+    )
     assert np.linalg.norm(run.error, axis=1).max() < 3e-3

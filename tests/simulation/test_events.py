@@ -21,7 +21,9 @@ def sines_of(run):
         second = (run.xi - base - l1 * first) / l2
         found.append((first, second))
     (a, b), (c, d) = found
-    return np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((a, b), (c, d), (b, d))], axis=1)
+    return np.stack(
+        [u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((a, b), (c, d), (b, d))], axis=1
+    )
 
 
 def zeros(t, values):
@@ -31,7 +33,9 @@ def zeros(t, values):
         first = min(max(k - 4, 0), len(t) - 10)
         part = slice(first, first + 10)
         polynomial = KroghInterpolator(t[part] - t[k], values[part])
-        found.append(t[k] + brentq(lambda x, p=polynomial: float(p(x)), 0.0, t[k + 1] - t[k], xtol=1e-15))
+        found.append(
+            t[k] + brentq(lambda x, p=polynomial: float(p(x)), 0.0, t[k + 1] - t[k], xtol=1e-15)
+        )
     return found
 
 
@@ -41,10 +45,14 @@ def free(xi, working, xi_dot, duration, step):
 
 
 @pytest.mark.parametrize(
-    "xi, working, xi_dot", [((0.01, 0.12), (1, -1), (0.02, -0.3)), ((0.05, 0.1), (-1, -1), (-0.5, -0.4))]
+    "xi, working, xi_dot",
+    [((0.01, 0.12), (1, -1), (0.02, -0.3)), ((0.05, 0.1), (-1, -1), (-0.5, -0.4))],
 )
 def test_event_times_to_1e_12_s(xi, working, xi_dot):
-    fine, coarse = free(xi, working, xi_dot, 1.0, COARSE / 100), free(xi, working, xi_dot, 1.0, COARSE)
+    fine, coarse = (
+        free(xi, working, xi_dot, 1.0, COARSE / 100),
+        free(xi, working, xi_dot, 1.0, COARSE),
+    )
     sines = sines_of(fine)
     for k, name in enumerate(ROBOT.words.sines):
         exact = zeros(fine.t, sines[:, k])
@@ -61,7 +69,9 @@ def turning(column, apart, through=True):
     """
 
     def pose_at(sine):
-        if column == 2:  # along a line in task space det A goes through 0, along one in joint space the others do
+        if (
+            column == 2
+        ):  # along a line in task space det A goes through 0, along one in joint space the others do
             x = brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A - sine, -0.09, -0.085)
             return fb.igm(ROBOT, (x, 0.05))
         q = [2.5, 0.5]
@@ -90,7 +100,12 @@ def reversed_rates(pose, q_dot):
 
 
 def half_a_step_before(middle):
-    back = fb.simulate(ROBOT, start=reversed_rates(middle.pose, middle.q_dot), duration=COARSE / 2, step=COARSE / 100)
+    back = fb.simulate(
+        ROBOT,
+        start=reversed_rates(middle.pose, middle.q_dot),
+        duration=COARSE / 2,
+        step=COARSE / 100,
+    )
     assembly = int(-np.sign(sines_of(back)[-1, 2]))
     return fb.dkm(fb.dgm(ROBOT, back.q[-1], assembly), -back.q_dot[-1])
 
@@ -99,7 +114,10 @@ def half_a_step_before(middle):
 @pytest.mark.parametrize("method", [None, "dop8"])
 def test_what_turns_around_before_0_is_no_crossing(column, method):
     start = half_a_step_before(turning(column, 0.1 * COARSE, through=False))
-    run, fine = (fb.simulate(ROBOT, start=start, duration=COARSE, step=COARSE / n, method=method) for n in (1, 100))
+    run, fine = (
+        fb.simulate(ROBOT, start=start, duration=COARSE, step=COARSE / n, method=method)
+        for n in (1, 100)
+    )
     sine = np.abs(sines_of(fine)[:, column])
     assert sine.min() < 0.02 * min(sine[0], sine[-1]) and run.events == fine.events == ()
 
@@ -108,12 +126,18 @@ def test_what_turns_around_before_0_is_no_crossing(column, method):
 def test_there_and_back_within_one_step(column):
     """A sine passes 0 to and fro in the middle of a step of 5 ms, whose ends have one sign."""
     start = half_a_step_before(turning(column, 0.3 * COARSE))
-    coarse, fine = (fb.simulate(ROBOT, start=start, duration=4 * COARSE, step=COARSE / n) for n in (1, 100))
+    coarse, fine = (
+        fb.simulate(ROBOT, start=start, duration=4 * COARSE, step=COARSE / n) for n in (1, 100)
+    )
     exact = [t for t in zeros(fine.t, sines_of(fine)[:, column]) if t < COARSE]
     assert len(exact) == 2 and 0.2 * COARSE < exact[1] - exact[0] < 0.4 * COARSE
     ends = sines_of(coarse)[:2, column]
     assert ends[0] * ends[1] > 0
-    own = [event for event in coarse.events if event.margin == ROBOT.words.sines[column] and event.t < COARSE]
+    own = [
+        event
+        for event in coarse.events
+        if event.margin == ROBOT.words.sines[column] and event.t < COARSE
+    ]
     assert [event.t for event in own] == pytest.approx(exact, abs=1e-11)
     assert own[0].before == own[1].after != own[0].after
     # By fixed steps they are those of the cubic through a step's ends; in compiled loops too.
@@ -123,7 +147,9 @@ def test_there_and_back_within_one_step(column):
     assert [event.t for event in fixed.events[:2]] == pytest.approx(exact, abs=0.02 * COARSE)
     idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 1.0)
     (many,) = fb.simulate_many([ROBOT], idle, still, [start], control_period=COARSE, **options)
-    assert [event.t for event in many.events] == pytest.approx([event.t for event in fixed.events], abs=1e-9)
+    assert [event.t for event in many.events] == pytest.approx(
+        [event.t for event in fixed.events], abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -132,28 +158,43 @@ def test_there_and_back_within_one_step(column):
 def test_cubics_of_known_zeros_and_motions_beside_them(low, high, third, side):
     cubic = np.polynomial.Polynomial.fromroots([low, high, third])
     cubic *= side / cubic(0)
-    assert cubic.deriv()(0) * side < 0 < cubic.deriv()(1) * side  # the step's ends alone tell that it may turn
+    assert (
+        cubic.deriv()(0) * side < 0 < cubic.deriv()(1) * side
+    )  # the step's ends alone tell that it may turn
     ends = [float(p(s)) for p in (cubic, cubic.deriv()) for s in (0.0, 1.0)]
     assert _there_and_back(ends, None) == pytest.approx((low, high), abs=1e-12)
     middle = (low + high) / 2
     assert _zero(ends, None, 0.0, middle) == pytest.approx(low, abs=1e-12)
     assert _zero(ends, None, middle, 1.0) == pytest.approx(high, abs=1e-12)
     # A motion of another shape between the same ends: its own zeros, of which the cubic's are guesses.
-    bump = 0.3 * cubic(middle) * np.polynomial.Polynomial([0, 0, 1, -2, 1]) * np.polynomial.Polynomial([0.7, 1.0])
+    bump = (
+        0.3
+        * cubic(middle)
+        * np.polynomial.Polynomial([0, 0, 1, -2, 1])
+        * np.polynomial.Polynomial([0.7, 1.0])
+    )
     motion = cubic + bump
     exact = sorted(z.real for z in motion.roots() if abs(z.imag) < 1e-9 and 0 < z.real < 1)
     assert len(exact) == 2 and abs(exact[0] - low) > 1e-6
-    assert _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s))) == pytest.approx(exact, abs=5e-12)
+    assert _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s))) == pytest.approx(
+        exact, abs=5e-12
+    )
     # What turns just before 0 does not cross, by the cubic nor by the motion.
     lifted = cubic - 1.01 * min(cubic(np.linspace(low, high, 400)) * side) * side
     ends = [float(p(s)) for p in (lifted, lifted.deriv()) for s in (0.0, 1.0)]
-    assert _there_and_back(ends, None) == _there_and_back(ends, lambda s: (lifted(s), lifted.deriv()(s))) == ()
+    assert (
+        _there_and_back(ends, None)
+        == _there_and_back(ends, lambda s: (lifted(s), lifted.deriv()(s)))
+        == ()
+    )
 
 
 @pytest.mark.parametrize("low, high", [(0.3, 0.301), (0.5, 0.5002), (0.7, 0.71)])
 def test_a_motion_that_hardly_dips_below_0(low, high):
     """The cubic of the ends turns beside both zeros: only the motion's own rate finds the place between them."""
-    motion = np.polynomial.Polynomial.fromroots([low, high]) * np.polynomial.Polynomial([1.0, 0.4, 0.7, -0.3])
+    motion = np.polynomial.Polynomial.fromroots([low, high]) * np.polynomial.Polynomial(
+        [1.0, 0.4, 0.7, -0.3]
+    )
     ends = [float(p(s)) for p in (motion, motion.deriv()) for s in (0.0, 1.0)]
     found = _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s)))
     assert found == pytest.approx((low, high), abs=1e-14 / (high - low))
@@ -171,13 +212,18 @@ def test_crossings_of_given_sines():
     rows = np.zeros((len(t), 30))
     rows[:, MARGINS], rows[:, MARGIN_RATES] = look(t)
     exact = sorted(
-        (z, k) for k in range(3) for n in range(-3, 9) if 0 < (z := (n * np.pi - shifts[k]) / turns[k]) < t[-1]
+        (z, k)
+        for k in range(3)
+        for n in range(-3, 9)
+        if 0 < (z := (n * np.pi - shifts[k]) / turns[k]) < t[-1]
     )
     for after, error in ((None, 1e-5), (lambda k, length: look(t[k] + length), 1e-13)):
         events = crossings(ROBOT, t, rows, after)
         assert [event.t for event in events] == pytest.approx([z for z, _ in exact], abs=error)
         for event, (z, k) in zip(events, exact):
-            assert event.margin == ROBOT.words.sines[k] and event.type.name == ("PARALLEL" if k == 2 else "SERIAL")
+            assert event.margin == ROBOT.words.sines[k] and event.type.name == (
+                "PARALLEL" if k == 2 else "SERIAL"
+            )
             assert event.before == tuple(-np.sign(look(z - 1e-6)[0])) and event.after == tuple(
                 -np.sign(look(z + 1e-6)[0])
             )
@@ -188,13 +234,25 @@ def test_crossings_of_given_sines():
     rows[8, MARGINS.start + k] = 0.0
     for first, last, own in ((7, 10, {exact[4]}), (8, 11, set()), (6, 9, set())):
         wanted = sorted(
-            own | {each for each in exact if t[first] < each[0] - z + t[8] < t[last - 1] and each != (z, k)}
+            own
+            | {
+                each
+                for each in exact
+                if t[first] < each[0] - z + t[8] < t[last - 1] and each != (z, k)
+            }
         )
         events = crossings(ROBOT, t[first:last], rows[first:last])
-        assert [event.margin for event in events] == [ROBOT.words.sines[column] for _, column in wanted]
-        assert [event.t for event in events] == pytest.approx([when - z + t[8] for when, _ in wanted], abs=1e-5)
+        assert [event.margin for event in events] == [
+            ROBOT.words.sines[column] for _, column in wanted
+        ]
+        assert [event.t for event in events] == pytest.approx(
+            [when - z + t[8] for when, _ in wanted], abs=1e-5
+        )
         for event, (when, column) in zip(events, wanted):
-            assert event.after == tuple(-np.sign(look(when + 1e-6)[0])) and event.before[column] == -event.after[column]
+            assert (
+                event.after == tuple(-np.sign(look(when + 1e-6)[0]))
+                and event.before[column] == -event.after[column]
+            )
     batch = np.stack([look(t[k : k + 2])[0] for k in range(40)])
     slopes = np.stack([look(t[k : k + 2])[1] for k in range(40)])
     crossed = np.array([any(t[k] < z <= t[k + 1] for z, _ in exact) for k in range(40)])
@@ -205,5 +263,9 @@ def test_crossings_of_given_sines():
 def test_a_zero_whose_slope_is_0():
     for zero in (0.5, 0.25):  # of (s - zero)^3; the first place that is looked at, and another
         ends = -(zero**3), (1 - zero) ** 3, 3 * zero**2, 3 * (1 - zero) ** 2
-        assert _zero(ends, None) == pytest.approx(zero, abs=1e-5)  # the cubic itself is rounding as near as this
-        assert _zero(ends, lambda s, zero=zero: ((s - zero) ** 3, 3 * (s - zero) ** 2)) == pytest.approx(zero, abs=1e-5)
+        assert _zero(ends, None) == pytest.approx(
+            zero, abs=1e-5
+        )  # the cubic itself is rounding as near as this
+        assert _zero(
+            ends, lambda s, zero=zero: ((s - zero) ** 3, 3 * (s - zero) ** 2)
+        ) == pytest.approx(zero, abs=1e-5)

@@ -36,7 +36,9 @@ def test_energy_balances_to_1e_9_over_10_s_through_both_types(name):
     q = (0.9, 2.0) if robot.turns else (0.05, -0.05)
     start = fb.dkm(fb.dgm(robot, q), (0.0, 0.0))
     if not robot.turns:  # the feet fall for ever: half a second of it
-        run = fb.simulate(robot, lambda t, *_: (5.0 + np.sin(9 * t), 4.0), duration=0.5, start=start)
+        run = fb.simulate(
+            robot, lambda t, *_: (5.0 + np.sin(9 * t), 4.0), duration=0.5, start=start
+        )
     else:
         run = fb.simulate(robot, duration=10.0, start=start)
         kinds = {event.type for event in run.events}
@@ -54,9 +56,15 @@ def test_the_motion_is_that_of_full_bodies():
 
     def slope(t, y):
         M, h, phi, bias = (np.array(each, dtype=float) for each in bodies.terms(y[:4], y[4:])[:4])
-        f = -h.ravel() - np.array([0.0176 * y[4], 0, 0.0176 * y[6], 0]) + np.array([0.2, 0, -0.1, 0])
+        f = (
+            -h.ravel()
+            - np.array([0.0176 * y[4], 0, 0.0176 * y[6], 0])
+            + np.array([0.2, 0, -0.1, 0])
+        )
         system = np.block([[M, phi.T], [phi, np.zeros((2, 2))]])
-        return np.concatenate([y[4:], np.linalg.solve(system, np.concatenate([f, -bias.ravel()]))[:4]])
+        return np.concatenate(
+            [y[4:], np.linalg.solve(system, np.concatenate([f, -bias.ravel()]))[:4]]
+        )
 
     end = solve_ivp(slope, (0, 1), [*a, *a_dot], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     run = fb.simulate(IRI, lambda *_: (0.2, -0.1), duration=1.0, start=start)
@@ -77,7 +85,9 @@ def test_a_drive_alone_slides_stops_and_lets_go_when_it_should():
     robot = fb.FiveBar(m=0, zz1=0.002, zz2=0.003, fs1=0.02, fs2=0.03)
     start = fb.dkm(fb.dgm(robot, (0.2, 0.4)), (1.5, -1.0))
     run = fb.simulate(robot, lambda *_: (0.004, 0.006), duration=0.3, start=start)
-    for k, (q, rate, tau, fs, zz) in enumerate(((0.2, 1.5, 0.004, 0.02, 0.002), (0.4, -1.0, 0.006, 0.03, 0.003))):
+    for k, (q, rate, tau, fs, zz) in enumerate(
+        ((0.2, 1.5, 0.004, 0.02, 0.002), (0.4, -1.0, 0.006, 0.03, 0.003))
+    ):
         slows = (tau - fs * np.sign(rate)) / zz
         stop = -rate / slows
         t = np.minimum(run.t, stop)
@@ -86,7 +96,10 @@ def test_a_drive_alone_slides_stops_and_lets_go_when_it_should():
         assert np.all(run.q_dot[run.t > stop, k] == 0)
     # A ramp lets it go where the torque passes the friction, within the sample that holds it.
     ramp = fb.simulate(
-        robot, lambda t, *_: (0.1 * t, 0.0), duration=0.3, start=fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0, 0))
+        robot,
+        lambda t, *_: (0.1 * t, 0.0),
+        duration=0.3,
+        start=fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0, 0)),
     )
     first = ramp.t[np.argmax(ramp.q_dot[:, 0] > 0)]
     assert 0.2 <= first <= 0.2 + 0.0101 + 0.001 and np.all(ramp.q_dot[:, 1] == 0)
@@ -132,7 +145,9 @@ def test_smoothed_friction_comes_to_the_exact_one_as_its_rate_goes_to_0():
         soft = smoothed(robot, rate)
         begin = fb.dkm(fb.dgm(soft, (0.9, 2.0)), (0.0, 0.0))
         c, c_dot, _ = CHARTS["auto"].coordinates(begin)
-        states = block_function(soft, CHARTS["auto"], "rk4", 2e-4, 3000)([*c, *c_dot], [0, 0], [0, 0])[0].full()
+        states = block_function(soft, CHARTS["auto"], "rk4", 2e-4, 3000)(
+            [*c, *c_dot], [0, 0], [0, 0]
+        )[0].full()
         away.append(np.abs(states[[0, 2], -1] - exact.q[-1]).max())
     assert away[1] < 0.25 * away[0] and away[1] < 4e-3
 
@@ -152,7 +167,9 @@ def test_fixed_steps_refuse_dry_friction_by_name(option):
     with pytest.raises(ValueError, match="fs2: dry friction sticks"):
         fb.simulate(robot, duration=0.1, **option)
     with pytest.raises(ValueError, match="fs2: dry friction sticks"):
-        fb.simulate_many([robot] * 2, fb.PD(robot, 1.0, 0.1), fb.line((0.09, 0.068), (0.06, 0.1), 1.0))
+        fb.simulate_many(
+            [robot] * 2, fb.PD(robot, 1.0, 0.1), fb.line((0.09, 0.068), (0.06, 0.1), 1.0)
+        )
 
 
 def test_many_robots_with_their_own_physics_are_what_each_alone_is():
@@ -165,24 +182,39 @@ def test_many_robots_with_their_own_physics_are_what_each_alone_is():
         exact = fb.simulate(robot, own, reference)
         np.testing.assert_allclose(run.q, exact.q, atol=1e-5)
         assert np.abs(run.energy_error).max() < 1e-5
-    starts = [fb.ikm(fb.igm(robot, (0.02, 0.15 + 0.01 * k)), (0.1, 0.0)) for k, robot in enumerate(robots)]
+    starts = [
+        fb.ikm(fb.igm(robot, (0.02, 0.15 + 0.01 * k)), (0.1, 0.0)) for k, robot in enumerate(robots)
+    ]
     for start, run in zip(starts, fb.simulate_many(robots, own, reference, starts)):
         alone = fb.simulate(start.pose.robot, own, reference, method="rk4", start=start)
         np.testing.assert_allclose(run.q, alone.q, atol=1e-12)
     with pytest.raises(ValueError, match="start is of another robot"):
         fb.simulate_many(robots, own, reference, starts[::-1])
     for wrong in (5, "ab"):
-        with pytest.raises(TypeError, match=f"starts must be the Rates of a batch, .* not {wrong!r}"):
+        with pytest.raises(
+            TypeError, match=f"starts must be the Rates of a batch, .* not {wrong!r}"
+        ):
             fb.simulate_many(robots, own, reference, wrong)
     far = [robots[0], fb.FiveBar(fv1=0.003, l22=0.05), robots[1], fb.FiveBar(d=0.3)]
-    with pytest.raises(ValueError, match=r"2 of 4 robots do not reach the .* start \(0\.02, 0\.15\) m: number 1, 3$"):
+    with pytest.raises(
+        ValueError,
+        match=r"2 of 4 robots do not reach the .* start \(0\.02, 0\.15\) m: number 1, 3$",
+    ):
         fb.simulate_many(far, own, reference)
 
 
 def test_fixed_steps_balance_too():
     robot = fb.FiveBar(gravity=(0.0, -9.81), fv1=0.001, fv12=0.0005)
-    run = fb.simulate(robot, duration=1.0, start=fb.dkm(fb.dgm(robot, (0.3, 1.2)), (0, 0)), method="dop8", step=5e-4)
-    assert np.abs(run.energy_error).max() < 1e-7 < run.friction_loss[-1] and run.friction_loss[0] == 0
+    run = fb.simulate(
+        robot,
+        duration=1.0,
+        start=fb.dkm(fb.dgm(robot, (0.3, 1.2)), (0, 0)),
+        method="dop8",
+        step=5e-4,
+    )
+    assert (
+        np.abs(run.energy_error).max() < 1e-7 < run.friction_loss[-1] and run.friction_loss[0] == 0
+    )
 
 
 @pytest.mark.parametrize("reference", [None, fb.line((0.09, 0.068), (0.06, 0.1), 0.2)])
@@ -200,7 +232,9 @@ def test_a_run_keeps_its_friction_and_its_robot_in_a_file(reference):
     np.testing.assert_array_equal(back.energy_error, run.energy_error)
     untold = io.StringIO(_written(replace(run, friction_loss=None)))  # as of a log
     assert np.isnan(fb.Run.from_csv(untold).friction_loss).all()
-    assert "mx21" not in file.getvalue() and "gravity" not in _written(fb.simulate(fb.FiveBar(), duration=0.1))
+    assert "mx21" not in file.getvalue() and "gravity" not in _written(
+        fb.simulate(fb.FiveBar(), duration=0.1)
+    )
 
 
 def _written(run):

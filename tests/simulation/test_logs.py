@@ -12,7 +12,9 @@ from fivebar.estimation.logs.measured_runs import rates_of
 from tests.helpers.synthetic_logs import ros
 
 ROBOT = fb.FiveBar()
-RUN = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), fb.line((0.09, 0.068), (0.0, 0.1), 1.0), step=2e-3)
+RUN = fb.simulate(
+    ROBOT, fb.ComputedTorque(ROBOT, 400.0, 40.0), fb.line((0.09, 0.068), (0.0, 0.1), 1.0), step=2e-3
+)
 COLUMNS = {"t": RUN.t, "q": RUN.q, "tau": RUN.tau}
 
 
@@ -48,7 +50,9 @@ def rows_of(run):
 )  # fmt: skip
 def test_the_same_run_from_logs_in_all_forms(made):
     run = made()
-    np.testing.assert_allclose(run.t - run.t[0], RUN.t, atol=5e-7)  # a clock's: what 1.7e9 s leave of 16 digits
+    np.testing.assert_allclose(
+        run.t - run.t[0], RUN.t, atol=5e-7
+    )  # a clock's: what 1.7e9 s leave of 16 digits
     np.testing.assert_allclose(run.q, RUN.q, atol=1e-12)
     np.testing.assert_allclose(run.tau, RUN.tau, atol=1e-12)
     np.testing.assert_allclose(run.xi, RUN.xi, atol=1e-12)
@@ -59,7 +63,9 @@ def test_the_same_run_from_logs_in_all_forms(made):
 
 def csv_of(header):
     rows = np.column_stack([1e3 * RUN.t, np.degrees(RUN.q), 1e3 * RUN.tau])
-    return io.StringIO(header + "\n" + "\n".join(";".join(repr(float(v)) for v in row) for row in rows))
+    return io.StringIO(
+        header + "\n" + "\n".join(";".join(repr(float(v)) for v in row) for row in rows)
+    )
 
 
 def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
@@ -72,7 +78,7 @@ def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
     assert [why.split(" at ")[0].split(" before")[0] for _, _, why in run.measured.gaps] == [
         "1 row missing", "40 rows missing", "time jumps back from 0.778 to 0 s"]  # fmt: skip
     assert (~rows_of(run)).sum() == 3 and (np.diff(run.t) > 0).all()
-    assert any("taken for a restart" in sentence for sentence in run.measured.said)
+    assert any("taken for a restart" in sentence for sentence in run.measured.notes)
     run.to_csv(tmp_path / "a.csv")
     again = fb.Run.from_csv(tmp_path / "a.csv")
     assert again.measured == run.measured
@@ -81,7 +87,10 @@ def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
     run.page(tmp_path / "a.html")
     run.animate(tmp_path / "b.html")
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html", "b.html"))
-    assert "Run: five-bar robot" in repr(run) and np.isfinite(run.energy_error[rows_of(run)][:50]).all()
+    assert (
+        "Run: five-bar robot" in repr(run)
+        and np.isfinite(run.energy_error[rows_of(run)][:50]).all()
+    )
 
 
 def test_a_log_with_its_reference_and_end_effector():
@@ -90,8 +99,8 @@ def test_a_log_with_its_reference_and_end_effector():
     np.testing.assert_allclose(run.error, RUN.error, atol=1e-15)
     other = fb.dgm(ROBOT, RUN.q, 1, unreachable="nan").xi
     assert np.allclose(fb.from_log({**COLUMNS, "xi": other}).xi, other)  # the mode that fits
-    said = fb.from_log({**COLUMNS, "xi": RUN.xi + 0.03}).measured.said
-    assert any("mm (median) from where the joints say" in sentence for sentence in said)
+    notes = fb.from_log({**COLUMNS, "xi": RUN.xi + 0.03}).measured.notes
+    assert any("mm (median) from where the joints say" in sentence for sentence in notes)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +130,11 @@ def test_what_is_no_log_is_refused(log, words):
     ("log", "options", "words"),
     [
         (COLUMNS, dict(units={"q1": "mm"}), "units: q1=mm: known are rad, deg, mrad, rev, counts"),
-        (COLUMNS, dict(units={"speed": "m"}), "units: speed=m: known are t, q1, tau1, q1_dot, q1_ddot, q2"),
+        (
+            COLUMNS,
+            dict(units={"speed": "m"}),
+            "units: speed=m: known are t, q1, tau1, q1_dot, q1_ddot, q2",
+        ),
         (COLUMNS, dict(units=["deg"]), r"units must be a dict \{name: unit\}, not \['deg'\]"),
         (COLUMNS, dict(units={"q1": 1.0}), r"units must be a dict \{name: unit\}"),
         (COLUMNS, dict(gear_ratio=(1.0, 0.0)), r"gear_ratio must not be 0, but is \[1.0, 0.0\]"),
@@ -143,7 +156,10 @@ def test_options_that_cannot_be(log, options, words):
 
 def test_columns_in_any_units_of_both_kinds_of_robots():
     rng, t = np.random.default_rng(3), 0.01 * np.arange(20)
-    pairs = {name: rng.normal(size=(20, 2)) * 0.1 for name in ("q", "tau", "q_dot", "q_ddot", "xi", "xi_ref")}
+    pairs = {
+        name: rng.normal(size=(20, 2)) * 0.1
+        for name in ("q", "tau", "q_dot", "q_ddot", "xi", "xi_ref")
+    }
     turn = np.degrees(1.0)
     for robot, head, scale in (
         (ROBOT, "theta1 (degrés),right (deg),Couple1 mNm,effort2 (Nm),vel1 (deg/s),vitesse_2 (tr/min),"
@@ -163,15 +179,25 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
         assert log.step == pytest.approx(0.01) and log.cuts == ()
         needed = [name for name, column in wanted(robot).items() if column.needed]
         assert needed == ["t", "q1", "q2"]
-        mapping = {"t": t, "theta1": pairs["q"][:, 0], "q2": 2 * pairs["q"][:, 1], "current1": t, "i2": t}
+        mapping = {
+            "t": t,
+            "theta1": pairs["q"][:, 0],
+            "q2": 2 * pairs["q"][:, 1],
+            "current1": t,
+            "i2": t,
+        }
         gauges = Gauges(None, (2.0, -4.0), (0.0, 0.5), (0.1, 0.2))
         joints = read_log(mapping, robot, {}, gauges)
         np.testing.assert_allclose(joints.q, pairs["q"] * [0.5, -0.5] + [0, 0.5], atol=1e-15)
         np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8], atol=1e-15)
         joints = read_log(mapping, robot, {"tau1": "a", "tau2": "ma", "q1": "counts"}, gauges)
         np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8e-3], atol=1e-15)
-        counts = read_log({"t": t, "q": pairs["q"]}, robot, None, Gauges(counts_per_turn=(-500, 250))).q
-        np.testing.assert_allclose(counts, pairs["q"] * (2 * np.pi if robot.turns else 1) / [500, 250], atol=1e-15)
+        counts = read_log(
+            {"t": t, "q": pairs["q"]}, robot, None, Gauges(counts_per_turn=(-500, 250))
+        ).q
+        np.testing.assert_allclose(
+            counts, pairs["q"] * (2 * np.pi if robot.turns else 1) / [500, 250], atol=1e-15
+        )
 
 
 def test_what_was_done_to_the_rows_is_said():
@@ -184,7 +210,7 @@ def test_what_was_done_to_the_rows_is_said():
     log["t"][14:] += 0.05
     log["t"][17:] -= 0.5
     found = read_log(log, ROBOT)
-    assert found.said == (
+    assert found.notes == (
         "2 rows without a time were left out, the first row 3",
         "2 rows without both joints' positions were left out, the first row 8",
         "1 rows repeat the time of the row before and were left out, the first row 12",
@@ -207,11 +233,14 @@ def test_what_was_done_to_the_rows_is_said():
         (0, 3), (3, 4), (4, 6), (6, 8), (8, 9), (9, 12), (12, 15)]  # fmt: skip
     assert (found.step, found.q_dot, found.xi) == (pytest.approx(0.01), None, None)
     file = "t,q1,q2\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
-    assert read_log(io.StringIO(file), ROBOT).said[-2:] == (
+    assert read_log(io.StringIO(file), ROBOT).notes[-2:] == (
         "1 gaps in time are not bridged: 2 to 4 s",
         "q jumps by more than half a turn 1 times, the first at line 4: taken for whole turns",
     )
-    assert read_log(io.StringIO(file), fb.Biglide()).said[-1] == "1 gaps in time are not bridged: 2 to 4 s"
+    assert (
+        read_log(io.StringIO(file), fb.Biglide()).notes[-1]
+        == "1 gaps in time are not bridged: 2 to 4 s"
+    )
 
 
 def test_rows_off_an_even_grid_are_moved_onto_it():
@@ -220,7 +249,11 @@ def test_rows_off_an_even_grid_are_moved_onto_it():
 
     def pairs(t):
         cubic = np.stack([1 + t - 2 * t**2 + 3e3 * t**3, t**3], axis=1)
-        return {"q": cubic, "tau": np.stack([1 - t, 2 * t], axis=1), "xi": np.stack([t, 3 * t], axis=1)}
+        return {
+            "q": cubic,
+            "tau": np.stack([1 - t, 2 * t], axis=1),
+            "xi": np.stack([t, 3 * t], axis=1),
+        }
 
     t = step * (k + np.array([0, 0.2, -0.2, 0.1, 0.3, 0.0, -0.2, 0.1, 0.2, 0]))
     given, grid = pairs(t), step * np.arange(12)
@@ -228,7 +261,9 @@ def test_rows_off_an_even_grid_are_moved_onto_it():
     even, moved, away = evenly(t, given, step)
     np.testing.assert_allclose(even, grid, atol=1e-16)
     np.testing.assert_allclose(moved["q"], pairs(grid)["q"], atol=1e-13)
-    np.testing.assert_allclose(moved["xi"][2:], pairs(grid)["xi"][2:], atol=1e-15)  # not by splines, all of them nan
+    np.testing.assert_allclose(
+        moved["xi"][2:], pairs(grid)["xi"][2:], atol=1e-15
+    )  # not by splines, all of them nan
     lost = (grid > t[5]) & (grid < t[6]) | (grid == t[5])
     assert lost.sum() == 3 and (np.isnan(moved["tau"]) == lost[:, None]).all()
     np.testing.assert_allclose(moved["tau"][~lost], pairs(grid)["tau"][~lost], atol=1e-15)
@@ -274,7 +309,7 @@ def test_what_a_log_says_of_poses():
     assert np.flatnonzero(np.isnan(run.energy)).tolist() == [2, 4, 6] and run.measured.rates
     assert run.energy[0] == fb.energy(fb.dkm(fb.dgm(ROBOT, q[0]), (0.3, 0.3)))
     assert "1 of 9 rows do not close the loop of this robot's bars, the first at 0.06 s, q = (3.1416, 0) rad" in (
-        run.measured.said)  # fmt: skip
+        run.measured.notes)  # fmt: skip
     # A bar of the biglide that turns evenly through the horizontal; a leg of the five-bar that straightens.
     bar, phi, t = 0.2828427, np.linspace(0.16, -0.15, 12), 0.1 * np.arange(12)
     right = bar * np.sin(phi) - np.sqrt(bar**2 - (bar * np.cos(phi) - 0.4) ** 2)
@@ -284,13 +319,17 @@ def test_what_a_log_says_of_poses():
     ):
         ((found, kind, margin, *modes),) = fb.from_log(t, *q.T, robot=robot).events
         if when is None:
-            when = brentq(lambda x, q=q: fb.dgm(ROBOT, q[0] + x / 1.1 * (q[-1] - q[0])).sines[1], 0.5, 0.8)
+            when = brentq(
+                lambda x, q=q: fb.dgm(ROBOT, q[0] + x / 1.1 * (q[-1] - q[0])).sines[1], 0.5, 0.8
+            )
         assert found == pytest.approx(when, abs=1e-4) and kind == fb.Singularity.SERIAL
         after = tuple(-mode if k == leg else mode for k, mode in enumerate(before))
         assert margin == robot.words.sines[leg] and modes == [before, after]
         assert fb.from_log(t + (t > found), *q.T, robot=robot).events == ()  # in a gap nobody knows
         long, back = 0.1 * np.arange(24), np.concatenate([q, q[::-1]])
-        (event,) = fb.from_log(long + (long > found), *back.T, robot=robot).events  # but on the way back
+        (event,) = fb.from_log(
+            long + (long > found), *back.T, robot=robot
+        ).events  # but on the way back
         assert event.t == pytest.approx(3.3 - found, abs=1e-9)
 
 
@@ -300,12 +339,12 @@ def test_where_the_end_effector_was_logged_and_where_not():
     xi[:30] = np.nan
     run = fb.from_log({**COLUMNS, "xi": xi})
     np.testing.assert_allclose(run.xi[:30], RUN.xi[:30], atol=1e-15)
-    assert (run.xi[30:] == xi[30:]).all() and run.measured.said == ()
-    said = fb.from_log({**COLUMNS, "xi": xi + np.array([0.0, 0.0005])}).measured.said
-    assert said == (
+    assert (run.xi[30:] == xi[30:]).all() and run.measured.notes == ()
+    notes = fb.from_log({**COLUMNS, "xi": xi + np.array([0.0, 0.0005])}).measured.notes
+    assert notes == (
         "x and y are 2 mm (median) from where the joints say in assembly mode -1: another mode, frame or other "
         "lengths; fb.calibrate tells",
     )
     other = fb.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
-    assert other.measured.said == () and other.measured.gaps == ()
+    assert other.measured.notes == () and other.measured.gaps == ()

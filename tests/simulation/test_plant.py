@@ -31,9 +31,13 @@ def refuse(seen, chart="joint"):
 def test_a_chart_ends_where_its_margin_would_vanish_in_one_and_a_half_steps(side):
     refuse(rows(margin=0.1 * side, rate=-0.1 * side / (1.51 * STEP)))
     refuse(rows(margin=0.1 * side, rate=0.1 * side / (0.1 * STEP)))
-    with pytest.raises(fb.SingularityError, match="jumps the singularity of the joint chart .det A"):
+    with pytest.raises(
+        fb.SingularityError, match="jumps the singularity of the joint chart .det A"
+    ):
         refuse(rows(margin=0.1 * side, rate=-0.1 * side / (1.49 * STEP)))
-    refuse(rows(margin=0.1 * side, rate=-0.1 * side / (1.49 * STEP)), "auto")  # whose chart has no margin
+    refuse(
+        rows(margin=0.1 * side, rate=-0.1 * side / (1.49 * STEP)), "auto"
+    )  # whose chart has no margin
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -97,9 +101,15 @@ def test_chosen_steps_are_few_and_as_many_as_order_8_asks_for():
     for tolerance in (1e-13, 1e-11, 1e-9):
         plant, tried = Plant(fb.FiveBar(), start, tolerance), []
         step = plant._step
-        plant._step = lambda *inputs, step=step, tried=tried: tried.append(inputs[2]) or step(*inputs)
+        plant._step = lambda *inputs, step=step, tried=tried: (
+            tried.append(inputs[2]) or step(*inputs)
+        )
         plant.advance(2.0, np.zeros(2))
-        assert plant.t == 2.0 and len(tried) <= 1.3 * len(plant.pieces[0]) and plant.pieces[1].sum() == pytest.approx(2)
+        assert (
+            plant.t == 2.0
+            and len(tried) <= 1.3 * len(plant.pieces[0])
+            and plant.pieces[1].sum() == pytest.approx(2)
+        )
         counts.append(len(plant.pieces[0]))
     assert np.log10(counts[0] / counts[2]) == pytest.approx(4 / 8, abs=0.05)
     plant = Plant(fb.FiveBar(), start, 1e-12)
@@ -116,7 +126,9 @@ def test_times_as_short_as_one_likes_are_moved_on_by(until):
     plant = Plant(robot, start, 1e-12)
     plant.advance(until, tau)
     assert plant.t == until
-    assert plant.joints[1] == pytest.approx(until * fb.forward_dynamics(start, tau).q_ddot, rel=1e-6)
+    assert plant.joints[1] == pytest.approx(
+        until * fb.forward_dynamics(start, tau).q_ddot, rel=1e-6
+    )
     state, count = plant.state, len(plant.pieces[0])
     plant.advance(until, tau)
     assert plant.state is state and len(plant.pieces[0]) == count
@@ -126,7 +138,9 @@ def test_a_steps_polynomial_nested_and_in_powers_of_the_place():
     draw, places = np.random.default_rng(4), np.linspace(0.0, 1.0, 9)
     state, coefficients = draw.normal(size=8), draw.normal(size=(7, 8))
     powers = np.polynomial.polynomial.polyval(places, _powers().T @ coefficients)
-    np.testing.assert_allclose(between(state, np.array([coefficients] * 9), places), state + powers.T, atol=1e-13)
+    np.testing.assert_allclose(
+        between(state, np.array([coefficients] * 9), places), state + powers.T, atol=1e-13
+    )
 
 
 def test_how_long_a_run_is_that_is_not_told():

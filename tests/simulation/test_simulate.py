@@ -23,7 +23,9 @@ def free_start():
 def kinetic(run):
     """Energy along a run from its joint rates, by a difference formula for xi' that no model of ours enters."""
     xi_dot = np.gradient(run.xi, run.t, axis=0, edge_order=2)
-    return 0.5 * (run.q_dot**2 @ (run.robot.zz1, run.robot.zz2) + run.robot.m * np.sum(xi_dot**2, axis=1))
+    return 0.5 * (
+        run.q_dot**2 @ (run.robot.zz1, run.robot.zz2) + run.robot.m * np.sum(xi_dot**2, axis=1)
+    )
 
 
 def test_sampled_computed_torque_of_the_reference():
@@ -34,10 +36,16 @@ def test_sampled_computed_torque_of_the_reference():
         controller = fb.ComputedTorque(ROBOT, case["Kp"], case["Kd"])
         run = fb.simulate(ROBOT, controller, TASK_1, duration=2.5, delay=case["delay_samples"])
         sampled = run.q_error[10::10]
-        assert np.abs(sampled).max(axis=0) == pytest.approx(case["max_abs_joint_error_rad"], rel=1e-9)
-        assert np.sqrt(np.mean(sampled**2, axis=0)) == pytest.approx(case["rms_joint_error_rad"], rel=1e-9)
+        assert np.abs(sampled).max(axis=0) == pytest.approx(
+            case["max_abs_joint_error_rad"], rel=1e-9
+        )
+        assert np.sqrt(np.mean(sampled**2, axis=0)) == pytest.approx(
+            case["rms_joint_error_rad"], rel=1e-9
+        )
         assert np.abs(sampled[-1]) == pytest.approx(case["final_joint_error_rad"], rel=1e-6)
-        assert np.linalg.norm(run.error[10::10], axis=1).max() == pytest.approx(case["max_tip_error_m"], rel=1e-9)
+        assert np.linalg.norm(run.error[10::10], axis=1).max() == pytest.approx(
+            case["max_tip_error_m"], rel=1e-9
+        )
         assert np.abs(run.tau).max(axis=0) == pytest.approx(case["max_abs_tau_Nm"], rel=1e-9)
         assert run.control.t == pytest.approx(run.t[:-1:10])
         assert run.control.q == pytest.approx(run.q[:-1:10], abs=1e-15)
@@ -54,7 +62,11 @@ def test_power_balance_along_a_driven_motion():
 
 
 def test_energy_of_the_free_motion(free_start):
-    for options, bound in ((dict(step=5e-4, method="rk4"), 1e-8), (dict(step=1e-4, method="rk4"), 1e-10), ({}, 1e-10)):
+    for options, bound in (
+        (dict(step=5e-4, method="rk4"), 1e-8),
+        (dict(step=1e-4, method="rk4"), 1e-10),
+        ({}, 1e-10),
+    ):
         energy = fb.simulate(ROBOT, duration=10.0, start=free_start, **options).energy
         assert energy[0] == pytest.approx(fb.energy(free_start), rel=1e-14)
         assert np.abs(energy / energy[0] - 1).max() <= bound
@@ -78,14 +90,20 @@ def test_rk4_has_order_4(chart):
 def test_free_motion_passes_all_its_singularities(free_start):
     run = fb.simulate(ROBOT, duration=2.0, start=free_start, step=1e-4)
     assert run.xi[-1] == pytest.approx(FREE_END, abs=1e-11)
-    assert [(event.margin, int(event.type)) for event in run.events[:3]] == [("det A", 2), ("det A", 2), ("sin q22", 1)]
+    assert [(event.margin, int(event.type)) for event in run.events[:3]] == [
+        ("det A", 2),
+        ("det A", 2),
+        ("sin q22", 1),
+    ]
     assert [event.t for event in run.events[:3]] == pytest.approx([0.1164, 0.604, 0.6768], abs=4e-4)
     assert run.events[0].before == (1, -1, -1) and run.events[0].after == (1, -1, 1)
     assert repr(run) == f"<Run: five-bar robot, 2 s in 20001 rows, {len(run.events)} crossings>"
     assert np.abs(np.diff(run.q, axis=0)).max() < 0.1  # continuous
 
 
-@pytest.mark.parametrize("options, bound", [({}, 1e-12), ({"step": 0.01}, 1e-12), ({"method": "dop8"}, 1e-10)])
+@pytest.mark.parametrize(
+    "options, bound", [({}, 1e-12), ({"step": 0.01}, 1e-12), ({"method": "dop8"}, 1e-10)]
+)
 def test_times_of_crossings(free_start, options, bound):
     """Against zeros of polynomials of degree 9 through ten cross products of the bars as drawn, 1e-4 s apart."""
     times = [0.11642284070442, 0.60381734505384, 0.67684312033517]
@@ -96,7 +114,9 @@ def test_times_of_crossings(free_start, options, bound):
 @pytest.mark.parametrize("chart, name", [("joint", "det A"), ("task", "sin q22")])
 def test_a_chart_held_fast_refuses_to_jump(free_start, chart, name):
     for step in np.linspace(4e-4, 4e-3, 25):
-        with pytest.raises(fb.SingularityError, match=f"jumps the singularity of the {chart} chart \\({name}"):
+        with pytest.raises(
+            fb.SingularityError, match=f"jumps the singularity of the {chart} chart \\({name}"
+        ):
             fb.simulate(ROBOT, duration=2.0, start=free_start, step=float(step), chart=chart)
 
 
@@ -136,10 +156,15 @@ def test_joint_errors_are_in_the_working_modes_of_the_start(working):
     run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20, working=working), reference)
     q_ref = fb.igm(ROBOT, run.xi_ref, working).q
     assert np.abs(run.q_error).max() < 1e-2
-    assert run.q_error == pytest.approx(np.angle(np.exp(1j * (run.q - q_ref))), abs=1e-13) and run.q_error.any()
+    assert (
+        run.q_error == pytest.approx(np.angle(np.exp(1j * (run.q - q_ref))), abs=1e-13)
+        and run.q_error.any()
+    )
 
 
-def test_step_error_is_the_error_of_steps_ten_times_as_fine_as_the_tolerance(free_start, monkeypatch):
+def test_step_error_is_the_error_of_steps_ten_times_as_fine_as_the_tolerance(
+    free_start, monkeypatch
+):
     exact = fb.simulate(ROBOT, duration=0.5, start=free_start)
     for tolerance in (1e-4, 1e-6, 1e-8):
         run = fb.simulate(ROBOT, duration=0.5, start=free_start, tolerance=tolerance)
@@ -168,7 +193,9 @@ def test_pd_tracks_less_well():
 def test_other_robots_and_modes(robot, reachable):
     xi, working = reachable
     start = fb.ikm(fb.igm(robot, xi[3], tuple(working[3].tolist())), (0.05, 0.02))
-    coarse, fine = (fb.simulate(robot, duration=0.5, start=start, step=step) for step in (1e-3, 2.5e-4))
+    coarse, fine = (
+        fb.simulate(robot, duration=0.5, start=start, step=step) for step in (1e-3, 2.5e-4)
+    )
     assert coarse.xi[-1] == pytest.approx(fine.xi[-1], abs=1e-8)
 
 
@@ -179,7 +206,11 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
     ):
         run.to_csv(tmp_path / "run.csv")
         back = fb.Run.from_csv(tmp_path / "run.csv")
-        assert back.robot == run.robot and back.torque_limit == run.torque_limit and back.events == run.events
+        assert (
+            back.robot == run.robot
+            and back.torque_limit == run.torque_limit
+            and back.events == run.events
+        )
         for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
             np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
     (tmp_path / "other.csv").write_text("t,x,y\n0,0,0\n")
@@ -202,17 +233,32 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(encoder_resolution=0), "encoder_resolution must be"),
         (dict(duration=np.inf), "duration must be finite"),
         (dict(chart="polar"), "chart must be one of auto, task, joint"),
-        (dict(controller=lambda *_: (1, 2, 3)), r"must return two torques, not an array of shape \(3,\)"),
-        (dict(controller=lambda *_: (np.nan, 0)), r"the controller's torque is \[nan, 0.0\] N m at t = 0 s"),
+        (
+            dict(controller=lambda *_: (1, 2, 3)),
+            r"must return two torques, not an array of shape \(3,\)",
+        ),
+        (
+            dict(controller=lambda *_: (np.nan, 0)),
+            r"the controller's torque is \[nan, 0.0\] N m at t = 0 s",
+        ),
         (dict(reference=None), "needs a duration"),
-        (dict(controller=lambda *_: (1e8, -1e8)), "too fast: 20020 steps do not bring it to 0.01 s .joint"),
+        (
+            dict(controller=lambda *_: (1e8, -1e8)),
+            "too fast: 20020 steps do not bring it to 0.01 s .joint",
+        ),
         (dict(controller=lambda *_: (1e8, -1e8), method="rk4"), "too fast for steps of 0.001 s"),
         (dict(tolerance=1e-20), "tolerance = 1e-20 is below rounding"),
         (dict(tolerance=1e-6, method="rk4"), "tolerance chooses the steps"),
         (dict(reference=None, duration=0.1), "ComputedTorque needs a reference to track"),
         (dict(controller=fb.FeedForward(ROBOT, 1, 1)), "FeedForward needs a Plan as the reference"),
-        (dict(start=fb.dkm(fb.dgm(fb.FiveBar(d=0.1), (0, 0)), (0, 0))), "start is of another robot"),
-        (dict(start=fb.dkm(fb.dgm(ROBOT, np.zeros((3, 2))), (0, 0))), "start must be the Rates of a single pose"),
+        (
+            dict(start=fb.dkm(fb.dgm(fb.FiveBar(d=0.1), (0, 0)), (0, 0))),
+            "start is of another robot",
+        ),
+        (
+            dict(start=fb.dkm(fb.dgm(ROBOT, np.zeros((3, 2))), (0, 0))),
+            "start must be the Rates of a single pose",
+        ),
     ],
 )
 def test_bad_simulations(options, message):
@@ -222,8 +268,12 @@ def test_bad_simulations(options, message):
 
 
 def test_a_reference_out_of_reach_says_when():
-    with pytest.raises(fb.UnreachableError, match="controller at t = 0.[0-9]+ s: unreachable: left leg"):
-        fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.3, 0.0), 2.0))
+    with pytest.raises(
+        fb.UnreachableError, match="controller at t = 0.[0-9]+ s: unreachable: left leg"
+    ):
+        fb.simulate(
+            ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.3, 0.0), 2.0)
+        )
 
 
 def test_one_step_and_a_start_at_type_1():
@@ -249,7 +299,9 @@ def test_the_start_is_in_the_controllers_working_modes(robot):
 
 def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
     plan = fb.plan(robot, (0.0, 0.1), (0.02, 0.12), 1.0, working=(1, -1))
-    with pytest.raises(ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"):
+    with pytest.raises(
+        ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"
+    ):
         fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), plan)
 
 
@@ -272,11 +324,17 @@ def test_a_minute_of_free_motion_keeps_its_energy(seed):
 def test_crossings_are_the_motions_own_whatever_the_rows():
     """Two crossings of Type 2 within a row's step; times to 1e-12 s from rows 5 ms and 0.1 ms apart."""
     start = fb.ikm(fb.igm(ROBOT, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
-    fine, coarse = (fb.simulate(ROBOT, duration=2.0, start=start, step=step) for step in (1e-4, 5e-3))
+    fine, coarse = (
+        fb.simulate(ROBOT, duration=2.0, start=start, step=step) for step in (1e-4, 5e-3)
+    )
     assert len(fine.events) >= 5 and [e[1:] for e in fine.events] == [e[1:] for e in coarse.events]
     assert [e.t for e in coarse.events] == pytest.approx([e.t for e in fine.events], abs=1e-12)
-    wide = fb.simulate(ROBOT, duration=2.0, start=start, step=0.1)  # 0.604 and 0.677 s are in one step
-    assert [e.t for e in wide.events[:3]] == pytest.approx([e.t for e in fine.events[:3]], abs=1e-10)
+    wide = fb.simulate(
+        ROBOT, duration=2.0, start=start, step=0.1
+    )  # 0.604 and 0.677 s are in one step
+    assert [e.t for e in wide.events[:3]] == pytest.approx(
+        [e.t for e in fine.events[:3]], abs=1e-10
+    )
 
 
 def test_four_parallel_bars_are_refused_and_passed_by_nearby():
@@ -286,14 +344,21 @@ def test_four_parallel_bars_are_refused_and_passed_by_nearby():
         run = fb.simulate(robot, duration=10.0, start=start)
         assert np.abs(run.energy / run.energy[0] - 1).max() < 1e-9 and len(run.events) > 5
     flat = bars_rates(robot, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0))
-    with pytest.raises(ArithmeticError, match=r"a step of \d\S* s is too long .*all three are 0 all bars are parallel"):
+    with pytest.raises(
+        ArithmeticError,
+        match=r"a step of \d\S* s is too long .*all three are 0 all bars are parallel",
+    ):
         fb.simulate(robot, duration=1.0, start=flat)
 
 
 def test_a_run_proves_itself():
-    free = fb.simulate(ROBOT, duration=10.0, start=fb.ikm(fb.igm(ROBOT, (0.01, 0.12), (1, -1)), (0.02, -0.30)))
+    free = fb.simulate(
+        ROBOT, duration=10.0, start=fb.ikm(fb.igm(ROBOT, (0.01, 0.12), (1, -1)), (0.02, -0.30))
+    )
     held = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1)
-    slides = fb.simulate(fb.Biglide(), fb.PD(fb.Biglide(), 50, 20), fb.line((0.0, 0.2), (0.05, 0.3), 1.0))
+    slides = fb.simulate(
+        fb.Biglide(), fb.PD(fb.Biglide(), 50, 20), fb.line((0.0, 0.2), (0.05, 0.3), 1.0)
+    )
     for run in (free, held, slides):
         assert run.loop_gap.shape == (len(run.t), 2) and np.abs(run.loop_gap).max() < 1e-15
         turned = run.energy.max() + np.abs(np.diff(run.q, axis=0) * run.tau[:-1]).sum()
@@ -306,4 +371,6 @@ def test_a_plan_of_another_robot_starts_with_its_joints_in_its_assembly_mode():
     longer = fb.FiveBar(l12=0.092)
     run = fb.simulate(longer, fb.FeedForward(longer, 1.0, 0.1), plan, duration=0.01)
     np.testing.assert_allclose(run.q[0], first.q, atol=1e-12)
-    np.testing.assert_allclose(run.xi[0], fb.dgm(longer, first.q, int(first.assembly)).xi, atol=1e-12)
+    np.testing.assert_allclose(
+        run.xi[0], fb.dgm(longer, first.q, int(first.assembly)).xi, atol=1e-12
+    )

@@ -77,7 +77,10 @@ def robots(family):
 def det_a(robot, x, y, working):
     """Of poses by working modes, nan out of reach: elbows by the cosine rule, the cross product of the distal bars."""
     distal = []
-    for side, l1, l2, mode in ((-0.5, robot.l11, robot.l12, working[0]), (0.5, robot.l21, robot.l22, working[1])):
+    for side, l1, l2, mode in (
+        (-0.5, robot.l11, robot.l12, working[0]),
+        (0.5, robot.l21, robot.l22, working[1]),
+    ):
         away = x - side * robot.d + 1j * y
         reach = np.abs(away)
         cosine = (l1 * l1 + reach * reach - l2 * l2) / (2 * l1 * reach)
@@ -134,6 +137,8 @@ def test_no_part_is_lost_and_none_is_two(family):
         for working in MODES:
             values = det_a(robot, x[:, None], y[None, :], working)
             for assembly in (1, -1):
-                own = [part for part in found if (part.working, part.assembly) == (working, assembly)]
+                own = [
+                    part for part in found if (part.working, part.assembly) == (working, assembly)
+                ]
                 what = robot, working, assembly
                 agree(own, -assembly * values > 1e-9, x, y, step, what, not parallel_touch(robot))

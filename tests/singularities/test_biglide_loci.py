@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar import cli
-from fivebar.visualization.plot.maps import singularity_map as picture
 from fivebar.singularities.maps import Map
 from fivebar.singularities.margins import Singularity
+from fivebar.visualization.plot.maps import singularity_map as picture
 from tests.models.test_biglide import LAB, MODES, UNEQUAL
 
 LONG = fb.Biglide(l1=0.9, l2=0.3)  # folded bars are parallel too
@@ -26,7 +26,11 @@ def slides(request):
 
 def lines(robot, mode, kind):
     """x of the lines of a type that are active in a working mode."""
-    return sorted(p.points[0, 0] for p in fb.singularity_loci(robot).task if p.type == kind and mode in p.working)
+    return sorted(
+        p.points[0, 0]
+        for p in fb.singularity_loci(robot).task
+        if p.type == kind and mode in p.working
+    )
 
 
 def test_the_labs_lines():
@@ -38,9 +42,14 @@ def test_the_labs_lines():
     (stretched,) = (p for p in loci.task if p.kind == "stretched")
     assert set(stretched.working) == {(1, -1), (-1, 1)}
     rise = np.sqrt((2 * LAB.l1) ** 2 - 0.4**2)
-    shifts = sorted(float(np.diff(p.at(3.0))[0]) for p in loci.joint if p.type == Singularity.PARALLEL)
+    shifts = sorted(
+        float(np.diff(p.at(3.0))[0]) for p in loci.joint if p.type == Singularity.PARALLEL
+    )
     assert shifts == pytest.approx([-rise, rise], abs=1e-15)
-    assert all(p.unbounded and not p.closed and p.interval == (-np.inf, np.inf) for p in loci.task + loci.joint)
+    assert all(
+        p.unbounded and not p.closed and p.interval == (-np.inf, np.inf)
+        for p in loci.task + loci.joint
+    )
     assert loci.everywhere == () and len(loci.type3.xi) == 0
 
 
@@ -54,7 +63,11 @@ def test_det_a_and_b_vanish_on_the_lines_and_nowhere_else(slides, mode):
     changes = np.flatnonzero(det[1:] * det[:-1] < 0) + 1
     step = x[1] - x[0]
     zeros = sorted([*x[changes], *x[1:-1][det == 0]])
-    wanted = [line for line in lines(slides, mode, Singularity.PARALLEL) if low + 2 * step < line < high - 2 * step]
+    wanted = [
+        line
+        for line in lines(slides, mode, Singularity.PARALLEL)
+        if low + 2 * step < line < high - 2 * step
+    ]
     assert len(zeros) == len(wanted) and np.abs(np.array(zeros) - wanted).max(initial=0) <= step
     # Type 1: both ends of what is reached, and b keeps its sign between them.
     serial = np.array(lines(slides, mode, Singularity.SERIAL))
@@ -71,23 +84,38 @@ def test_joint_space(slides, assembly):
     loci = fb.singularity_loci(slides)
     reach = slides.l1 + slides.l2
     shift = np.linspace(-reach, reach, 40001)
-    pose = fb.dgm(slides, np.stack([np.full(len(shift), 0.3), 0.3 + shift], axis=1), assembly, unreachable="nan")
+    pose = fb.dgm(
+        slides,
+        np.stack([np.full(len(shift), 0.3), 0.3 + shift], axis=1),
+        assembly,
+        unreachable="nan",
+    )
     step, closes = shift[1] - shift[0], np.isfinite(pose.xi[:, 0])
     for leg, side in enumerate(("left", "right")):
         b = pose.B[:, leg, leg]
         with np.errstate(invalid="ignore"):
             zeros = shift[1:][b[1:] * b[:-1] < 0]
         wanted = sorted(
-            float(np.diff(p.points[0])[0]) for p in loci.joint if p.kind.startswith(side) and assembly in p.assembly
+            float(np.diff(p.points[0])[0])
+            for p in loci.joint
+            if p.kind.startswith(side) and assembly in p.assembly
         )
         assert len(zeros) == len(wanted) and np.abs(zeros - wanted).max(initial=0) <= step
     ends = shift[1:][closes[1:] != closes[:-1]]
-    parallel = sorted({round(float(np.diff(p.points[0])[0]), 12) for p in loci.joint if p.type == Singularity.PARALLEL})
+    parallel = sorted(
+        {
+            round(float(np.diff(p.points[0])[0]), 12)
+            for p in loci.joint
+            if p.type == Singularity.PARALLEL
+        }
+    )
     assert len(ends) == len(parallel) and np.abs(ends - parallel).max() <= step
     for piece in loci.joint:
         for mode in (m for m in piece.assembly if m == assembly):
             q = piece.at(np.array([-2.0, 0.4]))
-            inward = {"stretched": -1e-13, "folded": 1e-13}.get(piece.kind, 0.0) * np.sign(np.diff(q))
+            inward = {"stretched": -1e-13, "folded": 1e-13}.get(piece.kind, 0.0) * np.sign(
+                np.diff(q)
+            )
             pose = fb.dgm(slides, q + [0, 1] * inward, mode)
             assert (fb.singularity(pose, tol=2e-6) == piece.type).all()
             if piece.type == Singularity.SERIAL:  # the other leg tells the working mode
@@ -109,24 +137,33 @@ def test_distance(l1, l2, d, x, y, mode):
     assert distance == pytest.approx(min(away.values()), abs=1e-15)
     assert any(p.type == kind and abs(away[p.kind] - distance) < 1e-15 for p in pieces)
     own, _ = fb.locus_distance(robot, [(x, y)], working=mode)
-    assert own[0] == pytest.approx(min(away[p.kind] for p in pieces if mode in p.working), abs=1e-15)
+    assert own[0] == pytest.approx(
+        min(away[p.kind] for p in pieces if mode in p.working), abs=1e-15
+    )
 
 
 def test_degenerate_robots():
     coaxial = fb.Biglide(d=0.0)
     loci = fb.singularity_loci(coaxial)
     assert loci.everywhere == ((1, 1), (-1, -1))
-    assert fb.locus_distance(coaxial, [(0.1, 3.0), (1.0, 0.0)])[0].tolist() == [0.0, pytest.approx(1 - LAB.l1)]
+    assert fb.locus_distance(coaxial, [(0.1, 3.0), (1.0, 0.0)])[0].tolist() == [
+        0.0,
+        pytest.approx(1 - LAB.l1),
+    ]
     assert fb.igm(coaxial, (0.1, 0.0)).assembly == 0
     assert [p.kind for p in loci.joint if p.working == loci.everywhere] == ["self-motion"]
     stiff = fb.Biglide(l1=0.25, l2=0.35, d=0.6)  # reaches one line only, always of Type 3
     task = fb.singularity_loci(stiff).task
-    assert {int(p.type) for p in task} == {3} and all(p.points[0, 0] == pytest.approx(-0.05) for p in task)
+    assert {int(p.type) for p in task} == {3} and all(
+        p.points[0, 0] == pytest.approx(-0.05) for p in task
+    )
 
 
 def test_aspects_are_refused_with_the_reason():
     for call in (fb.aspects, lambda robot: fb.aspect(robot, 1)):
-        with pytest.raises(ValueError, match="guides of a biglide have no ends.*need strokes of the feet"):
+        with pytest.raises(
+            ValueError, match="guides of a biglide have no ends.*need strokes of the feet"
+        ):
             call(LAB)
 
 
@@ -143,9 +180,14 @@ def test_map(slides, space, tmp_path):
             wanted = lines(slides, mode, Singularity.PARALLEL)
             near = [np.abs(np.array(wanted) - zero).min() for zero in zeros]
             assert max(near, default=0) <= data.x[1] - data.x[0]
-            assert np.array_equal(layer, np.broadcast_to(row, layer.shape), equal_nan=True)  # the same for every y
+            assert np.array_equal(
+                layer, np.broadcast_to(row, layer.shape), equal_nan=True
+            )  # the same for every y
         else:
-            assert np.nanmax(-mode * -np.sign(row)) <= 1 and (np.sign(row[np.isfinite(row)]) == -mode).all()
+            assert (
+                np.nanmax(-mode * -np.sign(row)) <= 1
+                and (np.sign(row[np.isfinite(row)]) == -mode).all()
+            )
     data.to_npz(tmp_path / "map.npz")
     again = Map.from_npz(tmp_path / "map.npz")
     assert again.robot == slides and np.array_equal(again.values, data.values, equal_nan=True)
@@ -160,7 +202,10 @@ def test_map(slides, space, tmp_path):
         if space == "task":
             wanted = [piece.points[0, 0] for piece in loci.task if mode in piece.working]
             found = [points[0, 0] for points in drawn]
-            assert all(points[0, 1] <= data.y[0] + 1e-9 and points[-1, 1] >= data.y[-1] - 1e-9 for points in drawn)
+            assert all(
+                points[0, 1] <= data.y[0] + 1e-9 and points[-1, 1] >= data.y[-1] - 1e-9
+                for points in drawn
+            )
         else:
             wanted = [np.diff(piece.points[0])[0] for piece in loci.joint if mode in piece.assembly]
             found = [np.diff(points[0])[0] for points in drawn]
@@ -172,12 +217,18 @@ def test_map(slides, space, tmp_path):
 def test_lines_have_their_direction_as_tangent():
     for locus in (*fb.singularity_loci(LAB).task, *fb.singularity_loci(LAB).joint):
         s = np.array([-3, 0, 2])
-        np.testing.assert_allclose(locus.tangent(s), locus.at(s + 0.5) - locus.at(s - 0.5), rtol=0, atol=1e-15)
+        np.testing.assert_allclose(
+            locus.tangent(s), locus.at(s + 0.5) - locus.at(s - 0.5), rtol=0, atol=1e-15
+        )
 
 
 def test_fields_are_named_in_the_robots_words():
-    assert fb.singularity_map(LAB, "serial_left", shape=(9, 9)).description.startswith("sin phi1, signed")
-    assert fb.singularity_map(fb.FiveBar(), "serial_left", shape=(9, 9)).description.startswith("sin q12, signed")
+    assert fb.singularity_map(LAB, "serial_left", shape=(9, 9)).description.startswith(
+        "sin phi1, signed"
+    )
+    assert fb.singularity_map(fb.FiveBar(), "serial_left", shape=(9, 9)).description.startswith(
+        "sin q12, signed"
+    )
     with pytest.raises(
         ValueError,
         match="none of 9 x 9 nodes .*1, 2, 0, 1.* m is in .*strip without ends of x from -0.0828427 to 0.0828427 m",
@@ -202,27 +253,41 @@ def test_check_path():
     free = fb.check_path(LAB, across)
     assert free.singularity_free and free.min_margin == pytest.approx(
         min(
-            np.abs(np.stack([*fb.igm(LAB, across(np.array([t]))[0]).B.diagonal(axis1=1, axis2=2)])).min()
+            np.abs(
+                np.stack([*fb.igm(LAB, across(np.array([t]))[0]).B.diagonal(axis1=1, axis2=2)])
+            ).min()
             for t in (0, 2)
         )
     )
     check = fb.check_path(LAB, across, (-1, 1))
-    assert (check.type, check.touching, check.criterion_holds) == (Singularity.PARALLEL, False, True)
+    assert (check.type, check.touching, check.criterion_holds) == (
+        Singularity.PARALLEL,
+        False,
+        True,
+    )
     assert check.time == pytest.approx(1.0, abs=1e-12)  # the quintic's acceleration is 0 half-way
     skew = fb.check_path(LAB, fb.line((0.06, 0.1), (-0.02, 0.5), 2.0), (-1, 1))
-    pose, (_, _, xi_ddot) = skew.pose, fb.line((0.06, 0.1), (-0.02, 0.5), 2.0)(np.array([skew.time]))
+    pose, (_, _, xi_ddot) = (
+        skew.pose,
+        fb.line((0.06, 0.1), (-0.02, 0.5), 2.0)(np.array([skew.time])),
+    )
     free = np.array([-pose.A[0, 1], pose.A[0, 0]])
     assert pose.xi[0] == pytest.approx(0, abs=1e-14) and not skew.criterion_holds
     assert skew.criterion == pytest.approx(LAB.m * free @ xi_ddot[0], rel=1e-9)
     out = fb.check_path(LAB, fb.line((0.0, 0.0), (0.2, 0.1), 1.0))
     assert not out.reachable and out.type == Singularity.SERIAL
-    assert fb.line((0.0, 0.0), (0.2, 0.1), 1.0)(out.leaves)[0][0] == pytest.approx(LAB.l1 - 0.2, abs=1e-12)
+    assert fb.line((0.0, 0.0), (0.2, 0.1), 1.0)(out.leaves)[0][0] == pytest.approx(
+        LAB.l1 - 0.2, abs=1e-12
+    )
 
 
 def test_on_the_command_line(tmp_path, capsys):
     robot = ["--robot", "biglide", "--nodes", "41", "--out", str(tmp_path / "map.png")]
     path = tmp_path / "path.csv"
-    path.write_text("t,x,y\n" + "".join(f"{t},{0.05 - 0.05 * t},{0.2 + 0.1 * t}\n" for t in np.linspace(0, 2, 9)))
+    path.write_text(
+        "t,x,y\n"
+        + "".join(f"{t},{0.05 - 0.05 * t},{0.2 + 0.1 * t}\n" for t in np.linspace(0, 2, 9))
+    )
     assert cli.main(["map", *robot, "--path", str(path), "--data", str(tmp_path / "map.csv")]) == 0
     out, err = capsys.readouterr()
     assert "path in working mode -+: crosses Type 2 at t = 1" in out and "aspect" not in out
@@ -248,13 +313,21 @@ def test_singular_poses_close(slides):
         assert (abs(u1), abs(u2)) == pytest.approx((1, 1), abs=1e-15)
         x = -slides.d / 2 + slides.l1 * u1.real
         assert slides.d / 2 + slides.l2 * u2.real == pytest.approx(x, abs=1e-15)
-        assert [p.points[0, 0] for p in loci.task if p.kind == kind] == pytest.approx([x], abs=1e-15)
-        shift = slides.l1 * u1.imag - slides.l2 * u2.imag
-        assert any(np.diff(p.points[0])[0] == pytest.approx(shift, abs=1e-15) for p in loci.joint if p.kind == kind)
-        across = own == Singularity.PARALLEL
-        assert ((u1.conjugate() * u2).imag if across else min(abs(u1.imag), abs(u2.imag))) == pytest.approx(
-            0, abs=1e-15
+        assert [p.points[0, 0] for p in loci.task if p.kind == kind] == pytest.approx(
+            [x], abs=1e-15
         )
+        shift = slides.l1 * u1.imag - slides.l2 * u2.imag
+        assert any(
+            np.diff(p.points[0])[0] == pytest.approx(shift, abs=1e-15)
+            for p in loci.joint
+            if p.kind == kind
+        )
+        across = own == Singularity.PARALLEL
+        assert (
+            (u1.conjugate() * u2).imag if across else min(abs(u1.imag), abs(u2.imag))
+        ) == pytest.approx(0, abs=1e-15)
     for piece in (*loci.task, *loci.joint):
-        assert piece.closed is False and piece.points.tolist() == piece.at(piece.parameters).tolist()
+        assert (
+            piece.closed is False and piece.points.tolist() == piece.at(piece.parameters).tolist()
+        )
         assert piece.parameters.tolist() == [-(slides.l1 + slides.l2), slides.l1 + slides.l2]

@@ -13,9 +13,16 @@ CHAINS = {
     "grashof": [*permutations((1.0, 2.1, 2.9, 3.3))],
     "not grashof": [*permutations((1.0, 1.7, 2.2, 3.3))],
     "change point": [*permutations((0.1, 0.2, 0.3, 0.4))],
-    "nearly": [*permutations((0.1, 0.2, 0.3, 0.4 + 1e-12))][::2] + [*permutations((0.1, 0.2, 0.3, 0.4 - 1e-12))][::2],
-    "two equal": [*sorted({*permutations((0.1, 0.1, 0.3, 0.3))}), *sorted({*permutations((0.3, 0.3, 0.4, 0.1))})],
-    "three equal": [*sorted({*permutations((0.2, 0.2, 0.2, 0.1))}), *sorted({*permutations((0.2, 0.2, 0.2, 0.5))})],
+    "nearly": [*permutations((0.1, 0.2, 0.3, 0.4 + 1e-12))][::2]
+    + [*permutations((0.1, 0.2, 0.3, 0.4 - 1e-12))][::2],
+    "two equal": [
+        *sorted({*permutations((0.1, 0.1, 0.3, 0.3))}),
+        *sorted({*permutations((0.3, 0.3, 0.4, 0.1))}),
+    ],
+    "three equal": [
+        *sorted({*permutations((0.2, 0.2, 0.2, 0.1))}),
+        *sorted({*permutations((0.2, 0.2, 0.2, 0.5))}),
+    ],
     "rhombus": [(0.3, 0.3, 0.3, 0.3)],
     "scaled": [(1e-4, 1.1e-4, 1.2e-4, 1.3e-4), (100.0, 130.0, 110.0, 120.0)],
     "without a base": [(0.0, 0.3, 0.2, 0.4)],
@@ -44,7 +51,9 @@ SPECIAL = {
     (0.3, 0.3, 0.3, 0.3): [(1, 1, 0), (1, 0, 1), (0, 1, 1)],
     (0.0, 0.3, 0.0, 0.3): [(1, 1, 0)],
     (0.0, 0.3, 0.0, 0.4): [],
-    **dict.fromkeys([(0.0, 0.0, 0.3, 0.3), (0.0, 0.3, 0.3, 0.0), (0.3, 0.0, 0.0, 0.3), (0.3, 0.3, 0.0, 0.0)], []),
+    **dict.fromkeys(
+        [(0.0, 0.0, 0.3, 0.3), (0.0, 0.3, 0.3, 0.0), (0.3, 0.0, 0.0, 0.3), (0.3, 0.3, 0.0, 0.0)], []
+    ),
     (0.3, 0.0, 0.3, 0.0): [],
 }
 
@@ -95,7 +104,9 @@ def residual(sides, directions):
 def test_directions_close_the_chain_and_turn_as_their_rates_say(chains):
     for sides in chains:
         for motion in closures(*sides):
-            t = np.concatenate([np.random.default_rng(1).uniform(0, motion.period, 60), [0.0, motion.period / 2]])
+            t = np.concatenate(
+                [np.random.default_rng(1).uniform(0, motion.period, 60), [0.0, motion.period / 2]]
+            )
             directions, rates = motion(t)
             assert residual(sides, directions).max() < 4e-16
             np.testing.assert_allclose(np.abs(directions), 1, rtol=0, atol=1e-15)
@@ -126,22 +137,34 @@ def test_every_place_of_a_crank_is_passed_as_often_as_its_triangle_closes(chains
                 assert off.min(axis=0).max() < 1e-6 and off.min(axis=1).max() < 1e-6
 
 
-@pytest.mark.parametrize("chains", [*EACH, pytest.param([*SPECIAL, *SPECIAL, *SPECIAL], id="special")])
+@pytest.mark.parametrize(
+    "chains", [*EACH, pytest.param([*SPECIAL, *SPECIAL, *SPECIAL], id="special")]
+)
 def test_a_motion_meets_an_angle_between_coupler_and_crank_wherever_that_passes_it(chains):
-    ways = [(k % 2, np.exp(1j * a)) for k, a in enumerate(np.random.default_rng(6).uniform(-3, 3, 6))]
+    ways = [
+        (k % 2, np.exp(1j * a)) for k, a in enumerate(np.random.default_rng(6).uniform(-3, 3, 6))
+    ]
     for sides in chains[::3]:
         for motion in closures(*sides):
             for (crank, turn), found in zip(ways, motion.meets(ways), strict=True):
-                np.testing.assert_allclose(apart(found), passed(motion, crank, turn), rtol=0, atol=1e-9)
+                np.testing.assert_allclose(
+                    apart(found), passed(motion, crank, turn), rtol=0, atol=1e-9
+                )
                 ends, _ = motion(np.array(found))
                 np.testing.assert_allclose(ends[2] / (ends[crank] * turn), 1, rtol=0, atol=4e-15)
 
 
-@pytest.mark.parametrize("chains", [CHAINS["grashof"], CHAINS["not grashof"], CHAINS["nearly"][::5]])
+@pytest.mark.parametrize(
+    "chains", [CHAINS["grashof"], CHAINS["not grashof"], CHAINS["nearly"][::5]]
+)
 def test_bars_are_in_line_wherever_they_pass_each_other(chains):
     for sides in chains:
         for motion in closures(*sides):
-            wanted = np.sort(np.concatenate([passed(motion, crank, turn) for crank in (0, 1) for turn in (1, -1)]))
+            wanted = np.sort(
+                np.concatenate(
+                    [passed(motion, crank, turn) for crank in (0, 1) for turn in (1, -1)]
+                )
+            )
             np.testing.assert_allclose(apart(motion.aligned), apart(wanted), rtol=0, atol=1e-7)
             (e1, e2, u), _ = motion(np.array(motion.aligned))
             assert np.minimum(np.abs((u / e1).imag), np.abs((u / e2).imag)).max(initial=0) < 1e-14
@@ -153,7 +176,9 @@ def test_bars_of_one_length_meet_where_they_coincide():
         for motion in closures(*sides):
             for crank, turn in product((0, 1), (1.0, -1.0)):
                 (found,) = motion.meets([(crank, turn)])
-                np.testing.assert_allclose(apart(found), passed(motion, crank, turn), rtol=0, atol=1e-9)
+                np.testing.assert_allclose(
+                    apart(found), passed(motion, crank, turn), rtol=0, atol=1e-9
+                )
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 7.3])
@@ -174,7 +199,11 @@ def test_special_chains_are_told_to_rounding(scale):
 
 
 def test_symbols_say_what_numbers_say():
-    for sides in (*CHAINS["change point"][::5], *CHAINS["grashof"][::5], *CHAINS["not grashof"][::5]):
+    for sides in (
+        *CHAINS["change point"][::5],
+        *CHAINS["grashof"][::5],
+        *CHAINS["not grashof"][::5],
+    ):
         for motion in closures(*sides):
             if isinstance(motion, Turning) or motion.mirrored:
                 continue
@@ -188,5 +217,9 @@ def test_symbols_say_what_numbers_say():
             found = casadi.Function("found", [t, slack, span], [parts])
             for at in (0.0, 0.7, 4.0):
                 directions, rates = motion(np.array([at]))
-                wanted = [part for z in directions for part in (z[0].real, z[0].imag)] + [rate[0] for rate in rates]
-                assert found(at, np.ravel(motion.slack), motion.span).full().ravel() == pytest.approx(wanted, abs=1e-13)
+                wanted = [part for z in directions for part in (z[0].real, z[0].imag)] + [
+                    rate[0] for rate in rates
+                ]
+                assert found(
+                    at, np.ravel(motion.slack), motion.span
+                ).full().ravel() == pytest.approx(wanted, abs=1e-13)

@@ -38,7 +38,12 @@ def test_arcs_are_what_the_other_leg_reaches_of_each_circle(name, sin):
     own = LegCircles(robot, sin)
     size, legs = own.scale, ((robot.l11, robot.l12), (robot.l21, robot.l22))
     ring = [[abs(a + side * b * np.exp(1j * np.arcsin(sin))) for side in (-1, 1)] for a, b in legs]
-    assert np.allclose(ring, [[own.radius(leg, side) for side in (-1, 1)] for leg in (0, 1)], rtol=1e-14, atol=1e-17)
+    assert np.allclose(
+        ring,
+        [[own.radius(leg, side) for side in (-1, 1)] for leg in (0, 1)],
+        rtol=1e-14,
+        atol=1e-17,
+    )
     for leg, side in product((0, 1), (1, -1)):
         arcs = [arc for arc in own.pieces if arc.circle == (leg, side)]
         base, other = (-robot.d / 2, robot.d / 2)[:: (1, -1)[leg]]
@@ -50,26 +55,36 @@ def test_arcs_are_what_the_other_leg_reaches_of_each_circle(name, sin):
         reached = (away > inner) & (away < outer)
         clear = np.minimum(np.abs(away - inner), np.abs(away - outer)) > 1e-9 * size
         s = np.angle((z - base) * (1, -1)[leg]) + 2 * np.pi * np.arange(-1, 2)[:, None]
-        within = sum(((arc.interval[0] < s) & (s < arc.interval[1])).sum(axis=0) for arc in arcs) + np.zeros(400)
+        within = sum(
+            ((arc.interval[0] < s) & (s < arc.interval[1])).sum(axis=0) for arc in arcs
+        ) + np.zeros(400)
         if radius > 0:
             np.testing.assert_array_equal(within[clear], reached[clear])
         else:
             assert [arc.interval for arc in arcs] == [(0, 0)] * len(arcs)
             assert len(arcs) == reached.all() or not clear.any()
         for arc in arcs:
-            assert arc.type == (Singularity.NONE if sin else Singularity.SERIAL) and arc.working == MODES
             assert (
-                arc.kind == f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}" and arc.assembly == ()
+                arc.type == (Singularity.NONE if sin else Singularity.SERIAL)
+                and arc.working == MODES
+            )
+            assert (
+                arc.kind == f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
+                and arc.assembly == ()
             )
             t = np.linspace(*arc.interval, 7)
             middle = base + (1, -1)[leg] * radius * np.exp(1j * t)
             np.testing.assert_allclose(arc.at(t) @ (1, 1j), middle, rtol=0, atol=4e-16 * size)
-            np.testing.assert_allclose(arc.tangent(t) @ (1, 1j), 1j * (middle - base), rtol=0, atol=4e-16 * size)
+            np.testing.assert_allclose(
+                arc.tangent(t) @ (1, 1j), 1j * (middle - base), rtol=0, atol=4e-16 * size
+            )
             assert arc.closed == (abs(np.ptp(arc.interval) - 2 * np.pi) < 1e-12)
             assert (len(arc.points) == 1) == (t[0] == t[-1])
             assert bool(arc.vertices) != (arc.closed or len(arc.points) == 1)
             for vertex, t in zip(arc.vertices, arc.interval):
-                assert abs(vertex.z - complex(*arc.at(t))) < 1e-14 * size and len(vertex.circles) == 2
+                assert (
+                    abs(vertex.z - complex(*arc.at(t))) < 1e-14 * size and len(vertex.circles) == 2
+                )
                 for which, reach in vertex.circles:  # the end is on both circles
                     gap = abs(vertex.z - (-1, 1)[which] * robot.d / 2) - ring[which][reach > 0]
                     assert abs(gap) < 1e-14 * size
@@ -78,7 +93,9 @@ def test_arcs_are_what_the_other_leg_reaches_of_each_circle(name, sin):
         lengths = (scale * getattr(robot, side) for side in ("l11", "l12", "l21", "l22", "d"))
         again = LegCircles(fb.FiveBar(*lengths), sin)
         assert [arc.interval for arc in again.pieces] == [arc.interval for arc in own.pieces]
-        assert [(v.z / scale, v.circles) for v in again.touches] == [(v.z, v.circles) for v in own.touches]
+        assert [(v.z / scale, v.circles) for v in again.touches] == [
+            (v.z, v.circles) for v in own.touches
+        ]
     ends = [(vertex, arc.circle) for arc in own.pieces for vertex in arc.vertices]
     for (one, circle), (two, other) in product(ends, ends):
         if circle[0] != other[0] and abs(one.z - two.z) < 1e-9 * size:
@@ -92,7 +109,9 @@ def test_what_only_touches_is_a_point():
         "beyond the other base joint": {(0, 1): [[-0.25, 0]], (1, -1): [[-0.25, 0]]},
     }.items():
         found = {arc.circle: arc.points.tolist() for arc in LegCircles(ROBOTS[name]).pieces}
-        assert found.keys() == wanted.keys() and all(found[k] == pytest.approx(np.array(wanted[k])) for k in found)
+        assert found.keys() == wanted.keys() and all(
+            found[k] == pytest.approx(np.array(wanted[k])) for k in found
+        )
 
 
 def test_a_circle_is_cut_where_it_is_as_far_from_the_other_base_joint():
@@ -108,7 +127,10 @@ def test_a_circle_is_cut_where_it_is_as_far_from_the_other_base_joint():
     for turned in (turn_to, lambda *lengths: float(of_symbols(*lengths))):
         assert turned(0.1 - 1e-17, 0.3, 0.2) == pytest.approx(0, abs=1e-8)
         assert turned(0.5, 0.3, 0.2) == pytest.approx(np.pi, abs=1e-7)
-        assert (turned(0.09, 0.3, 0.2), turned(0.6, 0.3, 0.2)) == (0.0, np.pi)  # of what it does not reach, the nearest
+        assert (turned(0.09, 0.3, 0.2), turned(0.6, 0.3, 0.2)) == (
+            0.0,
+            np.pi,
+        )  # of what it does not reach, the nearest
 
 
 def test_zeros_of_many_functions_are_bracketed_in_few_steps():
@@ -125,7 +147,17 @@ def test_zeros_of_many_functions_are_bracketed_in_few_steps():
     n = 12
     low, high = np.zeros(n), np.ones(n)
     found = rising_zeros(f, low, high, np.full(n, 1e-15))
-    wanted = [0.3, 0.1, 0.9, np.log1p(1e-6) / 20, *[np.nan] * 4, 1 - np.log1p(1e-6) / 20, 0.7, 1e-4 ** (1 / 9), 1e-9]
+    wanted = [
+        0.3,
+        0.1,
+        0.9,
+        np.log1p(1e-6) / 20,
+        *[np.nan] * 4,
+        1 - np.log1p(1e-6) / 20,
+        0.7,
+        1e-4 ** (1 / 9),
+        1e-9,
+    ]
     np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=0)
     assert low.tolist() == [0.0] * n and high.tolist() == [1.0] * n  # as they were given
     assert sum(calls) <= 160  # Illinois: no worse than it has been

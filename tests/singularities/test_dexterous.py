@@ -36,9 +36,12 @@ class Slices:
     def __init__(self, robot, working, assembly, k, s):
         self.robot, self.working, self.assembly, self.k = robot, working, assembly, k
         cosine = mpmath.sqrt(1 - mpmath.mpf(s) ** 2)
-        self.legs = [tuple(map(mpmath.mpf, leg)) for leg in ((robot.l11, robot.l12), (robot.l21, robot.l22))]
+        self.legs = [
+            tuple(map(mpmath.mpf, leg)) for leg in ((robot.l11, robot.l12), (robot.l21, robot.l22))
+        ]
         self.rings = [
-            [mpmath.sqrt(a * a + b * b + 2 * side * a * b * cosine) for side in (-1, 1)] for a, b in self.legs
+            [mpmath.sqrt(a * a + b * b + 2 * side * a * b * cosine) for side in (-1, 1)]
+            for a, b in self.legs
         ]
 
     def room(self, r, angle):
@@ -57,7 +60,8 @@ class Slices:
     def angle(self, r):
         d = mpmath.mpf(self.robot.d)
         low, high = (
-            mpmath.acos(min(max((r * r + d * d - ring * ring) / (2 * r * d), -1), 1)) for ring in self.rings[1]
+            mpmath.acos(min(max((r * r + d * d - ring * ring) / (2 * r * d), -1), 1))
+            for ring in self.rings[1]
         )
         if not low < high:
             return mpmath.mpf(0)
@@ -68,7 +72,9 @@ class Slices:
             )  # finer at its ends
             values = self.rough(float(r), grid)
             step = grid[1] - grid[0]
-            for k in np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1:  # two limits may be nearer than the grid
+            for k in (
+                np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
+            ):  # two limits may be nearer than the grid
                 if abs(values[k]) < 0.02:
                     sign = -np.sign(values[k + 1] - values[k])
                     best = minimize_scalar(
@@ -79,7 +85,9 @@ class Slices:
             values = self.rough(float(r), grid)
             limits = [a]
             for k in np.flatnonzero(values[:-1] * values[1:] < 0):
-                own = mpmath.findroot(lambda t: self.room(r, t), (grid[k], grid[k + 1]), solver="anderson", tol=1e-30)
+                own = mpmath.findroot(
+                    lambda t: self.room(r, t), (grid[k], grid[k + 1]), solver="anderson", tol=1e-30
+                )
                 limits.append(own)
             limits.append(b)
             # On either side of a limit the sign is another.
@@ -93,13 +101,17 @@ class Slices:
         """cuts: distances at which a boundary ends or turns back, to which limits of the angle may be as the root."""
         (inner, outer), d = self.rings[0], mpmath.mpf(self.robot.d)
         turns = [abs(d + side * ring) for ring in self.rings[1] for side in (1, -1)]
-        cuts = sorted(c for c in [*map(mpmath.mpf, cuts), *turns] if inner + 1e-9 < c < outer - 1e-9)
+        cuts = sorted(
+            c for c in [*map(mpmath.mpf, cuts), *turns] if inner + 1e-9 < c < outer - 1e-9
+        )
         result = mpmath.mpf(0)
         for low, high in zip([inner, *cuts], [*cuts, outer]):
             for x, weight in zip(*np.polynomial.legendre.leggauss(28)):
                 u = (1 + mpmath.mpf(x)) * mpmath.pi / 4
                 r = low + (high - low) * mpmath.sin(u) ** 2
-                result += weight * r * self.angle(r) * (high - low) * mpmath.sin(2 * u) * mpmath.pi / 4
+                result += (
+                    weight * r * self.angle(r) * (high - low) * mpmath.sin(2 * u) * mpmath.pi / 4
+                )
         return result
 
 
@@ -117,7 +129,11 @@ def cuts(found, base):
             for _ in range(60):
                 middle = (low + high) / 2
                 on, along = arc.curve(middle)
-                low, high = (middle, high) if ((on - base) * along.conjugate()).real * slope[k] > 0 else (low, middle)
+                low, high = (
+                    (middle, high)
+                    if ((on - base) * along.conjugate()).real * slope[k] > 0
+                    else (low, middle)
+                )
             own.append(abs(arc.at(low) - base))
     own = np.sort(own)
     return own[np.diff(own, prepend=-1) > 1e-9]
@@ -137,19 +153,28 @@ def test_areas_are_those_of_slices(name, k, s, working):
         assert total(found, working, assembly) == pytest.approx(area, rel=1e-12, abs=0)
 
 
-@pytest.mark.parametrize("name, k, s", [("amoro", 0.3, 0.2), ("unequal", 0.1, 0.0), ("change point", 0.0, 0.3)])
+@pytest.mark.parametrize(
+    "name, k, s", [("amoro", 0.3, 0.2), ("unequal", 0.1, 0.0), ("change point", 0.0, 0.3)]
+)
 def test_areas_are_those_of_a_monte_carlo(name, k, s):
     robot, rng = ROBOTS[name], np.random.default_rng(8)
     found = dexterous(robot, k, s)
     half = robot.l11 + robot.l12, robot.l21 + robot.l22
-    low, high = np.array([-robot.d / 2 - half[0], -min(half)]), np.array([robot.d / 2 + half[1], min(half)])
+    low, high = (
+        np.array([-robot.d / 2 - half[0], -min(half)]),
+        np.array([robot.d / 2 + half[1], min(half)]),
+    )
     hits, chunk = {}, 10**6
     for _ in range(SAMPLES // chunk):
         x, y = rng.uniform(low, high, (chunk, 2)).T
         squares = [(x + side * robot.d / 2) ** 2 + y * y for side in (1, -1)]
         legs = (robot.l11, robot.l12), (robot.l21, robot.l22)
         kept = np.all(
-            [1 - ((r - a * a - b * b) / (2 * a * b)) ** 2 >= s * s for r, (a, b) in zip(squares, legs)], axis=0
+            [
+                1 - ((r - a * a - b * b) / (2 * a * b)) ** 2 >= s * s
+                for r, (a, b) in zip(squares, legs)
+            ],
+            axis=0,
         )
         for working in MODES[:2]:
             values = det_a(robot, x[kept], y[kept], working)
@@ -184,9 +209,13 @@ def test_rings_of_coaxial_motors_in_closed_form():
     for working in MODES:
         values = det_a(robot, r, np.zeros(len(r)), working)
         for l1, l2 in ((robot.l11, robot.l12), (robot.l21, robot.l22)):
-            values = np.where(1 - ((r * r - l1 * l1 - l2 * l2) / (2 * l1 * l2)) ** 2 >= s * s, values, np.nan)
+            values = np.where(
+                1 - ((r * r - l1 * l1 - l2 * l2) / (2 * l1 * l2)) ** 2 >= s * s, values, np.nan
+            )
         for assembly in (1, -1):
-            own = [p for p in dexterous(robot, k, s) if (p.working, p.assembly) == (working, assembly)]
+            own = [
+                p for p in dexterous(robot, k, s) if (p.working, p.assembly) == (working, assembly)
+            ]
             inside = -assembly * values >= k
             edges = np.flatnonzero(np.diff(inside.astype(int)))
             radii = (r[edges] + r[edges + 1]) / 2
@@ -223,9 +252,17 @@ def test_boundaries_are_where_a_margin_is_met():
         for part in dexterous(robot, 0.35, 0.15):
             for arc in (arc for loop in part.boundary for arc in loop):
                 z = arc.at(arc.start + np.array([0.1, 0.5, 0.9]) * (arc.end - arc.start))
-                margins = fb.singularity_margins(fb.igm(robot, np.stack([z.real, z.imag], axis=-1), part.working))
-                rest = np.concatenate([np.abs(margins.parallel)[:, None] - 0.35, np.abs(margins.serial) - 0.15], axis=1)
-                assert rest.min() > -1e-12 and np.abs(rest).min(axis=1).max() < 1e-12, (name, part.number)
+                margins = fb.singularity_margins(
+                    fb.igm(robot, np.stack([z.real, z.imag], axis=-1), part.working)
+                )
+                rest = np.concatenate(
+                    [np.abs(margins.parallel)[:, None] - 0.35, np.abs(margins.serial) - 0.15],
+                    axis=1,
+                )
+                assert rest.min() > -1e-12 and np.abs(rest).min(axis=1).max() < 1e-12, (
+                    name,
+                    part.number,
+                )
 
 
 def test_discs_and_rectangles_keep_the_margins():
@@ -234,7 +271,8 @@ def test_discs_and_rectangles_keep_the_margins():
         angle = np.linspace(0, 2 * np.pi, 721)
         rim = disc.center + disc.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         x, y = (
-            np.linspace(*ends, 60) for ends in ((rectangle.x_min, rectangle.x_max), (rectangle.y_min, rectangle.y_max))
+            np.linspace(*ends, 60)
+            for ends in ((rectangle.x_min, rectangle.x_max), (rectangle.y_min, rectangle.y_max))
         )
         sides = np.concatenate(
             [
@@ -245,7 +283,10 @@ def test_discs_and_rectangles_keep_the_margins():
         )
         for points in (rim, sides):
             margins = fb.singularity_margins(fb.igm(part.robot, points, part.working))
-            rest = np.min([np.abs(margins.parallel) - 0.3, *np.moveaxis(np.abs(margins.serial) - 0.2, -1, 0)], axis=0)
+            rest = np.min(
+                [np.abs(margins.parallel) - 0.3, *np.moveaxis(np.abs(margins.serial) - 0.2, -1, 0)],
+                axis=0,
+            )
             assert -1e-9 < rest.min() < 1e-3
 
 

@@ -13,7 +13,14 @@ from scipy.optimize import brentq
 import fivebar as fb
 from fivebar.singularities.dexterous import LEAST
 from fivebar.singularities.locus import MODES
-from tests.singularities.test_aspect_families import FAMILIES, agree, det_a, grid, parallel_touch, robots
+from tests.singularities.test_aspect_families import (
+    FAMILIES,
+    agree,
+    det_a,
+    grid,
+    parallel_touch,
+    robots,
+)
 
 
 def drawn(robot, rng):
@@ -32,7 +39,9 @@ def sine_of_elbows(robot, apart):
 def crossing(robot, rng):
     """A curve passes itself: proximal bars and elbows are in line."""
     signs = rng.choice([-1, 1], 2)
-    return sine_of_elbows(robot, abs(robot.d + signs @ (robot.l11, robot.l21))), rng.choice([0, 0.1, 0.4])
+    return sine_of_elbows(robot, abs(robot.d + signs @ (robot.l11, robot.l21))), rng.choice(
+        [0, 0.1, 0.4]
+    )
 
 
 def touching_circle(robot, rng):
@@ -65,7 +74,9 @@ def corner(robot, rng):
     return (k if 0 <= k <= 1 else 0.2), s
 
 
-@pytest.mark.parametrize("margins", [drawn, crossing, touching_circle, corner], ids=lambda each: each.__name__)
+@pytest.mark.parametrize(
+    "margins", [drawn, crossing, touching_circle, corner], ids=lambda each: each.__name__
+)
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
 def test_regions_are_those_of_a_flood_fill(family, margins):
     rng = np.random.default_rng(sum(map(ord, family.__name__ + margins.__name__)))
@@ -80,6 +91,11 @@ def test_regions_are_those_of_a_flood_fill(family, margins):
         for working in MODES:
             values = det_a(robot, x[:, None], y, working)
             for assembly in (1, -1):
-                own = [part for part in found if (part.working, part.assembly) == (working, assembly)]
-                inside, what = kept & (-assembly * values >= max(k, 1e-9)), (robot, k, s, working, assembly)
+                own = [
+                    part for part in found if (part.working, part.assembly) == (working, assembly)
+                ]
+                inside, what = (
+                    kept & (-assembly * values >= max(k, 1e-9)),
+                    (robot, k, s, working, assembly),
+                )
                 agree(own, inside, x, y, step, what, not parallel_touch(robot))

@@ -15,7 +15,9 @@ ROBOT = fb.FiveBar()
 
 def figure(*loops, punctures=(), **own):
     points = np.array(punctures, dtype=complex)
-    return SimpleNamespace(boundary=loops, punctures=np.stack([points.real, points.imag], axis=-1), **own)
+    return SimpleNamespace(
+        boundary=loops, punctures=np.stack([points.real, points.imag], axis=-1), **own
+    )
 
 
 def test_the_room_of_a_point_is_its_distance_from_all():
@@ -48,9 +50,9 @@ def test_feet_are_what_is_within_and_ends_twice():
     assert {where for *_, arc, where in ((d, a, w) for d, a, w in corner) if arc is None} == {0}
     many = figure(polygon(0, 1, 1 + 1j, 1j), polygon(0.1, 0.9, 0.9 + 0.9j, 0.1 + 0.9j))
     every = [distance for distance, *_ in _feet(many, 0.4 + 0.45j, 2.0, 99)]
-    assert [distance for distance, *_ in _feet(many, 0.4 + 0.45j, 2.0)] == every[:6] == sorted(every)[:6] and len(
+    assert [distance for distance, *_ in _feet(many, 0.4 + 0.45j, 2.0)] == every[:6] == sorted(
         every
-    ) == 8
+    )[:6] and len(every) == 8
 
 
 def test_a_point_as_far_from_all_feet():
@@ -66,8 +68,12 @@ def test_a_point_as_far_from_all_feet():
     assert _equidistant(1.7e-4 + 1.2e-4j, 2.5e-4, tiny) == pytest.approx(2e-4 + 1.5e-4j, abs=1e-16)
     # Between parallel sides it goes across only.
     below, above = polygon(0, 1, 1 + 1j, 1j)[::2]
-    assert _equidistant(0.3 + 0.4j, 0.6, [(below, 0.3), (above, 0.7)]) == pytest.approx(0.3 + 0.5j, abs=1e-9)
-    assert _equidistant(0.02 + 0.4j, 0.6, [(sides[0][0], 0.01), (None, 1j)]) == pytest.approx(0.5j, abs=1e-12)
+    assert _equidistant(0.3 + 0.4j, 0.6, [(below, 0.3), (above, 0.7)]) == pytest.approx(
+        0.3 + 0.5j, abs=1e-9
+    )
+    assert _equidistant(0.02 + 0.4j, 0.6, [(sides[0][0], 0.01), (None, 1j)]) == pytest.approx(
+        0.5j, abs=1e-12
+    )
     assert _equidistant(0.3 + 0.4j, 0.5, [(None, 0j), (None, 1j)]) == pytest.approx(0.5j, abs=1e-12)
     small, large = ellipse(1, 1, 3), ellipse(4, 4)
     found = _equidistant(-1.1 + 0.05j, 3.0, [(large[0], 3.1), (small[0], 3.1)])
@@ -88,7 +94,9 @@ def test_polished_centres():
     assert _polished(whole, 0.02 + 0.01j) == pytest.approx(0, abs=1e-9)
     holed = figure(polygon(0, 4, 4 + 4j, 4j), punctures=[2 + 2j])
     # As far from two sides and the middle: r = 4 - 2 sqrt(2).
-    assert room_at(holed, _polished(holed, 1.15 + 1.16j)) == pytest.approx(4 - 2 * np.sqrt(2), rel=1e-12)
+    assert room_at(holed, _polished(holed, 1.15 + 1.16j)) == pytest.approx(
+        4 - 2 * np.sqrt(2), rel=1e-12
+    )
 
 
 def test_the_radius_up_to_which_all_is_kept():
@@ -100,9 +108,14 @@ def test_the_radius_up_to_which_all_is_kept():
         for degrees in (0, 10, 90.5, 359.5):
             along = np.exp(1j * np.radians(degrees))
             for part in (0.3, 0.995, 0.002):
-                found = kept(lambda w, along=along, part=part, room=room: (w / along).real < part * room, room)
+                found = kept(
+                    lambda w, along=along, part=part, room=room: (w / along).real < part * room,
+                    room,
+                )
                 assert found == pytest.approx(part * room, rel=1e-9)
-        ring = kept(lambda w, room=room: (np.abs(w) < 0.4 * room) | (np.abs(w) > 0.505 * room), room)
+        ring = kept(
+            lambda w, room=room: (np.abs(w) < 0.4 * room) | (np.abs(w) > 0.505 * room), room
+        )
         assert ring == pytest.approx(0.4 * room, rel=1e-9)
     assert kept(lambda w: np.abs(w) > 1) < 1e-9
 
@@ -118,7 +131,9 @@ def test_a_margin_that_nothing_keeps_is_told():
 def path(*heights):
     """Up and down through heights at even times from 0 to 1, along a polynomial, at x = 0."""
     times = np.linspace(0, 1, len(heights))
-    curve = np.polynomial.Polynomial.fit(times, heights, len(heights) - 1, domain=(-1, 1), window=(-1, 1))
+    curve = np.polynomial.Polynomial.fit(
+        times, heights, len(heights) - 1, domain=(-1, 1), window=(-1, 1)
+    )
     return curve, lambda t: (np.stack([0 * t, curve(t)], axis=-1),)
 
 
@@ -158,13 +173,17 @@ def test_a_graze_between_samples_is_found(count, shift):
             return (np.stack([0 * t, 0.08 + 0.3 * (t - middle) ** 2], axis=-1),)
 
         (graze,) = check(own, times, (0, 1, 0.08 + 1e-8))
-        assert graze.by == pytest.approx(1e-8, rel=1e-6) and graze.worst == pytest.approx(middle, abs=1e-5)
+        assert graze.by == pytest.approx(1e-8, rel=1e-6) and graze.worst == pytest.approx(
+            middle, abs=1e-5
+        )
         assert graze.time == pytest.approx(max(middle - np.sqrt(1e-8 / 0.3), 0), abs=1e-9)
         assert check(own, times, (0, 1, 0.08 - 1e-9)) == ()
 
 
 def test_two_grazes_and_what_is_out_of_reach():
-    curve, own = path(0.09, 0.08, 0.09, 0.08, 0.09)  # two of them, symmetric, the first a little less deep
+    curve, own = path(
+        0.09, 0.08, 0.09, 0.08, 0.09
+    )  # two of them, symmetric, the first a little less deep
     times = np.linspace(0, 1, 24)
 
     def tilted(t):
@@ -178,7 +197,9 @@ def test_two_grazes_and_what_is_out_of_reach():
     assert both.time < 0.5
     # Where the pose is nan nothing is said: from out of reach, at a height of 0.3, down to 0.
     times = np.linspace(0, 1, 101)
-    (low,) = check(lambda t: (np.stack([0 * t, 0.3 - 0.3 * t], axis=-1),), times, (0, 1, -0.05), (0, 1, 0.03))
+    (low,) = check(
+        lambda t: (np.stack([0 * t, 0.3 - 0.3 * t], axis=-1),), times, (0, 1, -0.05), (0, 1, 0.03)
+    )
     assert low[1:] == pytest.approx((0.9, 0.03, 1.0), abs=1e-9)
     # The first pose that there is breaks it already: it begins there.
     keep, own = fb.Keep(det_A=0.9), lambda t: (np.stack([0 * t, 0.3 - 0.3 * t], axis=-1),)

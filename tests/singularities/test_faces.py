@@ -22,7 +22,15 @@ def arc(curve, low, high):
 def ring(center, radius):
     vertex = Vertex(center + radius)
     return [
-        (arc(lambda t: (center + radius * np.exp(1j * t), 1j * radius * np.exp(1j * t)), 0, 2 * np.pi), vertex, vertex)
+        (
+            arc(
+                lambda t: (center + radius * np.exp(1j * t), 1j * radius * np.exp(1j * t)),
+                0,
+                2 * np.pi,
+            ),
+            vertex,
+            vertex,
+        )
     ]
 
 
@@ -35,7 +43,14 @@ def lens(low, high, bulge):
     """An arc of a parabola from one vertex to another."""
     way = high.z - low.z
     return (
-        arc(lambda t: (low.z + way * (t + 4j * bulge * t * (1 - t)), way * (1 + 4j * bulge * (1 - 2 * t))), 0.0, 1.0),
+        arc(
+            lambda t: (
+                low.z + way * (t + 4j * bulge * t * (1 - t)),
+                way * (1 + 4j * bulge * (1 - 2 * t)),
+            ),
+            0.0,
+            1.0,
+        ),
         low,
         high,
     )
@@ -79,13 +94,19 @@ def test_arcs_with_one_tangent_at_a_vertex_are_told_apart():
     """Bulges of a chord of 2: 2 / 3 of their height times the chord lies between."""
     low, high = Vertex(-1 + 0j), Vertex(1 + 0j)
     edges = [lens(low, high, bulge) for bulge in (0.2, 0.1, 0.0, -0.05, -0.3)]
-    assert areas(edges) == pytest.approx(sorted(np.array([0.1, 0.1, 0.05, 0.25]) * 2 * 2 * 2 / 3), rel=1e-12)
+    assert areas(edges) == pytest.approx(
+        sorted(np.array([0.1, 0.1, 0.05, 0.25]) * 2 * 2 * 2 / 3), rel=1e-12
+    )
     touching = Vertex(0j)
     circles = []
     for radius in (1.0, 0.5, 0.8, -0.6):  # all touch the y axis in 0
         circles.append(
             (
-                arc(lambda t, r=radius: (r - r * np.exp(1j * t), -1j * r * np.exp(1j * t)), 0, 2 * np.pi),
+                arc(
+                    lambda t, r=radius: (r - r * np.exp(1j * t), -1j * r * np.exp(1j * t)),
+                    0,
+                    2 * np.pi,
+                ),
                 touching,
                 touching,
             )
@@ -100,7 +121,15 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
     assert areas(sliver) == []
     for size in (0.1, 10.0):  # a face is more than 1e-12 of its square
         for share, count in ((3, 1), (1 / 3, 0)):
-            assert len(areas([lens(low, high, share * 1e-12 * size**2 * 3 / 8), lens(low, high, 0.0)], size)) == count
+            assert (
+                len(
+                    areas(
+                        [lens(low, high, share * 1e-12 * size**2 * 3 / 8), lens(low, high, 0.0)],
+                        size,
+                    )
+                )
+                == count
+            )
     edges = [*ring(0, 3), *sliver, *ring(2j, 1e-9)]
     assert areas(edges) == pytest.approx([9 * np.pi], rel=1e-12)
     ((_, loops),) = faces(edges, 10.0)
@@ -114,7 +143,9 @@ def test_slivers_are_no_faces_and_a_small_part_is_a_hole():
         corners = [Vertex(complex(center + 1e-9 * (corner - 1 - 1j))) for corner in (0, 4, 3j)]
         small = []
         for one, other in zip(corners, corners[1:] + corners[:1]):
-            ends = [Vertex(end.z + complex(*draw.normal(scale=1e-15, size=2))) for end in (one, other)]
+            ends = [
+                Vertex(end.z + complex(*draw.normal(scale=1e-15, size=2))) for end in (one, other)
+            ]
             small.append((side(*ends)[0], one, other))
         ((_, (_, (first, second, _))),) = faces([*ring(0, 3), *small], 10.0)
         one, two = first.z[-1] - first.z[0], second.z[-1] - second.z[0]
@@ -138,7 +169,13 @@ def test_a_sliver_whose_sides_rounding_exchanged_is_no_hole(size):
         return arc(curve, 0.0, 1.0), low, high
 
     depth = 5e-13 * size**2 / (0.19 * abs(way) ** 2)
-    edges = [*ring(0, 0.4 * size), lens(low, high, 0.3), lens(low, high, -0.3), lens(low, high, 0.0), dented(depth)]
+    edges = [
+        *ring(0, 0.4 * size),
+        lens(low, high, 0.3),
+        lens(low, high, -0.3),
+        lens(low, high, 0.0),
+        dented(depth),
+    ]
     found = faces(edges, size)
     half = 0.2 * abs(way) ** 2
     assert sorted(area for area, _ in found) == pytest.approx(
@@ -170,7 +207,10 @@ def test_a_locus_that_ends_on_a_circle_does_so_on_the_side_that_its_leg_reaches(
             assert cyclic(by_angle, ahead) == wanted
     # Two arcs of circles of both legs say nothing about it: by angles.
     (other,) = ellipse(2, 2, cuts=(0.1, 0.7), circle=(1, 1))
-    sides = [(circle, polygon(tip, tip * (1 + 0.3 * reach + 0.2j), 0)[0], other.reversed)[k] for k in order]
+    sides = [
+        (circle, polygon(tip, tip * (1 + 0.3 * reach + 0.2j), 0)[0], other.reversed)[k]
+        for k in order
+    ]
     wanted = [ahead, behind, locus] if reach > 0 else [ahead, locus, behind]
     assert cyclic(_around(sides, [0, 1, 2], 1.0), ahead) == wanted
 
@@ -181,7 +221,9 @@ def test_sides_are_told_apart_on_a_circle_of_a_thousandth_of_the_size_or_a_third
     for size, length, above in ((1.0, 1.0, True), (4.0, 1.0, True), (6.0, 1.0, False), (10.0, 1.0, False),
                                 (10.0, 0.014, True), (10.0, 0.019, False)):  # fmt: skip
         sides = [crossing, polygon(0, length, 1j)[0], polygon(0, -1j, 1)[0], polygon(0, 1j, 1)[0]]
-        assert cyclic(_around(sides, [0, 1, 2, 3], size), 2) == ([2, 1, 0, 3] if above else [2, 0, 1, 3])
+        assert cyclic(_around(sides, [0, 1, 2, 3], size), 2) == (
+            [2, 1, 0, 3] if above else [2, 0, 1, 3]
+        )
     assert _around(sides, [1, 0], 1.0) == [1, 0]
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.singularities.aspects import aspects
 from fivebar.constraints.disc import _polished, largest_disc, punctures, room_at
 from fivebar.constraints.rectangle import largest_rectangle
-from fivebar.singularities.regions import roomiest
+from fivebar.singularities.aspects import aspects
+from fivebar.singularities.regions import points_of_largest_clearance
 from tests.helpers import DATA
 
 REFERENCE = json.loads((DATA / "workspace.json").read_text())
@@ -43,7 +43,9 @@ def test_maximum_inscribed_circles_of_liu(found, letter):
     part = next(part for part in in_mode(found[letter], (1, -1)) if part.contains((0, y)))
     center = _polished(part, complex(1e-3, y - 2e-3))
     assert center == pytest.approx(1j * y, abs=1e-9)
-    assert fb.locus_distance(LIU[letter], (center.real, center.imag), (1, -1))[0] == pytest.approx(radius, abs=1e-12)
+    assert fb.locus_distance(LIU[letter], (center.real, center.imag), (1, -1))[0] == pytest.approx(
+        radius, abs=1e-12
+    )
     if letter in "bc":
         assert largest_disc(part).radius == pytest.approx(radius, abs=1e-12)
     else:
@@ -56,22 +58,29 @@ def test_no_point_is_farther_from_the_loci_than_the_disc_center(found, name):
     for part in found[name][: len(found[name]) // 2]:  # the others are their images upside down
         disc = largest_disc(part)
         assert part.contains(disc.center)
-        assert disc.radius == pytest.approx(fb.locus_distance(robot, disc.center, part.working)[0], rel=1e-12)
-        rooms = roomiest(part.boundary, punctures(part), part.area, 4)
+        assert disc.radius == pytest.approx(
+            fb.locus_distance(robot, disc.center, part.working)[0], rel=1e-12
+        )
+        rooms = points_of_largest_clearance(part.boundary, punctures(part), part.area, 4)
         sizes = [room for _, room in rooms]
         assert len(rooms) in (3, 4) and sizes == sorted(sizes, reverse=True)
         assert sizes[0] == pytest.approx(disc.radius, rel=0.01)
         assert all(0.99 * room < room_at(part, z) <= room for z, room in rooms)
-        assert all(abs(z - y) > 0.5 * max(room, own) for (z, room), (y, own) in combinations(rooms, 2))
+        assert all(
+            abs(z - y) > 0.5 * max(room, own) for (z, room), (y, own) in combinations(rooms, 2)
+        )
         outline = part.polygons[0]
         xi = np.random.default_rng(5).uniform(outline.min(axis=0), outline.max(axis=0), (500, 2))
-        xi = np.concatenate([xi, disc.center + disc.radius * np.random.default_rng(6).normal(0, 1e-3, (100, 2))])
+        xi = np.concatenate(
+            [xi, disc.center + disc.radius * np.random.default_rng(6).normal(0, 1e-3, (100, 2))]
+        )
         inside = xi[part.contains(xi)]
         assert fb.locus_distance(robot, inside, part.working)[0].max() <= disc.radius * (1 + 1e-12)
         smaller = largest_disc(part, margin=disc.radius / 4)
         assert smaller.radius == pytest.approx(0.75 * disc.radius, rel=1e-12)
     with pytest.raises(
-        ValueError, match=f"disc in aspect {part.number} keeps a margin of 1 m: its roomiest point is {disc.radius:.6g}"
+        ValueError,
+        match=f"disc in aspect {part.number} keeps a margin of 1 m: its roomiest point is {disc.radius:.6g}",
     ):
         largest_disc(part, margin=1.0)
 
@@ -100,7 +109,7 @@ def test_rectangles_in_which_more_is_kept(found):
     quarter = largest_rectangle(part, keep=fb.Keep(half_planes=[(0, 1, 0), (1, 0, 0)]))
     assert quarter.area == pytest.approx(4.5, rel=1e-8)
     # Bars that touch, on which nothing is known in closed form: kept all over, and on no side any farther.
-    keep = fb.Keep(bars=fb.Bars(0.01, layers=(1, 2, 1, 3)))
+    keep = fb.Keep(bars=fb.LinkCollisions(0.01, layers=(1, 2, 1, 3)))
     part = found["amoro"][0]
     box = largest_rectangle(part, keep=keep)
     borders = np.array([box.x_min, box.x_max, box.y_min, box.y_max])
@@ -108,16 +117,25 @@ def test_rectangles_in_which_more_is_kept(found):
     def kept(borders):
         x, y = (np.linspace(*borders[k : k + 2], 201) for k in (0, 2))
         xi = np.stack(np.meshgrid(x, y), axis=-1)
-        return part.contains(xi).all() and keep.kept(fb.igm(part.robot, xi, part.working, unreachable="nan")).all()
+        return (
+            part.contains(xi).all()
+            and keep.kept(fb.igm(part.robot, xi, part.working, unreachable="nan")).all()
+        )
 
     inwards = np.array([1, -1, 1, -1])
     assert kept(borders + 1e-9 * inwards)
-    assert not any(kept(borders + 1e-9 * inwards - 3e-5 * inwards * (np.arange(4) == k)) for k in range(4))
-    with pytest.raises(ValueError, match="no rectangle in aspect 1 keeps a margin of 0 m: nothing of it is kept"):
+    assert not any(
+        kept(borders + 1e-9 * inwards - 3e-5 * inwards * (np.arange(4) == k)) for k in range(4)
+    )
+    with pytest.raises(
+        ValueError, match="no rectangle in aspect 1 keeps a margin of 0 m: nothing of it is kept"
+    ):
         largest_rectangle(part, keep=fb.Keep(half_planes=[(0, 1, 1.0)]))
 
 
-@pytest.mark.parametrize("name, count, margin", [("amoro", 5, 0.0), ("unequal", 5, 0.0), ("hoang", 1, 0.01)])
+@pytest.mark.parametrize(
+    "name, count, margin", [("amoro", 5, 0.0), ("unequal", 5, 0.0), ("hoang", 1, 0.01)]
+)
 def test_rectangles_are_inside_and_cannot_grow(found, name, count, margin):
     for part in found[name][:count]:  # the others are their images upside down
         box = largest_rectangle(part, margin)
@@ -139,7 +157,9 @@ def _clear(part, borders, margin):
     t = (1 - np.cos(np.linspace(0, np.pi, 1001))) / 2
     x, y = x_min + t * (x_max - x_min), y_min + t * (y_max - y_min)
     sides = [(x, np.full_like(x, y_min)), (x, np.full_like(x, y_max)), (np.full_like(y, x_min), y)]
-    rim = np.concatenate([np.stack(side, axis=-1) for side in (*sides, (np.full_like(y, x_max), y))])
+    rim = np.concatenate(
+        [np.stack(side, axis=-1) for side in (*sides, (np.full_like(y, x_max), y))]
+    )
     if not part.contains(rim).all():
         return False
     return margin == 0 or fb.locus_distance(part.robot, rim, part.working)[0].min() >= margin
@@ -159,7 +179,9 @@ def test_rectangle_between_arcs_that_meet(found):
 def test_random_rectangles_keep_the_margin_and_none_is_larger(seed):
     draw = np.random.default_rng(seed)
     while True:
-        lengths = draw.uniform(0.05, 0.5, 5) if seed % 2 else np.round(draw.uniform(0.05, 0.5, 5), 2)
+        lengths = (
+            draw.uniform(0.05, 0.5, 5) if seed % 2 else np.round(draw.uniform(0.05, 0.5, 5), 2)
+        )
         if seed % 4 == 0:
             lengths[2:4] = lengths[:2]
         try:
@@ -189,11 +211,17 @@ def test_random_rectangles_keep_the_margin_and_none_is_larger(seed):
     for v in starts:
         for _ in range(150):
             sides = np.repeat([v[1] - v[0], v[3] - v[2]], 2)
-            moved = v + (draw.random(4) < 0.5) * draw.normal(0, 1, 4) * sides * 10 ** draw.uniform(-3.5, -0.7)
+            moved = v + (draw.random(4) < 0.5) * draw.normal(0, 1, 4) * sides * 10 ** draw.uniform(
+                -3.5, -0.7
+            )
             overlaps = np.minimum(moved, v)[[1, 3]] > np.maximum(moved, v)[[0, 2]]
             larger = moved[1] > moved[0] and moved[3] > moved[2] and _area(moved) > _area(v)
             # Most are refused by a few of the samples.
-            if overlaps.all() and larger and all(_apart(own, moved).min() >= margin for own in (z[::64], z)):
+            if (
+                overlaps.all()
+                and larger
+                and all(_apart(own, moved).min() >= margin for own in (z[::64], z))
+            ):
                 v = moved
         assert _area(np.array(v) + inwards / 2) <= box.area * (1 + 1e-3)
 

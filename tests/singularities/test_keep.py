@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.link_collisions import apart
-from fivebar.constraints.constraints import off_sides
 from fivebar.constraints.boundaries import walls
+from fivebar.constraints.constraints import off_sides
+from fivebar.constraints.link_collisions import apart
 
 ROBOT = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -25,7 +25,8 @@ def test_segments_against_points_along_them():
         brute = np.abs((a + t * (b - a))[:, None] - (c + t * (d - c))).min()
         found = float(apart(a, b, c, d))
         ends = np.linalg.solve(
-            [[(b - a).real, (c - d).real], [(b - a).imag, (c - d).imag]], [(c - a).real, (c - a).imag]
+            [[(b - a).real, (c - d).real], [(b - a).imag, (c - d).imag]],
+            [(c - a).real, (c - a).imag],
         )
         if ((ends > 0) & (ends < 1)).all():
             assert found < 0
@@ -36,8 +37,15 @@ def test_segments_against_points_along_them():
 @pytest.mark.parametrize("working", [(1, 1), (1, -1)])
 def test_bars_against_the_bars_of_the_pose(working):
     pose = poses(UNEQUAL, 60, working)
-    rooms = fb.Bars((0.01, 0.02, 0.03, 0.04), posts=0.005).rooms(pose)
-    posts = ("12", "left"), ("12", "right"), ("22", "left"), ("22", "right"), ("11", "right"), ("21", "left")
+    rooms = fb.LinkCollisions((0.01, 0.02, 0.03, 0.04), posts=0.005).rooms(pose)
+    posts = (
+        ("12", "left"),
+        ("12", "right"),
+        ("22", "left"),
+        ("22", "right"),
+        ("11", "right"),
+        ("21", "left"),
+    )
     assert set(rooms) == {f"bars {pair}" for pair in ("11 and 21", "11 and 22", "12 and 21")} | {
         f"bar {bar} and the {side} post" for bar, side in posts
     }
@@ -47,15 +55,20 @@ def test_bars_against_the_bars_of_the_pose(working):
     brute = np.abs(left[0][0][:, None] - left[1][0]).min(axis=(0, 1)) - 0.02
     apart_ = brute > 0
     np.testing.assert_allclose(rooms["bars 11 and 21"][apart_], brute[apart_], atol=1e-3)
-    assert set(fb.Bars(0.01, layers=(1, 2, 1, 3)).rooms(pose)) == {"bars 11 and 21"}
-    assert fb.Bars(0.01, layers=(1, 2, 3, 4)).rooms(pose) == {}
+    assert set(fb.LinkCollisions(0.01, layers=(1, 2, 1, 3)).rooms(pose)) == {"bars 11 and 21"}
+    assert fb.LinkCollisions(0.01, layers=(1, 2, 3, 4)).rooms(pose) == {}
 
 
 @pytest.mark.parametrize("robot", [UNEQUAL, fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.0)])
-@pytest.mark.parametrize("layers, post_layers", [((1, 1, 1, 1), 1), ((1, 2, 1, 2), (2, 1)), ((2, 1, 3, 2), 2)])
+@pytest.mark.parametrize(
+    "layers, post_layers", [((1, 1, 1, 1), 1), ((1, 2, 1, 2), (2, 1)), ((2, 1, 3, 2), 2)]
+)
 def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, layers, post_layers):
     widths, t = (0.01, 0.02, 0.03, 0.04), np.linspace(0, 1, 120)
-    bars, layer = fb.Bars(widths, layers, 0.007, post_layers), dict(zip(("11", "12", "21", "22"), layers))
+    bars, layer = (
+        fb.LinkCollisions(widths, layers, 0.007, post_layers),
+        dict(zip(("11", "12", "21", "22"), layers)),
+    )
     half = {bar: width / 2 for bar, width in zip(layer, widths)}
     batch = poses(robot, 12)
     every = bars.rooms(batch)
@@ -65,7 +78,10 @@ def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, lay
         base = {"1": -robot.d / 2, "2": robot.d / 2}
         lengths = {"1": robot.l11, "2": robot.l21}
         elbow = {leg: base[leg] + lengths[leg] * np.exp(1j * q) for leg, q in zip("12", pose.q)}
-        along = {bar: elbow[bar[0]] + t * ((base[bar[0]] if bar[1] == "1" else xi) - elbow[bar[0]]) for bar in layer}
+        along = {
+            bar: elbow[bar[0]] + t * ((base[bar[0]] if bar[1] == "1" else xi) - elbow[bar[0]])
+            for bar in layer
+        }
         expected = {}
         for one, other in (("11", "21"), ("11", "22"), ("12", "21")):
             if layer[one] == layer[other] and not (robot.d == 0 and other + one == "2111"):
@@ -81,7 +97,9 @@ def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, lay
         for name, room in rooms.items():
             crossing = expected[name] - room > 2e-3 and "post" not in name
             assert crossing or float(room) == pytest.approx(expected[name], abs=1.5e-3), name
-        np.testing.assert_allclose(np.ravel(bars.smooth(pose)), list(rooms.values()), rtol=0, atol=2e-9)
+        np.testing.assert_allclose(
+            np.ravel(bars.smooth(pose)), list(rooms.values()), rtol=0, atol=2e-9
+        )
 
 
 def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
@@ -89,42 +107,73 @@ def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
     assert apart(a, b, c, d) == apart(b, a, c, d) == apart(c, d, a, b) == apart(d, c, b, a) == -1
     assert apart(a, b, (c + d) / 4, d) == 0.5
     one = np.complex128(1)
-    assert {float(apart(*each)) for each in ((a, b, one, d), (a, b, d, one), (one, d, a, b), (d, one, a, b))} == {0.0}
+    assert {
+        float(apart(*each))
+        for each in ((a, b, one, d), (a, b, d, one), (one, d, a, b), (d, one, a, b))
+    } == {0.0}
 
 
 def test_rooms_one_by_one():
     """Angles by their full turns, a polygon by angles around a point and by points along its sides."""
-    pose, corners = poses(UNEQUAL), np.array([(10, 0), (10, 15), (5, 5), (0, 15), (-5, 5), (-10, 15), (-10, 0)]) / 100
-    keep = fb.Keep(((-1, 2.5), (0.5, 4)), [(3, 4, 0.1)], corners, det_A=0.3, sin=0.2, bars=fb.Bars(0.01))
+    pose, corners = (
+        poses(UNEQUAL),
+        np.array([(10, 0), (10, 15), (5, 5), (0, 15), (-5, 5), (-10, 15), (-10, 0)]) / 100,
+    )
+    keep = fb.Keep(
+        ((-1, 2.5), (0.5, 4)),
+        [(3, 4, 0.1)],
+        corners,
+        det_A=0.3,
+        sin=0.2,
+        bars=fb.LinkCollisions(0.01),
+    )
     rooms, turns = keep.rooms(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
     for name, q, low, high in (("q11", pose.q[:, 0], -1, 2.5), ("q21", pose.q[:, 1], 0.5, 4)):
         expected = np.minimum(q + turns - low, high - q - turns).max(axis=0)
-        np.testing.assert_allclose(rooms.pop(f"joint limits of {name}"), expected, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(rooms.pop("0.6 x + 0.8 y >= 0.02 m"), pose.xi @ (0.6, 0.8) - 0.02, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(
+            rooms.pop(f"joint limits of {name}"), expected, rtol=0, atol=1e-14
+        )
+    np.testing.assert_allclose(
+        rooms.pop("0.6 x + 0.8 y >= 0.02 m"), pose.xi @ (0.6, 0.8) - 0.02, rtol=0, atol=1e-15
+    )
     away = np.array(corners) @ (1, 1j) - (pose.xi @ (1, 1j))[:, None]
     around = np.angle(np.roll(away, -1, axis=1) / away).sum(axis=1)
     sides = away[..., None] + (np.roll(away, -1, axis=1) - away)[..., None] * np.linspace(0, 1, 501)
     signed = np.abs(sides).min(axis=(1, 2)) * np.where(np.abs(around) > 3, 1, -1)
     points = pose.xi.reshape(15, 20, 2) @ (1, 1j)
-    np.testing.assert_array_equal(rooms["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points))
+    np.testing.assert_array_equal(
+        rooms["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points)
+    )
     np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=2e-4)
     np.testing.assert_array_equal(rooms.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
-    np.testing.assert_array_equal(rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2)
-    assert rooms.keys() == keep.bars.rooms(pose).keys() and fb.Keep().rooms(pose) == {} and fb.Keep().kept(pose).all()
-    np.testing.assert_array_equal(keep.kept(pose), np.min(list(keep.rooms(pose).values()), axis=0) >= 0)
+    np.testing.assert_array_equal(
+        rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2
+    )
+    assert (
+        rooms.keys() == keep.bars.rooms(pose).keys()
+        and fb.Keep().rooms(pose) == {}
+        and fb.Keep().kept(pose).all()
+    )
+    np.testing.assert_array_equal(
+        keep.kept(pose), np.min(list(keep.rooms(pose).values()), axis=0) >= 0
+    )
 
 
 def test_smooth_rooms_one_by_one():
     pose, length = fb.igm(UNEQUAL, (0.03, 0.12), (1, -1)), 0.07
-    keep = fb.Keep((None, (0.5, 4)), [(3, 4, 0.1)], [(0, 0), (0, 1), (2, 0)], bars=fb.Bars(0.01))
+    keep = fb.Keep(
+        (None, (0.5, 4)), [(3, 4, 0.1)], [(0, 0), (0, 1), (2, 0)], bars=fb.LinkCollisions(0.01)
+    )
     (x, y), bars = pose.xi, list(keep.bars.rooms(pose).values())
     planes = (3 * x + 4 * y - 0.1) / 5, x, (2 - x - 2 * y) / np.sqrt(5), y
     expected = [np.cos(pose.q[1] - 2.25) - np.cos(1.75), *np.array([*planes, *bars]) / length]
-    np.testing.assert_allclose([float(each) for each in keep.smooth(pose, length)], expected, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        [float(each) for each in keep.smooth(pose, length)], expected, rtol=0, atol=1e-7
+    )
 
 
 def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
-    parts, bars = fb.aspects(ROBOT), fb.Bars(0.01)
+    parts, bars = fb.aspects(ROBOT), fb.LinkCollisions(0.01)
     crossing = []
     for part in parts:
         centre = fb.igm(ROBOT, fb.largest_disc(part).center, part.working)
@@ -139,9 +188,11 @@ def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
 KEEPS = {
     "half-plane": fb.Keep(half_planes=[(0, 1, 0.02)]),
     "joints": fb.Keep(joints=((-1, 2.5), (0.5, 4))),
-    "polygon": fb.Keep(region=[(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09), (0.08, 0.14), (-0.05, 0.14)]),
+    "polygon": fb.Keep(
+        region=[(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09), (0.08, 0.14), (-0.05, 0.14)]
+    ),
     "margins": fb.Keep(det_A=0.3, sin=0.2),
-    "bars": fb.Keep(bars=fb.Bars(0.01, posts=0.01)),
+    "bars": fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)),
 }
 
 
@@ -151,7 +202,9 @@ def test_discs_keep_it_and_no_point_has_more_room(name):
     for part in (fb.aspect(UNEQUAL, 1), fb.aspect(ROBOT, 4)):
         disc = fb.largest_disc(part, keep=keep)
         angle = np.linspace(0, 2 * np.pi, 500)[:, None]
-        rim = disc.center + disc.radius * (1 - 1e-5) * np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+        rim = disc.center + disc.radius * (1 - 1e-5) * np.concatenate(
+            [np.cos(angle), np.sin(angle)], axis=1
+        )
         assert part.contains(rim).all() and keep.kept(fb.igm(part.robot, rim, part.working)).all()
         outside = disc.center + 1.01 * (rim - disc.center)
         outside = fb.igm(part.robot, outside, part.working, unreachable="nan")
@@ -165,12 +218,18 @@ def test_discs_keep_it_and_no_point_has_more_room(name):
 
 
 def test_bars_touch_all_along_their_walls():
-    keep, number = fb.Keep(bars=fb.Bars(0.01, posts=0.01)), 0
-    assert "half_planes" not in repr(keep) and repr(keep.bars) in repr(keep) and "bars may meet" in repr(fb.Keep())
+    keep, number = fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)), 0
+    assert (
+        "half_planes" not in repr(keep)
+        and repr(keep.bars) in repr(keep)
+        and "bars may meet" in repr(fb.Keep())
+    )
     for arc in walls(UNEQUAL, (1, -1), keep):
         z = arc.at(arc.s[1:-1])
         pose = fb.igm(UNEQUAL, np.stack([z.real, z.imag], axis=-1), (1, -1), unreachable="nan")
-        rooms = np.abs(list(keep.rooms(pose).values()))  # those of one leg may be where the other does not reach
+        rooms = np.abs(
+            list(keep.rooms(pose).values())
+        )  # those of one leg may be where the other does not reach
         assert arc.locus.kind == "bars touch" and np.nanmin(rooms, axis=0).max() < 1e-13
         number += len(z)
     assert number > 300
@@ -197,7 +256,9 @@ def test_rooms_without_kinks_are_those_with(robot):
         np.testing.assert_array_equal((smooth >= 0).all(axis=0), kept)
         if "joints" not in given or not robot.turns:
             rooms = np.min(list(keep.rooms(pose).values()), axis=0)
-            np.testing.assert_allclose(0.07 * smooth.min(axis=0)[kept], rooms[kept], rtol=0, atol=1e-15)
+            np.testing.assert_allclose(
+                0.07 * smooth.min(axis=0)[kept], rooms[kept], rtol=0, atol=1e-15
+            )
     # One that is not convex has no such rooms.
     assert fb.Keep(region=[*corners[:2], (0.0, 0.05), *corners[2:]]).smooth(pose, 1.0) == []
 
@@ -206,7 +267,10 @@ def test_joint_limits_bound_by_exact_arcs():
     keep, part = fb.Keep(joints=((-1.0, 2.5), None)), fb.aspect(ROBOT, 1)
     disc = fb.largest_disc(part, keep=keep)
     elbow = np.array([-0.059, 0.0]) + 0.09 * np.array([np.cos(2.5), np.sin(2.5)])
-    gaps = [fb.locus_distance(ROBOT, disc.center, part.working)[0], abs(np.linalg.norm(disc.center - elbow) - 0.09)]
+    gaps = [
+        fb.locus_distance(ROBOT, disc.center, part.working)[0],
+        abs(np.linalg.norm(disc.center - elbow) - 0.09),
+    ]
     assert min(gaps) == pytest.approx(disc.radius, rel=1e-9)
 
 
@@ -214,17 +278,23 @@ def test_check_path_names_what_is_broken_and_when():
     path = fb.circle((0.0, 0.1), 0.03, 2.0)  # y = 0.1 + 0.03 sin(pi t)
     check = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, 0.08)], det_A=0.05))
     (only,) = check.broken
-    assert only.what == "0 x + 1 y >= 0.08 m" and only.time == pytest.approx(1 + np.arcsin(2 / 3) / np.pi, abs=1e-12)
+    assert only.what == "0 x + 1 y >= 0.08 m" and only.time == pytest.approx(
+        1 + np.arcsin(2 / 3) / np.pi, abs=1e-12
+    )
     assert only.by == pytest.approx(0.01, abs=1e-12) and only.worst == pytest.approx(1.5, abs=1e-5)
     assert check.singularity_free and fb.check_path(ROBOT, path).broken == ()
     low = 0.07 + 1e-9  # a graze between samples
     (graze,) = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, low)])).broken
     assert graze.by == pytest.approx(1e-9, rel=1e-3)
     q = fb.igm(ROBOT, path(np.linspace(0, 2, 20001))[0], (-1, -1)).q[:, 0]
-    (joint,) = fb.check_path(ROBOT, path, keep=fb.Keep(joints=((q.min() - 1, q.max() - 0.01), None))).broken
+    (joint,) = fb.check_path(
+        ROBOT, path, keep=fb.Keep(joints=((q.min() - 1, q.max() - 0.01), None))
+    ).broken
     assert joint.what == "joint limits of q11" and joint.by == pytest.approx(0.01, abs=1e-6)
     crossing = fb.line((0.0, -0.05), (0.0, -0.12), 1.0)
-    broken = fb.check_path(ROBOT, crossing, (1, -1), keep=fb.Keep(bars=fb.Bars(0.004))).broken
+    broken = fb.check_path(
+        ROBOT, crossing, (1, -1), keep=fb.Keep(bars=fb.LinkCollisions(0.004))
+    ).broken
     assert "bars 11 and 21" in {each.what for each in broken}
     biglide = fb.Biglide()
     held = fb.check_path(
@@ -238,8 +308,14 @@ def test_check_path_names_what_is_broken_and_when():
 @pytest.mark.parametrize(
     "given, words",
     [
-        (dict(joints=((1, 0), None)), r"joints of q11 must be \(low, high\), low < high.* apart, not \(1, 0\)"),
-        (dict(joints=((0, 1), (1, 1))), r"joints of q21 must be \(low, high\), low < high.* apart, not \(1, 1\)"),
+        (
+            dict(joints=((1, 0), None)),
+            r"joints of q11 must be \(low, high\), low < high.* apart, not \(1, 0\)",
+        ),
+        (
+            dict(joints=((0, 1), (1, 1))),
+            r"joints of q21 must be \(low, high\), low < high.* apart, not \(1, 1\)",
+        ),
         (dict(joints=(None, "a")), "Keep: joints of q21"),
         (dict(joints=(None,)), r"two ranges \(low, high\) or None, not \(None,\)"),
         (dict(joints=((0, 7), None)), "at most a full turn"),
@@ -248,14 +324,20 @@ def test_check_path_names_what_is_broken_and_when():
         (dict(half_planes="a"), r"half_planes must be a list of \(a, b, c\), not 'a'"),
         (dict(half_planes=["a"]), "Keep: half_planes"),
         (dict(region=["a"]), "Keep: region"),
-        *((dict(half_planes=p), "half_planes must be") for p in ([(0, 0, 1)], [(0, 1)], [0, 1, 1], [[(0, 1, 1)]])),
+        *(
+            (dict(half_planes=p), "half_planes must be")
+            for p in ([(0, 0, 1)], [(0, 1)], [0, 1, 1], [[(0, 1, 1)]])
+        ),
         *((dict(region=r), "corners") for r in ([(0, 0), (1, 1)], [(0, 0, 1)] * 3, [0, 1, 2])),
         (dict(region=[(0, 0), (1, 1), (1, 1), (0, 2)]), "the same corner twice"),
         (dict(region=[(0, 0), (1, 1), (0, 2), (0, 0)]), "the same corner twice"),
         (dict(region=[(0, 0), (1, 1), (1, 0), (0, 1)]), "sides 1 and 3 of the region meet"),
         (dict(region=[(0, 0), (1, 1), (1, -1), (2, 0)]), "sides 2 and 4 of the region meet"),
         (dict(region=[(0, 0), (2, 0), (2, 2), (1, 0)]), "sides 1 and 3 of the region meet"),
-        (dict(region=[(0, 0), (4, 0), (4, 4), (0, 4), (1, -1)]), "sides 1 and 4 of the region meet"),
+        (
+            dict(region=[(0, 0), (4, 0), (4, 4), (0, 4), (1, -1)]),
+            "sides 1 and 4 of the region meet",
+        ),
         (dict(det_A=2), "Keep: det_A must be"),
         (dict(sin=-0.1), "Keep: sin must be"),
         (dict(bars=0.01), "bars must be Bars, not 0.01"),
@@ -267,29 +349,54 @@ def test_what_cannot_be_kept(given, words):
 
 
 def test_what_is_kept_is_told_in_one_way():
-    keep = fb.Keep([[0, 2 * np.pi], None], np.array([(3, 4, 0.1)]), np.array([(0, 0), (1, 0), (0, 1)]), 1, 0.5)
-    assert (keep.joints, keep.region) == (((0.0, 2 * np.pi), None), ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
-    assert keep.half_planes == (pytest.approx((0.6, 0.8, 0.02), abs=1e-15),) and (keep.det_A, keep.sin) == (1.0, 0.5)
-    assert fb.Keep(half_planes=[]).half_planes == () and fb.Keep(((0, 0.5), None)).joints == ((0.0, 0.5), None)
-    bars = fb.Bars(0.01, (1.0, 2, 1, 2), 1, 2.0)
-    assert bars == fb.Bars((0.01,) * 4, (1, 2, 1, 2), 1.0, (2,)) and fb.Bars() == fb.Bars(0, (1,) * 4, 0, (1,))
+    keep = fb.Keep(
+        [[0, 2 * np.pi], None], np.array([(3, 4, 0.1)]), np.array([(0, 0), (1, 0), (0, 1)]), 1, 0.5
+    )
+    assert (keep.joints, keep.region) == (
+        ((0.0, 2 * np.pi), None),
+        ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)),
+    )
+    assert keep.half_planes == (pytest.approx((0.6, 0.8, 0.02), abs=1e-15),) and (
+        keep.det_A,
+        keep.sin,
+    ) == (1.0, 0.5)
+    assert fb.Keep(half_planes=[]).half_planes == () and fb.Keep(((0, 0.5), None)).joints == (
+        (0.0, 0.5),
+        None,
+    )
+    bars = fb.LinkCollisions(0.01, (1.0, 2, 1, 2), 1, 2.0)
+    assert bars == fb.LinkCollisions(
+        (0.01,) * 4, (1, 2, 1, 2), 1.0, (2,)
+    ) and fb.LinkCollisions() == fb.LinkCollisions(0, (1,) * 4, 0, (1,))
     assert all(isinstance(each, int) for each in (*bars.layers, *bars.post_layers))
 
 
 def test_bars_that_are_none():
     for given, words in (
-        (dict(widths=(1, 2)), r"Bars: widths must be four, of the bars 11, 12, 21 and 22, not \(1, 2\)"),
-        (dict(layers=(1, 2, 3)), r"Bars: layers must be four, .*, not \(1, 2, 3\)"),
-        (dict(layers=(1, 2, 1.5, 3)), r"Bars: layers must be whole numbers, not \(1, 2, 1.5, 3\)"),
-        (dict(post_layers=1.5), r"Bars: post_layers must be whole numbers, not 1.5"),
-        (dict(post_layers=[[1]]), r"Bars: post_layers must be whole numbers, not \[\[1\]\]"),
-        (dict(widths=-1), "Bars: widths must be"),
-        (dict(posts=-1), "Bars: posts must be"),
-        *((dict([(name, "a")]), f"Bars: {name}") for name in ("widths", "layers", "posts", "post_layers")),
+        (
+            dict(widths=(1, 2)),
+            r"LinkCollisions: widths must be four, of the bars 11, 12, 21 and 22, not \(1, 2\)",
+        ),
+        (dict(layers=(1, 2, 3)), r"LinkCollisions: layers must be four, .*, not \(1, 2, 3\)"),
+        (
+            dict(layers=(1, 2, 1.5, 3)),
+            r"LinkCollisions: layers must be whole numbers, not \(1, 2, 1.5, 3\)",
+        ),
+        (dict(post_layers=1.5), r"LinkCollisions: post_layers must be whole numbers, not 1.5"),
+        (
+            dict(post_layers=[[1]]),
+            r"LinkCollisions: post_layers must be whole numbers, not \[\[1\]\]",
+        ),
+        (dict(widths=-1), "LinkCollisions: widths must be"),
+        (dict(posts=-1), "LinkCollisions: posts must be"),
+        *(
+            (dict([(name, "a")]), f"LinkCollisions: {name}")
+            for name in ("widths", "layers", "posts", "post_layers")
+        ),
     ):
         with pytest.raises(ValueError, match=words):
-            fb.Bars(**given)
+            fb.LinkCollisions(**given)
     with pytest.raises(TypeError, match="robot of bars must be a FiveBar, not Biglide"):
-        fb.Bars().rooms(fb.igm(fb.Biglide(), (0.0, 0.3)))
+        fb.LinkCollisions().rooms(fb.igm(fb.Biglide(), (0.0, 0.3)))
     with pytest.raises(ValueError, match="nothing of it is kept"):
         fb.largest_disc(fb.aspect(ROBOT, 1), keep=fb.Keep(half_planes=[(0, 1, 1)]))

@@ -42,9 +42,13 @@ def test_chains_close_with_the_angle_that_their_kind_says(name, det_A):
         np.testing.assert_allclose(np.abs([u11, u12, u21, u22]), 1, rtol=0, atol=2e-15)
         word, *sign = kind.split()
         turn = u12.conj() * u22
-        np.testing.assert_allclose(turn.imag, {"+": det_A, "-": -det_A}[sign[0]] if sign else 0, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(
+            turn.imag, {"+": det_A, "-": -det_A}[sign[0]] if sign else 0, rtol=0, atol=1e-15
+        )
         assert (turn.real > 0).all() == (word != "stretched") and bool(sign) == bool(det_A)
-        assert (word == "self-motion") == (not det_A and word != "stretched" and robot.l12 == robot.l22)
+        assert (word == "self-motion") == (
+            not det_A and word != "stretched" and robot.l12 == robot.l22
+        )
 
 
 @pytest.mark.parametrize("det_A", [1e-6, 0.3, 1.0])
@@ -75,7 +79,9 @@ def test_a_robot_that_turns_as_a_whole_with_its_elbows_at_a_limit_has_no_such_cu
             number = sum(kind == "folded +" for kind, _ in curves(robot, det_A).chains)
             assert number == (2 if (det_A > 0.8) == (apart == 0.1) else 0)
     # Folded at the limit all along: Type 2 itself is such a curve.
-    assert [kind for kind, _ in curves(fb.FiveBar(0.1, 0.5, 0.2, 0.2, 0.0), 0.0).chains] == ["folded"]
+    assert [kind for kind, _ in curves(fb.FiveBar(0.1, 0.5, 0.2, 0.2, 0.0), 0.0).chains] == [
+        "folded"
+    ]
 
 
 @pytest.mark.parametrize("det_A, sin", LEVELS)
@@ -84,7 +90,9 @@ def test_pieces_are_where_det_a_is_that_and_end_on_the_circles(name, det_A, sin)
     robot = ROBOTS[name]
     levels = curves(robot, det_A, sin)
     size, bases = levels.circles.scale, (-robot.d / 2, robot.d / 2)
-    corners = {v for arc in levels.circles.pieces for v in arc.vertices} | set(levels.circles.touches)
+    corners = {v for arc in levels.circles.pieces for v in arc.vertices} | set(
+        levels.circles.touches
+    )
     assert set(levels.corners) == corners
     for working in MODES:
         seen = {}
@@ -126,7 +134,9 @@ def test_pieces_are_all_there_is(name, det_A, sin):
     size = levels.circles.scale
     for working in MODES:
         low, high = (
-            rng.uniform(-0.5, 0.5, (40, 1)) * size @ [[1]] + 1j * rng.uniform(-0.5, 0.5, (40, 1)) * size for _ in "ab"
+            rng.uniform(-0.5, 0.5, (40, 1)) * size @ [[1]]
+            + 1j * rng.uniform(-0.5, 0.5, (40, 1)) * size
+            for _ in "ab"
         )
 
         def above(s, working=working, low=low, high=high):
@@ -146,7 +156,9 @@ def test_pieces_are_all_there_is(name, det_A, sin):
             same = above(middle, low=low, high=high)[0] == left
             a, b = np.where(same, middle, a), np.where(same, b, middle)
         z = above(a, low=low, high=high)[1]
-        pieces = [Arc(piece, *piece.interval) for piece in levels.pieces(working) if len(piece.points) > 1]
+        pieces = [
+            Arc(piece, *piece.interval) for piece in levels.pieces(working) if len(piece.points) > 1
+        ]
         if len(z):
             assert np.min([arc.nearest(z)[1] for arc in pieces], axis=0).max() < 1e-9 * size
 
@@ -157,7 +169,11 @@ def test_of_no_det_a_they_are_the_loci_of_type_2(name):
     levels, loci = curves(robot, 0.0), fb.singularity_loci(robot)
 
     def length(pieces):
-        return sum(np.hypot(*np.diff(p.points, axis=0).T).sum() for p in pieces if p.type == Singularity.PARALLEL)
+        return sum(
+            np.hypot(*np.diff(p.points, axis=0).T).sum()
+            for p in pieces
+            if p.type == Singularity.PARALLEL
+        )
 
     for working in MODES:
         own = levels.pieces(working)
@@ -202,7 +218,9 @@ def test_a_circle_that_is_only_touched_cuts_once():
         theta = -1.2 * sign
         tip = l11 * np.exp(1j * u11) + l12 * np.exp(1j * u12) - l22 * np.exp(1j * (u12 + theta))
         u21 = np.angle(tip)
-        robot, z = made_around(u11, u12, u21 if abs(tip) > l21 else u21 + np.pi, u12 + theta, (l11, l12, l21, l22))
+        robot, z = made_around(
+            u11, u12, u21 if abs(tip) > l21 else u21 + np.pi, u12 + theta, (l11, l12, l21, l22)
+        )
         sin = abs(np.sin(turn))
         levels = curves(robot, np.sin(1.2), sin)
         working = 1, 1

@@ -14,19 +14,39 @@ def test_two_cuts_are_one_where_they_touch_or_pass_a_corner():
 
     def one(apart, places, circles=((0, 1), (1, 1)), first=0.3):
         found = [(first, circles[0]), (first + apart, circles[1])]
-        forth, back = (levels._one(found, [0.1j, 0.1j + places * size], k, m, 4.0) for k, m in ((0, 1), (1, 0)))
+        forth, back = (
+            levels._one(found, [0.1j, 0.1j + places * size], k, m, 4.0) for k, m in ((0, 1), (1, 0))
+        )
         assert forth == back
         return forth
 
-    for apart, same in ((0, True), (3e-7, True), (5e-7, False), (2.0, False), (4 - 3e-7, True), (4 - 5e-7, False)):
-        assert one(apart, 0.3, ((1, 1), (1, 1))) == same  # a circle that is touched, over the curve's end too
-    for apart, same in ((0, True), (3e-3, True), (5e-3, False), (2.0, False), (4 - 3e-3, True), (4 - 5e-3, False)):
+    for apart, same in (
+        (0, True),
+        (3e-7, True),
+        (5e-7, False),
+        (2.0, False),
+        (4 - 3e-7, True),
+        (4 - 5e-7, False),
+    ):
+        assert (
+            one(apart, 0.3, ((1, 1), (1, 1))) == same
+        )  # a circle that is touched, over the curve's end too
+    for apart, same in (
+        (0, True),
+        (3e-3, True),
+        (5e-3, False),
+        (2.0, False),
+        (4 - 3e-3, True),
+        (4 - 5e-3, False),
+    ):
         assert one(apart, 0.9 * near) == same and not one(apart, 1.5 * near)
 
 
 def test_a_vertex_is_shared_by_what_ends_within_a_millionth_of_the_size():
     for factor in (1.0, 100.0):
-        levels = curves(fb.FiveBar(*(factor * each for each in (0.12, 0.1, 0.08, 0.15, 0.1))), 0.3, 0.2)
+        levels = curves(
+            fb.FiveBar(*(factor * each for each in (0.12, 0.1, 0.08, 0.15, 0.1))), 0.3, 0.2
+        )
         near = 1e-6 * levels.circles.scale
         corner = next(v for v in levels.corners if len(v.circles) == 2)
         node = levels._vertex("folded +", 0.1j, set())
@@ -34,8 +54,14 @@ def test_a_vertex_is_shared_by_what_ends_within_a_millionth_of_the_size():
         for by in (0.9, -0.9j):
             assert levels._vertex("folded +", node.z + by * near, set()) is node
             assert levels._vertex("any", corner.z + by * near, set(corner.circles)) is corner
-            assert levels._vertex("any", corner.z + by / 0.9 * 1.1 * near, set(corner.circles)) is not corner
-        assert levels._vertex("folded +", node.z + 1.1 * near, set()) is not node and len(levels.nodes["folded +"]) == 2
+            assert (
+                levels._vertex("any", corner.z + by / 0.9 * 1.1 * near, set(corner.circles))
+                is not corner
+            )
+        assert (
+            levels._vertex("folded +", node.z + 1.1 * near, set()) is not node
+            and len(levels.nodes["folded +"]) == 2
+        )
         assert levels._vertex("folded -", node.z, set()) is not node
         lone = levels._vertex("folded +", corner.z, {(0, 1)})
         assert lone.circles == ((0, 1),) and lone.z == corner.z and lone not in levels.corners
@@ -47,7 +73,8 @@ def test_a_corner_where_the_curves_parameter_begins_is_one_cut(more):
     robot, z = made_around(np.arcsin(sin), 0.0, 0.9 + np.arcsin(sin), 0.9, (0.21, 0.17, 0.19, 0.23))
     levels = curves(robot, np.sin(0.9), sin)
     kind, chain = min(
-        (each for each in levels.chains if each[0] == "folded +"), key=lambda each: abs(_nearest(each[1], z)[0])
+        (each for each in levels.chains if each[0] == "folded +"),
+        key=lambda each: abs(_nearest(each[1], z)[0]),
     )
     _, begin = _nearest(chain, z)
     motion = chain.motion

@@ -24,7 +24,10 @@ GENERIC = {
     "tiny distal bar": fb.FiveBar(0.3, 0.25, 0.35, 0.002, 0.2),
     "almost equal distal bars": fb.FiveBar(0.12, 0.1, 0.08, 0.1 + 1e-7, 0.1),
     "almost a change point": fb.FiveBar(0.3, 0.2, 0.25, 0.35 - 1e-7, 0.5),
-    **{name: fb.ROBOTS[name].robot for name in ("hoang-2015", "liu-2006-a", "liu-2006-b", "liu-2006-c", "liu-2006-f")},
+    **{
+        name: fb.ROBOTS[name].robot
+        for name in ("hoang-2015", "liu-2006-a", "liu-2006-b", "liu-2006-c", "liu-2006-f")
+    },
 }
 DEGENERATE = {
     "coaxial": fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0),
@@ -64,8 +67,12 @@ def condition(robot, xi, working):
         (ax, ay), (bx, by) = bars
         return ax * by - ay * bx
 
-    slopes = {name: np.abs(det(given_ | {name: p + 1e-30j}).imag) / 1e-30 for name, p in given_.items()}
-    return sum(slope * np.abs(given_[name]) for name, slope in slopes.items()), np.hypot(slopes["x"], slopes["y"])
+    slopes = {
+        name: np.abs(det(given_ | {name: p + 1e-30j}).imag) / 1e-30 for name, p in given_.items()
+    }
+    return sum(slope * np.abs(given_[name]) for name, slope in slopes.items()), np.hypot(
+        slopes["x"], slopes["y"]
+    )
 
 
 def sign_changes(f, low, high, samples=48):
@@ -108,8 +115,15 @@ def test_sextic(robot):
         # Relative to what is added up, p and q included.
         p_sum = ((x + d / 2) ** 2 + y**2 + robot.l12**2 + robot.l11**2) / (2 * robot.l12)
         q_sum = ((x - d / 2) ** 2 + y**2 + robot.l22**2 + robot.l21**2) / (2 * robot.l22)
-        total = (y * (p_sum + q_sum)) ** 2 + (p_sum * d + (p_sum + q_sum) * np.abs(x + d / 2)) ** 2 + (y * d) ** 2
-        assert (np.abs(residual) <= 1e-12 * total).all(), (locus.kind, np.max(np.abs(residual) / total))
+        total = (
+            (y * (p_sum + q_sum)) ** 2
+            + (p_sum * d + (p_sum + q_sum) * np.abs(x + d / 2)) ** 2
+            + (y * d) ** 2
+        )
+        assert (np.abs(residual) <= 1e-12 * total).all(), (
+            locus.kind,
+            np.max(np.abs(residual) / total),
+        )
 
 
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
@@ -143,7 +157,9 @@ def test_every_type_2_piece_is_one_in_its_modes_and_no_other(robot):
                 # With the pose's own sines far from 0 the modes of both sides are the locus' own.
                 pose = fb.igm(robot, xi[inside], mode)
                 good = np.min(np.abs(pose.sines), axis=0) > 1e-3
-                assert (np.abs(pose.det_A[good]) <= 1e-12 * condition(robot, xi[inside][good], mode)[0]).all()
+                assert (
+                    np.abs(pose.det_A[good]) <= 1e-12 * condition(robot, xi[inside][good], mode)[0]
+                ).all()
             else:
                 assert not changes.any() or np.mean(changes) < 0.2, (locus.kind, mode)
                 assert np.nanmedian(np.abs(det_a(robot, xi, mode))) > 1e-6
@@ -161,7 +177,10 @@ def test_det_a_is_0_on_every_type_2_point(robot):
                     kappa, _ = condition(robot, xi, mode)
                 known = np.isfinite(value) & np.isfinite(kappa)
                 assert known.mean() > 0.9
-                assert (value[known] <= 1e-12 * kappa[known]).all(), (locus.kind, np.max(value[known] / kappa[known]))
+                assert (value[known] <= 1e-12 * kappa[known]).all(), (
+                    locus.kind,
+                    np.max(value[known] / kappa[known]),
+                )
                 if robot in GENERIC.values():
                     assert (np.abs(np.abs(xi[np.isnan(value)]) - (robot.d / 2, 0)) < 1e-12).all()
 
@@ -173,7 +192,9 @@ def test_type_1_circles_are_limits_of_their_leg(robot):
             continue
         assert set(locus.working) == set(MODES)
         leg = 0 if locus.kind.startswith("left") else 1
-        l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[leg]
+        l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[
+            leg
+        ]
         radius = l1 + l2 if "stretched" in locus.kind else abs(l1 - l2)
         xi = interior(locus)
         np.testing.assert_allclose(np.hypot(xi[:, 0] - base, xi[:, 1]), radius, rtol=1e-14)
@@ -204,7 +225,9 @@ def reachable(robot, xi):
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_the_workspace_ends_on_type_1_only(robot):
     points = sign_changes(lambda x: np.where(reachable(robot, x), 1, -1), *segments(robot, 300, 2))
-    circles = [p.points for p in singularity_loci(robot).task if p.kind.startswith(("left", "right"))]
+    circles = [
+        p.points for p in singularity_loci(robot).task if p.kind.startswith(("left", "right"))
+    ]
     if len(points):
         assert polyline_distance(circles, points).max() <= 1e-9 * size_of(robot)
         assert locus_distance(robot, points)[0].max() <= 1e-10 * max(1, size_of(robot))
@@ -220,7 +243,9 @@ def test_joint_space(robot, assembly):
         return fb.dgm(robot, q, mode, unreachable="nan")
 
     def on(pieces, q):
-        return len(q) == 0 or polyline_distance([p.points for p in pieces], q, wrapped).max() <= 1e-9
+        return (
+            len(q) == 0 or polyline_distance([p.points for p in pieces], q, wrapped).max() <= 1e-9
+        )
 
     for leg, name in enumerate(("left", "right")):
         chosen = [p for p in loci if p.kind.startswith(name) and assembly in p.assembly]
@@ -232,11 +257,15 @@ def test_joint_space(robot, assembly):
             assert np.abs(here[good]).max(initial=0) <= 1e-10
             assert np.nanmedian(np.abs(other)) > 1e-9
     chosen = [p for p in loci if p.kind in ("stretched", "folded")]
-    assert on(chosen, sign_changes(lambda q: np.where(np.isnan(pose(q).det_A), -1, 1), low, high, 160))
+    assert on(
+        chosen, sign_changes(lambda q: np.where(np.isnan(pose(q).det_A), -1, 1), low, high, 160)
+    )
     for locus in chosen:
         reach = robot.l12 + robot.l22 if locus.kind == "stretched" else abs(robot.l12 - robot.l22)
         elbows = [d.pivot((np.cos(q), np.sin(q))) for d, q in zip(robot.drives, locus.points.T)]
-        np.testing.assert_allclose(np.hypot(*np.subtract(*elbows)), reach, rtol=0, atol=1e-14 * max(1, size_of(robot)))
+        np.testing.assert_allclose(
+            np.hypot(*np.subtract(*elbows)), reach, rtol=0, atol=1e-14 * max(1, size_of(robot))
+        )
 
 
 @pytest.mark.parametrize("space", ("task", "joint"))
@@ -253,13 +282,17 @@ def test_points(robot, space):
         if locus.closed and space == "task":
             assert abs(np.angle(chord[0] * chord[-1].conj())) < np.radians(1)
             assert (locus.points[0] == locus.points[-1]).all()
-        np.testing.assert_allclose(locus.at(locus.parameters), locus.points, rtol=0, atol=1e-14 * scale)
+        np.testing.assert_allclose(
+            locus.at(locus.parameters), locus.points, rtol=0, atol=1e-14 * scale
+        )
         assert locus.at(locus.interval[0]).shape == (2,)
         if len(locus.points) > 1:
             s, h = np.linspace(*locus.interval, 9)[1:-1], 1e-6 * np.diff(locus.interval)
             slope = (locus.at(s + h) - locus.at(s - h)) / (2 * h)
             tangent = locus.tangent(s)
-            np.testing.assert_allclose(slope, tangent, rtol=0, atol=1e-5 * np.abs(tangent).max() + 1e-9 * scale)
+            np.testing.assert_allclose(
+                slope, tangent, rtol=0, atol=1e-5 * np.abs(tangent).max() + 1e-9 * scale
+            )
             if locus.kind in ("stretched", "folded") and not locus.closed:
                 for point in locus.points[[0, -1]]:
                     ends[tuple(point)] = ends.get(tuple(point), 0) + 1
@@ -274,9 +307,14 @@ def test_type_3_points(robot):
     for xi, q, working in zip(type3.xi, type3.q, type3.working):
         assert 0 in working
         for leg in np.flatnonzero(working == 0):
-            l1, l2, base = ((robot.l11, robot.l12, -robot.d / 2), (robot.l21, robot.l22, robot.d / 2))[leg]
+            l1, l2, base = (
+                (robot.l11, robot.l12, -robot.d / 2),
+                (robot.l21, robot.l22, robot.d / 2),
+            )[leg]
             distance = np.hypot(xi[0] - base, xi[1])
-            assert min(abs(distance - l1 - l2), abs(distance - abs(l1 - l2))) <= 1e-14 * max(1, size_of(robot))
+            assert min(abs(distance - l1 - l2), abs(distance - abs(l1 - l2))) <= 1e-14 * max(
+                1, size_of(robot)
+            )
         elbows = np.array([d.pivot((np.cos(a), np.sin(a))) for d, a in zip(robot.drives, q)])
         (ax, ay), (bx, by) = (xi - elbows) / np.array(robot.distal)[:, None]
         assert abs(ax * by - ay * bx) <= 1e-13
@@ -288,7 +326,9 @@ lengths = st.floats(0.05, 1)
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(lengths, lengths, lengths, lengths, st.just(0.0) | st.floats(1e-12, 1))
 @example(0.90625, 0.21875, 0.140625, 1.0, 0.28125)  # almost a cusp: chords of 1e-7 there
-@example(1.0, 1.0, 1.0, 1.0, 2**-24)  # both legs all but coincide: det A is small everywhere, its rounding is not
+@example(
+    1.0, 1.0, 1.0, 1.0, 2**-24
+)  # both legs all but coincide: det A is small everywhere, its rounding is not
 def test_any_robot(l11, l12, l21, l22, d):
     try:
         robot = fb.FiveBar(l11, l12, l21, l22, d)
@@ -301,9 +341,13 @@ def test_any_robot(l11, l12, l21, l22, d):
         assert np.abs(np.angle(chord[1:] * chord[:-1].conj()))[told].max(initial=0) < np.radians(1)
     for mode in MODES:
         if mode not in loci.everywhere:
-            points = sign_changes(lambda x, mode=mode: det_a(robot, x, mode), *segments(robot, 40, 5))
+            points = sign_changes(
+                lambda x, mode=mode: det_a(robot, x, mode), *segments(robot, 40, 5)
+            )
             if len(points):
-                kappa, slope = condition(robot, points, mode)  # rounding moves a change of sign by kappa eps / slope
+                kappa, slope = condition(
+                    robot, points, mode
+                )  # rounding moves a change of sign by kappa eps / slope
                 distance = locus_distance(robot, points, working=mode)[0]
                 assert (distance * slope <= 1e-10 * slope + 1e-15 * kappa).all()
 

@@ -52,7 +52,12 @@ def test_npz_comes_back(tmp_path):
         data = singularity_map(UNEQUAL, "condition_J", space, shape=(20, 30))
         data.to_npz(tmp_path / "map.npz")
         back = Map.from_npz(tmp_path / "map.npz")
-        assert (back.robot, back.field, back.space, back.modes) == (data.robot, data.field, data.space, data.modes)
+        assert (back.robot, back.field, back.space, back.modes) == (
+            data.robot,
+            data.field,
+            data.space,
+            data.modes,
+        )
         for name in ("x", "y", "values"):
             np.testing.assert_array_equal(getattr(back, name), getattr(data, name))
 
@@ -84,7 +89,9 @@ def test_other_files_are_refused(tmp_path, content):
 def test_a_map_of_another_shape_than_its_grid_is_refused(tmp_path):
     data = singularity_map(UNEQUAL, shape=(4, 5))
     replace(data, values=data.values[:, 1:]).to_npz(tmp_path / "map.npz")
-    with pytest.raises(ValueError, match=r"to_npz: parallel \(4, 4, 4\) on a grid of \(4,\) x \(5,\) nodes"):
+    with pytest.raises(
+        ValueError, match=r"to_npz: parallel \(4, 4, 4\) on a grid of \(4,\) x \(5,\) nodes"
+    ):
         Map.from_npz(tmp_path / "map.npz")
     replace(data, field="none").to_npz(tmp_path / "map.npz")
     with pytest.raises(ValueError, match="to_npz: none "):
@@ -99,13 +106,22 @@ def test_a_page_has_its_path_and_title(tmp_path):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (dict(field="determinant"), "no margin 'determinant': the known ones are parallel, serial_left"),
+        (
+            dict(field="determinant"),
+            "no margin 'determinant': the known ones are parallel, serial_left",
+        ),
         (dict(space="work"), 'must be "task" or "joint"'),
-        (dict(window=(1, 2, 0, 1)), "is in the workspace, which extends over .-0.121, 0.121, -0.170"),
+        (
+            dict(window=(1, 2, 0, 1)),
+            "is in the workspace, which extends over .-0.121, 0.121, -0.170",
+        ),
         (dict(window=(0, 1, 2)), "window must be four numbers"),
         *((dict(window=w), "finite min < max") for w in ((1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 1, 1))),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
-        (dict(window=(-3, -2.9, 0, 0.1), space="joint"), "rad closes: there the elbows are too far apart"),
+        (
+            dict(window=(-3, -2.9, 0, 0.1), space="joint"),
+            "rad closes: there the elbows are too far apart",
+        ),
         (
             dict(window=(-5, 10.01 * 2 * np.pi - 5, -5, 20 * np.pi - 5), space="joint"),
             "10.01 x 10 turns, .* loci 100 times",
@@ -127,7 +143,11 @@ def test_points_are_turned_into_a_window(window):
     """By just those turns that bring one of them into it, of a window of up to a hundred turns."""
     wide = singularity_map(fb.FiveBar(), space="joint", window=window, shape=(9, 5))
     points = np.random.default_rng(3).uniform((-9, -2), (9, 16), (3, 2))
-    shifts = 2 * np.pi * np.stack(np.meshgrid(*[np.arange(-15, 16)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    shifts = (
+        2
+        * np.pi
+        * np.stack(np.meshgrid(*[np.arange(-15, 16)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    )
     low, high = (wide.x[0], wide.y[0]), (wide.x[-1], wide.y[-1])
     # As a box of all points, so that what joins them is drawn too.
     every = points + shifts
@@ -140,7 +160,10 @@ def test_a_map_takes_half_of_the_memory_at_most(monkeypatch):
     memory, few = {"SC_PHYS_PAGES": 16, "SC_PAGE_SIZE": 16}, dict(window=(-0.03, 0.03, 0.08, 0.1))
     monkeypatch.setattr(os, "sysconf", memory.__getitem__)
     assert singularity_map(fb.FiveBar(), **few, shape=(2, 2)).values.shape == (4, 2, 2)
-    with pytest.raises(ValueError, match="2 x 3 nodes in 4 modes needs 1.79e-07 GiB; 50% of this .* are 1.19e-07 GiB"):
+    with pytest.raises(
+        ValueError,
+        match="2 x 3 nodes in 4 modes needs 1.79e-07 GiB; 50% of this .* are 1.19e-07 GiB",
+    ):
         singularity_map(fb.FiveBar(), **few, shape=(2, 3))
     monkeypatch.delattr(os, "sysconf")
     with pytest.raises(ValueError, match="50% of this machine's memory are 4 GiB"):
@@ -153,13 +176,19 @@ def test_a_map_takes_half_of_the_memory_at_most(monkeypatch):
         (fb.FiveBar(), 0.1, (-0.121 - 0.1 * 2 * TOP, 0.121 + 0.1 * 2 * TOP, -1.2 * TOP, 1.2 * TOP)),
         (fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4), 0, (0, 0, 0, 0)),
         (fb.FiveBar(0.1, 0.15, 0.05, 0.1, 0.4), 0.04, (0.05 - 1e-8, 0.05 + 1e-8, -1e-8, 1e-8)),
-        (fb.Biglide(l1=0.4, l2=0.25, d=0.3), 0.1, (-0.19, 0.29, -0.24, 0.24)),  # reaches beyond the left guide
+        (
+            fb.Biglide(l1=0.4, l2=0.25, d=0.3),
+            0.1,
+            (-0.19, 0.29, -0.24, 0.24),
+        ),  # reaches beyond the left guide
         (fb.Biglide(l1=0.25, l2=0.4, d=0.3), 0.1, (-0.29, 0.19, -0.24, 0.24)),
         (fb.Biglide(l1=0.3, l2=0.35, d=0.6), 0.0, (-0.3, 0.3, -0.3, 0.3)),
     ],
 )
 def test_the_window_is_what_is_reached_and_a_border(robot, border, window):
-    assert workspace_window(robot, border) == pytest.approx(window, rel=0, abs=1e-9 if border == 0.04 else 1e-5)
+    assert workspace_window(robot, border) == pytest.approx(
+        window, rel=0, abs=1e-9 if border == 0.04 else 1e-5
+    )
 
 
 def test_workspace_of_one_point():

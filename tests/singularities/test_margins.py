@@ -36,12 +36,20 @@ def test_margins_against_svd(robot):
         error = 1e-14 * sigma[:, 0] * (margins.condition.A if name == "J" else 1)
         assert (np.abs(getattr(margins.sigma_min, name) - sigma[:, 1]) <= error).all()
         kappa = sigma[:, 0] / sigma[:, 1]
-        assert (np.abs(getattr(margins.condition, name) / kappa - 1) <= error / sigma[:, 1] + 1e-13).all()
-    np.testing.assert_allclose(margins.manipulability, np.abs(np.linalg.det(matrices["J"])), rtol=1e-10)
+        assert (
+            np.abs(getattr(margins.condition, name) / kappa - 1) <= error / sigma[:, 1] + 1e-13
+        ).all()
+    np.testing.assert_allclose(
+        margins.manipulability, np.abs(np.linalg.det(matrices["J"])), rtol=1e-10
+    )
     np.testing.assert_allclose(margins.serial, np.sin(pose.q_passive), rtol=0, atol=1e-14)
     np.testing.assert_allclose(margins.parallel, np.linalg.det(pose.A), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(np.sin(margins.transmission_angle), np.abs(margins.parallel), rtol=0, atol=1e-15)
-    assert (-np.sign(margins.serial) == pose.working).all() and (-np.sign(margins.parallel) == pose.assembly).all()
+    np.testing.assert_allclose(
+        np.sin(margins.transmission_angle), np.abs(margins.parallel), rtol=0, atol=1e-15
+    )
+    assert (-np.sign(margins.serial) == pose.working).all() and (
+        -np.sign(margins.parallel) == pose.assembly
+    ).all()
 
 
 def test_margins_next_to_type_2_do_not_cancel():
@@ -72,7 +80,11 @@ def test_margins_of_one_pose_and_of_singular_ones():
     assert margins.parallel == pytest.approx(0, abs=1e-15)
     on_type_2 = fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.4)
     margins = singularity_margins(fb.igm(on_type_2, (0.0, 0.0)))
-    assert margins.condition.A == np.inf and margins.condition.B == np.inf and margins.manipulability == np.inf
+    assert (
+        margins.condition.A == np.inf
+        and margins.condition.B == np.inf
+        and margins.manipulability == np.inf
+    )
     assert margins.sigma_min.J == 0 and margins.condition.J == np.inf
 
 
@@ -126,7 +138,9 @@ def test_locus_distance_to_rounding(robot):
             continue
         s = np.linspace(*piece.interval, 30)[1:-1]
         tangent = piece.tangent(s)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1) / np.linalg.norm(tangent, axis=1, keepdims=True)
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1) / np.linalg.norm(
+            tangent, axis=1, keepdims=True
+        )
         for e in (0.0, 1e-9, 1e-4, -1e-4):
             distance, kind = locus_distance(robot, piece.at(s) + e * normal, piece.working[0])
             assert (distance <= abs(e) + 1e-15).all()
@@ -139,11 +153,16 @@ def test_locus_distance_of_one_point():
     assert isinstance(distance, float) and kind is Singularity.PARALLEL
     # The centre of a circle is as far from all of it.
     robot = fb.FiveBar(0.3, 0.2, 0.25, 0.28, 0.06)
-    assert locus_distance(robot, (-0.03, 0.0), working=(1, 1)) == (pytest.approx(0.1, abs=1e-16), Singularity.SERIAL)
+    assert locus_distance(robot, (-0.03, 0.0), working=(1, 1)) == (
+        pytest.approx(0.1, abs=1e-16),
+        Singularity.SERIAL,
+    )
     assert locus_distance(fb.FiveBar(), np.empty((0, 2)))[0].shape == (0,)
 
 
-@pytest.mark.parametrize("lengths", [(0.09, 0.09, 0.09, 0.09, 0.118), (0.1, 0.05, 0.1, 0.05, 0.3), (1, 1, 2, 1, 5)])
+@pytest.mark.parametrize(
+    "lengths", [(0.09, 0.09, 0.09, 0.09, 0.118), (0.1, 0.05, 0.1, 0.05, 0.3), (1, 1, 2, 1, 5)]
+)
 def test_locus_distance_from_far_and_to_a_point(lengths):
     """Workspaces of one point, in the origin and beside it: its distance. From far away that of the outline."""
     robot = fb.FiveBar(*lengths)
@@ -158,8 +177,12 @@ def test_locus_distance_where_a_mode_is_singular_everywhere():
     robot = fb.ROBOTS["liu-2006-e"].robot
     xi = [[1.0, 0.5], [3.0, 4.0]]
     distance, kind = locus_distance(robot, xi, working=(1, 1))
-    assert distance[0] == 0 and distance[1] == pytest.approx(2, abs=1e-15) and kind.tolist() == [2, 1]
-    assert locus_distance(robot, xi[0], working=(1, -1))[0] == pytest.approx(np.hypot(1, 0.5), abs=1e-15)
+    assert (
+        distance[0] == 0 and distance[1] == pytest.approx(2, abs=1e-15) and kind.tolist() == [2, 1]
+    )
+    assert locus_distance(robot, xi[0], working=(1, -1))[0] == pytest.approx(
+        np.hypot(1, 0.5), abs=1e-15
+    )
 
 
 def test_bad_input():
@@ -169,7 +192,9 @@ def test_bad_input():
             singularity(pose, tol)
     with pytest.raises(TypeError, match="singularity needs a Pose, from dgm or igm, not tuple"):
         singularity((0.0, 0.0))
-    with pytest.raises(TypeError, match="singularity_margins needs a Pose, from dgm or igm, not FiveBar"):
+    with pytest.raises(
+        TypeError, match="singularity_margins needs a Pose, from dgm or igm, not FiveBar"
+    ):
         singularity_margins(fb.FiveBar())
     with pytest.raises(ValueError, match=r"working must be \+1 or -1"):
         locus_distance(fb.FiveBar(), (0.0, 0.0), working=(1, 2))
@@ -180,7 +205,9 @@ def test_bad_input():
     import casadi
 
     symbolic = fb.dgm(fb.FiveBar(), casadi.SX.sym("q", 2))
-    with pytest.raises(TypeError, match="singularity_margins needs a pose of numbers, not CasADi symbols"):
+    with pytest.raises(
+        TypeError, match="singularity_margins needs a pose of numbers, not CasADi symbols"
+    ):
         singularity_margins(symbolic)
     with pytest.raises(TypeError, match="not CasADi symbols"):
         locus_distance(fb.FiveBar(), casadi.SX.sym("xi", 2))

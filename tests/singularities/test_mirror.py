@@ -12,7 +12,9 @@ from fivebar.singularities.regions import Arc
 from tests.helpers.curves import TURN, ellipse
 
 
-@pytest.mark.parametrize("cuts", [(0.5, 2.0), (-2.0, -0.5), (-0.7, 0.7), (0.7, TURN - 0.7), (0, TURN), (1.0, 5.0)])
+@pytest.mark.parametrize(
+    "cuts", [(0.5, 2.0), (-2.0, -0.5), (-0.7, 0.7), (0.7, TURN - 0.7), (0, TURN), (1.0, 5.0)]
+)
 def test_an_arc_of_a_circle_is_mirrored_onto_the_arc_that_is_there(cuts):
     """Its image is from -high to -low, or a turn later: that arc of that circle alone."""
     low, high = cuts
@@ -41,17 +43,25 @@ def assert_mirrored(found, arc):
     assert (np.sign(np.diff(found.s)) == np.sign(found.end - found.start)).all()
     own = Arc(found.locus, found.start, found.end)
     assert found.moment == pytest.approx(own.moment, rel=1e-12) and found.moment == arc.moment
-    np.testing.assert_allclose(found.tangent(found.s), -arc.tangent(arc.s)[::-1].conj(), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        found.tangent(found.s), -arc.tangent(arc.s)[::-1].conj(), rtol=0, atol=1e-13
+    )
 
 
 def test_a_circle_whose_image_is_missing_and_other_curves_get_an_image_of_their_own():
-    (alone,), (curve,) = ellipse(2, 2, 0.3, (0.5, 2.0), circle=(0, 1)), ellipse(2, 1, 0.3 + 0.2j, (0.3, 5.0))
+    (alone,), (curve,) = (
+        ellipse(2, 2, 0.3, (0.5, 2.0), circle=(0, 1)),
+        ellipse(2, 1, 0.3 + 0.2j, (0.3, 5.0)),
+    )
     wrong = ellipse(2, 2, 0.3, (0.5, 2.0 + TURN), circle=(0, 1))[0]
     mirror = Mirror([alone.locus, curve.locus, wrong.locus])
     loop = (alone, curve)
     ((second, first),) = mirror.loops((loop,))
     for found, arc in ((first, alone), (second, curve)):
-        assert found.locus not in (alone.locus, curve.locus) and (found.start, found.end) == (arc.end, arc.start)
+        assert found.locus not in (alone.locus, curve.locus) and (found.start, found.end) == (
+            arc.end,
+            arc.start,
+        )
         assert_mirrored(found, arc)
         np.testing.assert_array_equal(found.locus.points, arc.locus.points * (1, -1))
         assert mirror.loops(((arc.reversed,),))[0][0].locus is found.locus  # one image of each
@@ -65,7 +75,9 @@ def test_images_of_loci_are_loci_of_the_mirrored_working_mode():
         image = Mirror([*circles.pieces]).loops(((Arc(piece, *piece.interval),),))[0][0].locus
         assert image.working == ((-1, 1),) and (image.type, image.kind) == (piece.type, piece.kind)
         assert all(isinstance(each, Vertex) for each in image.vertices)
-        assert [(v.z.conjugate(), v.circles) for v in image.vertices] == [(v.z, v.circles) for v in piece.vertices]
+        assert [(v.z.conjugate(), v.circles) for v in image.vertices] == [
+            (v.z, v.circles) for v in piece.vertices
+        ]
         t = np.linspace(*image.interval, 9)[1:-1]
         pose, own = fb.igm(robot, image.at(t), (-1, 1)), fb.igm(robot, piece.at(t), (1, -1))
         np.testing.assert_allclose(pose.det_A, -own.det_A, rtol=0, atol=1e-13)

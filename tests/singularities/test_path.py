@@ -8,10 +8,10 @@ import pytest
 from numpy.polynomial import polynomial
 
 import fivebar as fb
+from fivebar.constraints.path_check import check_path
 from fivebar.singularities.criterion import crossing_acceleration, force_at, largest_force
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
-from fivebar.constraints.path_check import check_path
 from tests.helpers import DATA
 
 REFERENCE = json.loads((DATA / "five_bar.json").read_text())
@@ -35,14 +35,19 @@ class Polynomial:
 def quintic(a, b, duration):
     a, b = np.array(a), np.array(b)
     return Polynomial(
-        np.array([a, 0 * a, 0 * a, *(k * (b - a) / duration**p for p, k in ((3, 10), (4, -15), (5, 6)))]), duration
+        np.array(
+            [a, 0 * a, 0 * a, *(k * (b - a) / duration**p for p, k in ((3, 10), (4, -15), (5, 6)))]
+        ),
+        duration,
     )
 
 
 def straight(point, velocity, duration, start=0.0):
     """Passes the point in the middle of its time."""
     point, velocity = np.array(point), np.array(velocity)
-    return Polynomial(np.array([point - velocity * (start + duration / 2), velocity]), duration, start)
+    return Polynomial(
+        np.array([point - velocity * (start + duration / 2), velocity]), duration, start
+    )
 
 
 def test_lab_task_2():
@@ -63,7 +68,12 @@ def test_lab_task_1_is_free():
     path = quintic((0.09, 0.06796322), (0, 0.1), 2.0)
     check = check_path(fb.FiveBar(), path)
     assert check.reachable and check.singularity_free
-    assert (check.time, check.pose, check.type, check.criterion) == (None, None, Singularity.NONE, None)
+    assert (check.time, check.pose, check.type, check.criterion) == (
+        None,
+        None,
+        Singularity.NONE,
+        None,
+    )
     t = np.linspace(0, 2, 100001)
     pose = fb.igm(fb.FiveBar(), path(t)[0])
     smallest = np.abs([*pose.sines, pose.det_A]).min()
@@ -100,13 +110,24 @@ def test_the_largest_force_on_a_path_under_gravity_is_that_of_its_hardest_moment
     assert largest_force(robot, path, (-1, -1), np.nan) == pytest.approx(hardest, rel=1e-6)
 
 
-HEAVY = dict(gravity=(0.3, -9.81), mx11=0.02, my11=0.01, mx21=0.03, my21=-0.01, zz12=1e-3, zz22=2e-3, my12=0.02)
+HEAVY = dict(
+    gravity=(0.3, -9.81),
+    mx11=0.02,
+    my11=0.01,
+    mx21=0.03,
+    my21=-0.01,
+    zz12=1e-3,
+    zz22=2e-3,
+    my12=0.02,
+)
 
 
 @pytest.mark.parametrize("given", [{}, dict(gravity=(0.3, -9.81)), HEAVY])
 def test_what_crosses_type_2_asks_for_nothing_across_its_bars(given):
     robot, velocity = fb.FiveBar(d=0.15, **given), np.array([0.3, -0.2])
-    piece = next(p for p in fb.singularity_loci(robot).task if p.kind == "stretched" and len(p.points) > 20)
+    piece = next(
+        p for p in fb.singularity_loci(robot).task if p.kind == "stretched" and len(p.points) > 20
+    )
     for xi in piece.points[10:-10:40]:
         pose = fb.igm(robot, xi, piece.working[0])
         (x, y), (ax, ay) = pose.u2[0], crossing_acceleration(pose, velocity, 0.7)
@@ -121,18 +142,29 @@ def test_what_crosses_type_2_asks_for_nothing_across_its_bars(given):
 
 def test_forces_of_many_poses_are_those_of_each_and_heavy_bars_have_a_part_in_them():
     robot, light = fb.FiveBar(**HEAVY), fb.FiveBar(gravity=HEAVY["gravity"])
-    xi, rates = np.array([[0.02, 0.1], [-0.03, 0.12]]), np.random.default_rng(1).normal(size=(2, 2, 2))
+    xi, rates = (
+        np.array([[0.02, 0.1], [-0.03, 0.12]]),
+        np.random.default_rng(1).normal(size=(2, 2, 2)),
+    )
     found = np.transpose(force_at(fb.igm(robot, xi, (-1, -1)), *rates))
     for k, wanted in enumerate(found):
         own = xi[k], (-1, -1)
-        assert force_at(fb.igm(robot, *own), rates[0][k], rates[1][k]) == pytest.approx(wanted, rel=1e-13)
+        assert force_at(fb.igm(robot, *own), rates[0][k], rates[1][k]) == pytest.approx(
+            wanted, rel=1e-13
+        )
         bare = np.array(force_at(fb.igm(light, *own), rates[0][k], rates[1][k]))
         assert bare == pytest.approx(light.m * (rates[1][k] - HEAVY["gravity"]), rel=1e-13)
         assert np.abs(wanted - bare).min() > 1e-3
     # Where a leg is in line its rates are not known, and the end-effector's own weight alone is told.
-    stretched = next(p for p in fb.singularity_loci(robot).task if p.type == Singularity.SERIAL and len(p.points) > 1)
+    stretched = next(
+        p
+        for p in fb.singularity_loci(robot).task
+        if p.type == Singularity.SERIAL and len(p.points) > 1
+    )
     flat = fb.igm(robot, stretched.points[5], (-1, -1))
-    assert force_at(flat, rates[0][0], rates[1][0]) == pytest.approx(robot.m * (rates[1][0] - HEAVY["gravity"]))
+    assert force_at(flat, rates[0][0], rates[1][0]) == pytest.approx(
+        robot.m * (rates[1][0] - HEAVY["gravity"])
+    )
 
 
 def test_the_free_direction_is_the_kernel_of_a():
@@ -157,7 +189,9 @@ def test_a_plans_own_crossing_holds_as_exactly_as_it_is_planned(start, goal, dur
     planned = fb.plan(fb.FiveBar(), start, goal, duration, **options)
     check = check_path(fb.FiveBar(), planned)
     assert check.type is Singularity.PARALLEL and check.criterion_holds
-    largest = fb.FiveBar().m * np.linalg.norm(planned(np.linspace(0, duration, 2049))[2], axis=1).max()
+    largest = (
+        fb.FiveBar().m * np.linalg.norm(planned(np.linspace(0, duration, 2049))[2], axis=1).max()
+    )
     missed = abs(check.criterion) / largest
     assert missed <= max(planned.error, 1e-6)
     assert not check_path(fb.FiveBar(), planned, tolerance=missed / 2).criterion_holds
@@ -179,7 +213,13 @@ def test_touching_type_2(piece, side):
     bend = 50 * side * np.array([-tangent[1], tangent[0]])
     t0 = 0.31234
     path = Polynomial(
-        np.array([point - tangent * t0 * 0.01 + bend * t0**2 * 1e-4, tangent * 0.01 - 2e-4 * bend * t0, 1e-4 * bend]),
+        np.array(
+            [
+                point - tangent * t0 * 0.01 + bend * t0**2 * 1e-4,
+                tangent * 0.01 - 2e-4 * bend * t0,
+                1e-4 * bend,
+            ]
+        ),
         1.0,
     )
     check = check_path(robot, path, locus.working[0])
@@ -212,7 +252,9 @@ def test_leaving_the_workspace(start):
     check = check_path(robot, straight((0.0, 0.16), (0.0, 0.05), 1.0, start))
     corner = np.sqrt(0.18**2 - 0.059**2)
     assert not check.reachable and not check.singularity_free
-    assert check.leaves == check.time == pytest.approx(start + 0.5 + (corner - 0.16) / 0.05, abs=1e-12)
+    assert (
+        check.leaves == check.time == pytest.approx(start + 0.5 + (corner - 0.16) / 0.05, abs=1e-12)
+    )
     assert check.type is Singularity.SERIAL and not check.touching and check.criterion is None
     np.testing.assert_allclose(check.pose.xi, (0, corner), atol=1e-14)
 
@@ -241,7 +283,13 @@ def test_brief_crossing_between_samples():
     t0, height = 0.123456, 1e-2
     for depth in (3e-4, -3e-4):
         path = Polynomial(
-            np.array([point + height * normal * (t0**2 - abs(depth) ** 2), -2 * height * normal * t0, height * normal]),
+            np.array(
+                [
+                    point + height * normal * (t0**2 - abs(depth) ** 2),
+                    -2 * height * normal * t0,
+                    height * normal,
+                ]
+            ),
             1.0,
         )
         check = check_path(robot, path, locus.working[0])
@@ -263,7 +311,12 @@ def test_resting_on_a_singularity():
     locus = singularity_loci(fb.FiveBar()).task[5]
     point = locus.at(np.mean(locus.interval))
     check = check_path(fb.FiveBar(), Polynomial(point[None], 1.0), locus.working[0])
-    assert check.time == 0 and check.type is Singularity.PARALLEL and check.touching and check.criterion_holds
+    assert (
+        check.time == 0
+        and check.type is Singularity.PARALLEL
+        and check.touching
+        and check.criterion_holds
+    )
 
 
 class Torn:
@@ -289,8 +342,12 @@ def test_bad_input():
         check_path(robot, Polynomial(path.coefficients, 0.0))
     with pytest.raises(ValueError, match=r"path: at t = 0 s its xi is \[nan, nan\], not finite"):
         check_path(robot, Polynomial(path.coefficients * np.nan, 1.0))
-    for part, name in enumerate(("xi", "xi_dot", "xi_ddot")):  # only inside, where the ends are in order
-        with pytest.raises(ValueError, match=rf"path: at t = 1\.\d+ s its {name} is \[.*nan.*\], not finite"):
+    for part, name in enumerate(
+        ("xi", "xi_dot", "xi_ddot")
+    ):  # only inside, where the ends are in order
+        with pytest.raises(
+            ValueError, match=rf"path: at t = 1\.\d+ s its {name} is \[.*nan.*\], not finite"
+        ):
             check_path(robot, Torn(path, part))
     for wrong in (-1e-3, np.nan, "exact"):
         with pytest.raises(ValueError, match="tolerance must be"):

@@ -5,7 +5,16 @@ import pytest
 
 import fivebar as fb
 from fivebar.constraints import path_check as module
-from fivebar.constraints.path_check import SAMPLES, _finite, _near, _root, _times, _Zero, _zero_between, _zeros
+from fivebar.constraints.path_check import (
+    SAMPLES,
+    _finite,
+    _near,
+    _root,
+    _times,
+    _Zero,
+    _zero_between,
+    _zeros,
+)
 from tests.conftest import UNEQUAL
 
 T = np.linspace(0, 1, SAMPLES)
@@ -30,24 +39,31 @@ def test_margins_of_a_path_and_their_rates(robot):
             np.testing.assert_allclose(margin(t)[0], expected / most, rtol=1e-12)
             np.testing.assert_allclose(margin(t)[1], difference(margin, t), rtol=1e-6, atol=1e-8)
     parallel = module._parallel(robot, path, (1, -1))
-    np.testing.assert_allclose(parallel(t)[0], fb.igm(robot, path(t)[0], (1, -1)).det_A, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        parallel(t)[0], fb.igm(robot, path(t)[0], (1, -1)).det_A, rtol=0, atol=1e-15
+    )
     np.testing.assert_allclose(parallel(t)[1], difference(parallel, t), rtol=1e-6, atol=1e-8)
 
 
 def test_at_the_limit_of_reach_the_rate_has_a_sign():
     """A bar in line turns as fast as numbers allow, and none of them overflows."""
     path = fb.line((0.121, 0.0), (0.05, 0.06), 1.0)
-    value, rate = module._parallel(fb.FiveBar(), lambda t: (path(t)[0], np.full((len(t), 2), 0.1), None), (-1, -1))(
-        T[:3]
+    value, rate = module._parallel(
+        fb.FiveBar(), lambda t: (path(t)[0], np.full((len(t), 2), 0.1), None), (-1, -1)
+    )(T[:3])
+    assert (
+        np.isfinite(rate).all()
+        and abs(rate[0]) > 1e100 * np.abs(rate[1:]).max()
+        and np.isfinite(value).all()
     )
-    assert np.isfinite(rate).all() and abs(rate[0]) > 1e100 * np.abs(rate[1:]).max() and np.isfinite(value).all()
 
 
 def test_between_samples_a_margin_may_change_as_fast_as_at_them():
     rng = np.random.default_rng(1)
     t, value, rate = np.cumsum(rng.uniform(size=60)), rng.normal(size=60), rng.normal(size=60)
     expected = [
-        min(abs(value[k]), abs(value[k + 1])) < (t[k + 1] - t[k]) * max(abs(rate[k]), abs(rate[k + 1]))
+        min(abs(value[k]), abs(value[k + 1]))
+        < (t[k + 1] - t[k]) * max(abs(rate[k]), abs(rate[k + 1]))
         for k in range(59)
     ]
     assert 10 < sum(expected) < 50 and _near(t, value, rate).tolist() == expected
@@ -89,7 +105,9 @@ WAVE = 2 * np.pi * 2.3 * (SAMPLES - 1)  # more than two waves from sample to sam
 def test_zeros_of_a_margin(f, rate, limit, expected):
     found = list(_zeros(lambda t: (f(t), rate(t)), T, 1e-9, limit))
     assert [zero.touching for zero in found] == [touching for _, touching in expected]
-    assert [zero.time for zero in found] == pytest.approx([time for time, _ in expected], rel=0, abs=1e-12)
+    assert [zero.time for zero in found] == pytest.approx(
+        [time for time, _ in expected], rel=0, abs=1e-12
+    )
 
 
 def test_a_zero_all_along_the_end_is_where_the_margin_is_least():
@@ -113,16 +131,24 @@ def test_between_two_samples():
 
 
 def test_a_root_where_the_ends_alone_are_rounded_otherwise():
-    assert _root(lambda s: np.where(s == 0, 1.0, s - 0.3), 0.0, 1.0, -0.3, 0.7) == pytest.approx(0.3, abs=1e-15)
-    assert _root(lambda s: np.where(s == 1, -1.0, s - 0.3), 0.0, 1.0, -0.3, 0.7) == pytest.approx(0.3, abs=1e-15)
-    assert _root(lambda s: np.where(abs(s - 0.3) < 1e-3, np.nan, s - 0.3), 0.0, 1.0, -0.3, 0.7) == pytest.approx(
-        0.3, abs=1e-3
+    assert _root(lambda s: np.where(s == 0, 1.0, s - 0.3), 0.0, 1.0, -0.3, 0.7) == pytest.approx(
+        0.3, abs=1e-15
     )
+    assert _root(lambda s: np.where(s == 1, -1.0, s - 0.3), 0.0, 1.0, -0.3, 0.7) == pytest.approx(
+        0.3, abs=1e-15
+    )
+    assert _root(
+        lambda s: np.where(abs(s - 0.3) < 1e-3, np.nan, s - 0.3), 0.0, 1.0, -0.3, 0.7
+    ) == pytest.approx(0.3, abs=1e-3)
 
 
 @pytest.mark.parametrize("start", [0.0, 30.0])
 def test_the_pose_at_the_limit_of_reach_is_some_roundings_before(start):
-    robot, base, speed = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1), np.array([-0.05, 0.0]), 0.1 * np.exp(0.7j)
+    robot, base, speed = (
+        fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1),
+        np.array([-0.05, 0.0]),
+        0.1 * np.exp(0.7j),
+    )
     way = np.array([speed.real, speed.imag])
 
     def path(t):
@@ -139,7 +165,9 @@ def test_the_pose_at_the_limit_of_reach_is_some_roundings_before(start):
         assert pose.working.tolist() == [1, -1]
 
 
-@pytest.mark.parametrize("ends", [((0.0, 0.1), (0.05, 0.1)), ((0.05, 0.1), (0.0, 0.1)), ((-0.04, 0.11), (0.05, 0.16))])
+@pytest.mark.parametrize(
+    "ends", [((0.0, 0.1), (0.05, 0.1)), ((0.05, 0.1), (0.0, 0.1)), ((-0.04, 0.11), (0.05, 0.16))]
+)
 def test_the_least_margin_on_a_path_and_when(ends):
     path = fb.line(*ends, 1.0)
     for start, end in ((0.0, 1.0), (0.2, 0.9)):
@@ -147,7 +175,9 @@ def test_the_least_margin_on_a_path_and_when(ends):
         pose = fb.igm(UNEQUAL, path(t)[0], (-1, 1))
         margins = np.abs([*pose.sines, pose.det_A]).min(axis=0)
         least, time = module._smallest(UNEQUAL, path, (-1, 1), start, end)
-        assert margins.min() - 1e-7 <= least <= margins.min() and time == pytest.approx(t[margins.argmin()], abs=1e-4)
+        assert margins.min() - 1e-7 <= least <= margins.min() and time == pytest.approx(
+            t[margins.argmin()], abs=1e-4
+        )
 
 
 def test_what_is_no_path():
@@ -159,13 +189,24 @@ def test_what_is_no_path():
         return motion
 
     for wrong in (path(2, 2), path(2, 2, 3), path(2, 2, 2, 2)):
-        with pytest.raises(ValueError, match=r"for times \(n,\) it must give xi, xi_dot and xi_ddot, each \(n, 2\)"):
+        with pytest.raises(
+            ValueError, match=r"for times \(n,\) it must give xi, xi_dot and xi_ddot, each \(n, 2\)"
+        ):
             _finite(wrong)(T)
     still = _finite(path(2, 2, 2))
     assert (still.start, still.duration) == (0.0, 1.0) and _times(still) == (0.0, 1.0, 0.0)
-    moving = _finite(fb.line((0.0, 0.1), (0.06, 0.02), 2.0))  # a quintic's largest: 10 / sqrt(3) of the way over T^2
+    moving = _finite(
+        fb.line((0.0, 0.1), (0.06, 0.02), 2.0)
+    )  # a quintic's largest: 10 / sqrt(3) of the way over T^2
     assert _times(moving) == pytest.approx((0.0, 2.0, 10 / np.sqrt(3) * 0.1 / 4), rel=1e-5)
-    for start, duration in ((np.inf, 1.0), (np.nan, 1.0), (0.0, np.inf), (0.0, np.nan), (0.0, 0.0), (0.0, -1.0)):
+    for start, duration in (
+        (np.inf, 1.0),
+        (np.nan, 1.0),
+        (0.0, np.inf),
+        (0.0, np.nan),
+        (0.0, 0.0),
+        (0.0, -1.0),
+    ):
         still.start, still.duration = start, duration
         with pytest.raises(ValueError, match=f"the duration > 0, not {start}, {duration}"):
             _times(still)

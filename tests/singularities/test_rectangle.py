@@ -5,9 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fivebar.singularities.locus import Locus, pairs
 from fivebar.constraints.outline import CORNERS, INWARDS, Outline, _turns, apart
-from fivebar.constraints.rectangle import _area, _around, _fitted, _grown, _off_end, _off_piece, _roomiest, _starts
+from fivebar.constraints.rectangle import (
+    _area,
+    _around,
+    _fitted,
+    _grown,
+    _off_end,
+    _off_piece,
+    _roomiest,
+    _starts,
+)
+from fivebar.singularities.locus import Locus, pairs
 from fivebar.singularities.regions import Arc, inside
 from tests.helpers.curves import LABEL, TURN, backwards, ellipse, polygon
 
@@ -35,9 +44,14 @@ def inscribed(angle, factor=1.0):
 
 
 def test_distances_from_a_rectangle():
-    v, z = np.array([-1.0, 2.0, 0.5, 1.5]), np.random.default_rng(1).uniform(-3, 3, (300, 2)) @ (1, 1j)
+    v, z = (
+        np.array([-1.0, 2.0, 0.5, 1.5]),
+        np.random.default_rng(1).uniform(-3, 3, (300, 2)) @ (1, 1j),
+    )
     t = np.linspace(0, 1, 3001)
-    rim = np.concatenate([-1 + 3 * t + 0.5j, -1 + 3 * t + 1.5j, -1 + 0.5j + 1j * t, 2 + 0.5j + 1j * t])
+    rim = np.concatenate(
+        [-1 + 3 * t + 0.5j, -1 + 3 * t + 1.5j, -1 + 0.5j + 1j * t, 2 + 0.5j + 1j * t]
+    )
     within = (z.real > -1) & (z.real < 2) & (z.imag > 0.5) & (z.imag < 1.5)
     brute = np.abs(z[:, None] - rim).min(axis=1) * np.where(within, -1, 1)
     np.testing.assert_allclose(apart(z, v), brute, rtol=0, atol=1e-3)
@@ -49,18 +63,27 @@ def test_where_an_arc_is_upright_or_level():
     turn = np.exp(0.4j)
 
     def curve(t):
-        return turn * (A * np.cos(t) + 1j * B * np.sin(t)), turn * (-A * np.sin(t) + 1j * B * np.cos(t))
+        return turn * (A * np.cos(t) + 1j * B * np.sin(t)), turn * (
+            -A * np.sin(t) + 1j * B * np.cos(t)
+        )
 
     t = np.linspace(0, TURN, 400)
     arc = Arc(Locus(*LABEL, pairs(curve(t)[0]), t, True, curve), 0.0, TURN)
     upright = np.arctan(-B / A * np.tan(0.4)) % np.pi
     level = np.arctan(B / A / np.tan(0.4)) % np.pi
     for own in (arc, arc.reversed):
-        np.testing.assert_allclose(sorted(_turns(own, np.real)), [upright, upright + np.pi], rtol=1e-14)
+        np.testing.assert_allclose(
+            sorted(_turns(own, np.real)), [upright, upright + np.pi], rtol=1e-14
+        )
         np.testing.assert_allclose(sorted(_turns(own, np.imag)), [level, level + np.pi], rtol=1e-14)
     s = np.array([-1.0, 0.0, 1.0])
-    parabola = Locus(*LABEL, pairs(s + 1j * s * s), s, False, lambda t: (t + 1j * t * t, 1 + 2j * t))
-    assert _turns(Arc(parabola, -1.0, 1.0), np.imag) == [0.0] and _turns(Arc(parabola, 0.0, 1.0), np.imag) == []
+    parabola = Locus(
+        *LABEL, pairs(s + 1j * s * s), s, False, lambda t: (t + 1j * t * t, 1 + 2j * t)
+    )
+    assert (
+        _turns(Arc(parabola, -1.0, 1.0), np.imag) == [0.0]
+        and _turns(Arc(parabola, 0.0, 1.0), np.imag) == []
+    )
     assert _turns(Arc(parabola, -1.0, 1.0), np.real) == []
 
 
@@ -74,9 +97,14 @@ def test_pieces_limit_the_corner_that_they_are_beyond():
 def test_what_keeps_a_margin_exactly():
     """Corners on the oval, sides at a margin from a puncture, a side across a place that is not allowed."""
     for angle in (0.3, np.pi / 4, 1.3):
-        assert oval().keeps(inscribed(angle, 1 - 1e-12)) and not oval().keeps(inscribed(angle, 1 + 1e-12))
+        assert oval().keeps(inscribed(angle, 1 - 1e-12)) and not oval().keeps(
+            inscribed(angle, 1 + 1e-12)
+        )
     # A point at a margin of a circle; the rounding of what is far from the origin counts too.
-    circle, v = Outline(figure(ellipse(B, B, 3.0, cuts=(0, 2, TURN))), 0.05), 0.15 * np.sqrt(0.5) * -INWARDS
+    circle, v = (
+        Outline(figure(ellipse(B, B, 3.0, cuts=(0, 2, TURN))), 0.05),
+        0.15 * np.sqrt(0.5) * -INWARDS,
+    )
     for factor, kept in ((1 - 5e-14, True), (1 - 1e-14, False), (1, False), (1 + 1e-11, False)):
         assert circle.keeps(factor * v + [3, 3, 0, 0]) == kept
     # One side may come as near to a puncture as the margin, not nearer.
@@ -88,7 +116,14 @@ def test_what_keeps_a_margin_exactly():
     outside = np.array([0.35, 0.4, 0.0, 0.05])  # as far off as may be, but not in it
     assert not oval(0.02).keeps(outside)
     box = inscribed(0.8, 0.8)
-    places = {box[0] + 0j: False, box[1] + 0j: False, 1j * box[2]: False, 1j * box[3]: False, 0j: True, 0.28 + 0j: True}
+    places = {
+        box[0] + 0j: False,
+        box[1] + 0j: False,
+        1j * box[2]: False,
+        1j * box[3]: False,
+        0j: True,
+        0.28 + 0j: True,
+    }
     for place, kept in places.items():
         walled = oval(walls=(), allowed=lambda z, place=place: np.abs(z - place) > 0.01)
         assert bool(walled.keeps(box)) is kept
@@ -112,7 +147,10 @@ def test_rectangles_are_shrunk_until_they_keep_it():
 def test_what_breaks_the_margin_is_named(margin):
     outline = oval(margin, punctures=[0.05 + 0.06j])
     kept = Outline(figure(ellipse(A - margin, B - margin)), 0.0)
-    assert kept.aspect.area and outline.broken(inscribed(0.8, 0.4) + [0, 0, -0.02, -0.06], 0.0) == set()
+    assert (
+        kept.aspect.area
+        and outline.broken(inscribed(0.8, 0.4) + [0, 0, -0.02, -0.06], 0.0) == set()
+    )
     for k, (piece, corner) in enumerate(outline.pieces):
         z, tangent = piece.curve((piece.start + piece.end) / 2)
         touching = z + margin * 1j * tangent / abs(tangent)  # as near as may be
@@ -120,7 +158,12 @@ def test_what_breaks_the_margin_is_named(margin):
         v[list(corner)] = touching.real, touching.imag
         opposite = [1 - corner[0], 5 - corner[1]]
         v[opposite] = 0.9 * v[list(corner)]
-        for off, slack, found in ((1e-7, 0.0, {k}), (-1e-7, 0.0, set()), (1e-7, 1e-6, set()), (2e-2, 1e-3, {k})):
+        for off, slack, found in (
+            (1e-7, 0.0, {k}),
+            (-1e-7, 0.0, set()),
+            (1e-7, 1e-6, set()),
+            (2e-2, 1e-3, {k}),
+        ):
             moved = v.copy()
             moved[list(corner)] -= off * INWARDS[list(corner)]
             assert outline.broken(moved, slack) & {k} == found, (k, off, slack)
@@ -156,9 +199,14 @@ def test_the_largest_rectangle_around_a_point_is_empty_and_none_is_larger(seed):
         for rounds in ({}, {"rounds": 4}):
             v = _around(outline, z, **rounds)
             assert v[0] <= z.real <= v[1] and v[2] <= z.imag <= v[3]
-            assert not (apart(points, v + 1e-3 * INWARDS) < 0).any() and 0.8 * best < _area(v) < best + 8e-3
+            assert (
+                not (apart(points, v + 1e-3 * INWARDS) < 0).any()
+                and 0.8 * best < _area(v) < best + 8e-3
+            )
         # Each of its sides has come to a point.
-        assert all((apart(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any() for k in range(4))
+        assert all(
+            (apart(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any() for k in range(4)
+        )
 
 
 def test_the_largest_rectangle_between_a_few_points():
@@ -168,7 +216,11 @@ def test_the_largest_rectangle_between_a_few_points():
     np.testing.assert_allclose(v, [-0.2, 0.3, -1, 1], rtol=0, atol=1e-3)
     # Exactly at the point's y and x: on the right of it, and above.
     v = _around(
-        SimpleNamespace(obstacles=np.array([-0.2 - 1j, -0.3 + 0j, 0.0 + 0.5j, 0.25 + 1j]), spacing=1e-3), 0.0, 4
+        SimpleNamespace(
+            obstacles=np.array([-0.2 - 1j, -0.3 + 0j, 0.0 + 0.5j, 0.25 + 1j]), spacing=1e-3
+        ),
+        0.0,
+        4,
     )
     assert v[0] == pytest.approx(-0.3) and v[1] in (0.0, 0.25) and v[3] <= 1
 
@@ -202,7 +254,10 @@ def test_fitted_rectangles_touch_exactly(margin):
     v = _fitted(outline, inscribed(0.6, 0.85))
     t = np.linspace(0.5, 1.1, 200_001)
     normal = np.hypot(B * np.cos(t), A * np.sin(t))
-    x, y = A * np.cos(t) - margin * B * np.cos(t) / normal, B * np.sin(t) - margin * A * np.sin(t) / normal
+    x, y = (
+        A * np.cos(t) - margin * B * np.cos(t) / normal,
+        B * np.sin(t) - margin * A * np.sin(t) / normal,
+    )
     assert _area(v) == pytest.approx((4 * x * y).max(), rel=1e-10) and outline.keeps(v)
     assert _area(v) <= (4 * x * y).max() * (1 + 1e-10)
     holed = oval(margin, punctures=[0.1])
@@ -213,14 +268,18 @@ def test_fitted_rectangles_touch_exactly(margin):
     w = _fitted(ring, np.array([-0.1, 0.1, 0.13, 0.25]))
     assert w[2] == pytest.approx(0.1 + margin, abs=1e-9)
     height = np.linspace(0.1 + margin, A, 200_001)[:-1]
-    best = (2 * np.sqrt(np.maximum((A - margin) ** 2 - height**2, 0)) * (height - 0.1 - margin)).max()
+    best = (
+        2 * np.sqrt(np.maximum((A - margin) ** 2 - height**2, 0)) * (height - 0.1 - margin)
+    ).max()
     assert _area(w) == pytest.approx(best, rel=1e-10)
 
 
 def test_growing_goes_no_farther_than_it_may():
     outline, v = oval(), inscribed(0.7, 0.5)
     scale = np.repeat([v[1] - v[0], v[3] - v[2]], 2)
-    np.testing.assert_allclose(_grown(outline, v, scale, 0.05, []), v - 0.05 * scale * INWARDS, rtol=1e-9)
+    np.testing.assert_allclose(
+        _grown(outline, v, scale, 0.05, []), v - 0.05 * scale * INWARDS, rtol=1e-9
+    )
     grown = _grown(outline, v, scale, 2.0, list(range(len(outline.pieces))))
     np.testing.assert_allclose(grown, inscribed(np.pi / 4), rtol=0, atol=1e-6)
 
@@ -240,31 +299,52 @@ def test_rules_are_distances_and_their_gradients():
         assert distance == pytest.approx(piece.nearest(np.array([0.95 * middle]))[1][0], rel=1e-12)
         np.testing.assert_allclose(gradient, differences(rule, own), atol=1e-6)
         own[list(corner)] = 1.01 * middle.real, 1.01 * middle.imag
-        assert rule(own)[0] == pytest.approx(-piece.nearest(np.array([1.01 * middle]))[1][0], rel=1e-12)
+        assert rule(own)[0] == pytest.approx(
+            -piece.nearest(np.array([1.01 * middle]))[1][0], rel=1e-12
+        )
 
 
 def test_rules_of_points():
     """The distance from the side that a point is off at the start; with a margin, from a corner where it is off two."""
     start = np.array([-1.0, 2.0, 0.5, 1.5])
-    for z in (2.3 + 1j, -1.2 + 0.7j, 1 + 1.9j, 1 + 0.2j, 2.3 + 1.9j, -1.2 + 0.1j, 2.5 + 0.1j, -1.4 + 1.6j):
+    for z in (
+        2.3 + 1j,
+        -1.2 + 0.7j,
+        1 + 1.9j,
+        1 + 0.2j,
+        2.3 + 1.9j,
+        -1.2 + 0.1j,
+        2.5 + 0.1j,
+        -1.4 + 1.6j,
+    ):
         for margin in (0.0, 0.4):
             rule = _off_end(SimpleNamespace(margin=margin), z, start)
-            sides = [max(start[0] - z.real, z.real - start[1]), max(start[2] - z.imag, z.imag - start[3])]
+            sides = [
+                max(start[0] - z.real, z.real - start[1]),
+                max(start[2] - z.imag, z.imag - start[3]),
+            ]
             corner = margin > 0 and min(sides) > 0
             expected = np.hypot(*sides) if corner else max(sides)
             distance, gradient = rule(start)
             assert distance == pytest.approx(expected, rel=1e-14)
             np.testing.assert_allclose(gradient, differences(rule, start), atol=1e-5)
-            for over in (0.2, 3.0):  # grown over the point: less than 0, by the nearest of the sides
+            for over in (
+                0.2,
+                3.0,
+            ):  # grown over the point: less than 0, by the nearest of the sides
                 grown = start - over * INWARDS
                 inner = np.array(sides) - over
                 distance, gradient = rule(grown)
                 if corner and max(inner) > 0:
                     assert distance == pytest.approx(np.hypot(*np.maximum(inner, 0)), rel=1e-13)
                 else:
-                    assert distance == pytest.approx(max(inner) if corner else max(sides) - over, rel=1e-13)
+                    assert distance == pytest.approx(
+                        max(inner) if corner else max(sides) - over, rel=1e-13
+                    )
                 np.testing.assert_allclose(gradient, differences(rule, grown), atol=1e-5)
     # At the point itself there is a slope too.
-    distance, gradient = _off_end(SimpleNamespace(margin=0.4), 2.5 + 2j, start)(start + [0, 0.5, 0, 0.5])
+    distance, gradient = _off_end(SimpleNamespace(margin=0.4), 2.5 + 2j, start)(
+        start + [0, 0.5, 0, 0.5]
+    )
     assert distance == 0 and gradient.tolist() == [0, -0.5, 0, -0.5]
     assert sorted(map(tuple, CORNERS.tolist())) == [(0, 2), (0, 3), (1, 2), (1, 3)]

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.disc import walled
-from fivebar.constraints.constraints import off_sides
-from fivebar.singularities.leg_circles import size_of
 from fivebar.constraints.boundaries import _polyline, _put, facing, kept_at, walls
+from fivebar.constraints.constraints import off_sides
+from fivebar.constraints.disc import walled
+from fivebar.singularities.leg_circles import size_of
 from tests.helpers.curves import polygon
 
 ROBOT, UNEQUAL = fb.FiveBar(), fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -57,7 +57,9 @@ def test_a_polyline_passes_its_points_evenly():
     points = np.array([0, 1, 1 + 2j, 4 + 2j])
     curve = _polyline(points)
     s = np.array([0, 0.25, 1, 1.5, 2.5, 3])
-    np.testing.assert_allclose(curve.at(s) @ (1, 1j), [0, 0.25, 1, 1 + 1j, 2.5 + 2j, 4 + 2j], rtol=1e-15)
+    np.testing.assert_allclose(
+        curve.at(s) @ (1, 1j), [0, 0.25, 1, 1 + 1j, 2.5 + 2j, 4 + 2j], rtol=1e-15
+    )
     np.testing.assert_allclose(curve.tangent(s) @ (1, 1j), [1, 1, 2j, 2j, 3, 3], rtol=1e-15)
     assert curve.interval == (0.0, 3.0)
     np.testing.assert_array_equal(curve.points @ (1, 1j), points)
@@ -88,14 +90,18 @@ def test_the_limits_of_joints_are_met_along_their_walls(working):
         np.testing.assert_allclose(np.exp(1j * q[known]), np.exp(1j * limit), rtol=0, atol=1e-9)
         # From where the leg is stretched to where it is folded.
         base, l1, l2 = ((-0.05, 0.12, 0.1), (0.05, 0.08, 0.15))[leg]
-        np.testing.assert_allclose(sorted(np.abs(arc.z[[0, -1]] - base)), (abs(l1 - l2), l1 + l2), rtol=1e-12)
+        np.testing.assert_allclose(
+            sorted(np.abs(arc.z[[0, -1]] - base)), (abs(l1 - l2), l1 + l2), rtol=1e-12
+        )
     assert len(walls(UNEQUAL, working, fb.Keep(joints=(None, (0.5, 4.0))))) == 2
 
 
 def test_lines_cross_all_that_is_reached():
     reach = 0.22 + UNEQUAL.d / 2  # of the left leg, from the origin
     planes = [(np.cos(t), np.sin(t), c) for t in (0.3, 2.0, 4.0) for c in (0.0, 0.1)]
-    for arc, (a, b, c) in zip(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=planes)), planes, strict=True):
+    for arc, (a, b, c) in zip(
+        walls(UNEQUAL, (1, 1), fb.Keep(half_planes=planes)), planes, strict=True
+    ):
         np.testing.assert_allclose(arc.z.real * a + arc.z.imag * b, c, rtol=0, atol=1e-15)
         np.testing.assert_allclose(arc.tangent(arc.s), arc.z[-1] - arc.z[0], rtol=1e-12)
         along = arc.z.imag * a - arc.z.real * b
@@ -105,8 +111,12 @@ def test_lines_cross_all_that_is_reached():
     assert len(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=[(1, 0, 1.9 * size_of(UNEQUAL))]))) == 1
     corners = [(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09)]
     sides = walls(UNEQUAL, (1, 1), fb.Keep(region=corners))
-    np.testing.assert_allclose([side.z[0] for side in sides], np.array(corners) @ (1, 1j), rtol=1e-15)
-    np.testing.assert_allclose([side.z[-1] for side in sides], np.roll(np.array(corners) @ (1, 1j), -1), rtol=1e-15)
+    np.testing.assert_allclose(
+        [side.z[0] for side in sides], np.array(corners) @ (1, 1j), rtol=1e-15
+    )
+    np.testing.assert_allclose(
+        [side.z[-1] for side in sides], np.roll(np.array(corners) @ (1, 1j), -1), rtol=1e-15
+    )
 
 
 def test_margins_end_along_walls_where_they_are_met():
@@ -125,10 +135,12 @@ def test_margins_end_along_walls_where_they_are_met():
     assert walls(UNEQUAL, (1, -1), fb.Keep()) == []
 
 
-@pytest.mark.parametrize("robot, working", [(ROBOT, (1, -1)), (fb.FiveBar(0.06, 0.1, 0.1, 0.12, 0.05), (1, 1))])
+@pytest.mark.parametrize(
+    "robot, working", [(ROBOT, (1, -1)), (fb.FiveBar(0.06, 0.1, 0.1, 0.12, 0.05), (1, 1))]
+)
 def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, monkeypatch):
     monkeypatch.setattr("fivebar.constraints.boundaries.GRID", 121)
-    keep, reach = fb.Keep(bars=fb.Bars(0.01, posts=0.01)), robot.l11 + robot.l12
+    keep, reach = fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)), robot.l11 + robot.l12
     found = walls(robot, working, keep)
     for arc in found:
         pose = fb.igm(robot, arc.locus.points, working, unreachable="nan")
@@ -148,7 +160,13 @@ def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, mon
         assert not len(at) or np.abs(at[:, None] - points).min(axis=1).max() < 1.2 * step
     assert count > 30
     # One that is closed ends where it starts, not a cell of the grid before.
-    gaps = np.array([abs(arc.z[0] - arc.z[-1]) / np.abs(np.diff(arc.z)).max() for arc in found if len(arc.z) > 20])
+    gaps = np.array(
+        [
+            abs(arc.z[0] - arc.z[-1]) / np.abs(np.diff(arc.z)).max()
+            for arc in found
+            if len(arc.z) > 20
+        ]
+    )
     assert not ((gaps > 0.01) & (gaps < 1.5)).any() and (robot is ROBOT or gaps.min() < 0.01)
 
 
@@ -161,4 +179,6 @@ def test_an_aspect_with_walls_is_what_is_kept_of_it():
     expected = off_sides(np.array(corners) @ (1, 1j), z) >= 0
     np.testing.assert_array_equal(own.allowed(z)[part.contains(np.stack([z.real, z.imag], -1))],
                                   expected[part.contains(np.stack([z.real, z.imag], -1))])  # fmt: skip
-    assert kept_at(ROBOT, part.working, fb.Keep(region=corners))(np.array(0.02 + 0.06j)).tolist() == [True]
+    assert kept_at(ROBOT, part.working, fb.Keep(region=corners))(
+        np.array(0.02 + 0.06j)
+    ).tolist() == [True]

@@ -7,7 +7,14 @@ from fivebar.study.chart_names import PEERS
 from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
 from fivebar.study.speed_accuracy import chart as declared
 from fivebar.study.speed_accuracy import making
-from fivebar.study.speed_accuracy.charts import chip, contours, derivatives, geometry, integrators, motions
+from fivebar.study.speed_accuracy.charts import (
+    chip,
+    contours,
+    derivatives,
+    geometry,
+    integrators,
+    motions,
+)
 from fivebar.study.speed_accuracy.findings import observed_order, orders
 from fivebar.study.speed_accuracy.runner import measure, row_of
 from fivebar.study.speed_accuracy.store import BASE, Result
@@ -19,9 +26,15 @@ def test_observed_order():
     for order in (1, 2, 4, 8):
         errors = steps**order
         assert observed_order(steps, errors, 1e-16) == pytest.approx(order)
-        assert observed_order(steps, errors + 1e-12 / steps, 1e-16) == pytest.approx(order, abs=0.1)  # rounding grows
-        assert observed_order(steps[::-1], np.maximum(errors, 1e-9)[::-1], 1e-9) == pytest.approx(order)
-    assert np.isnan(observed_order([1.0], [1.0], 0.0)) and np.isnan(observed_order(steps, 0 * steps + 1.0, 1.0))
+        assert observed_order(steps, errors + 1e-12 / steps, 1e-16) == pytest.approx(
+            order, abs=0.1
+        )  # rounding grows
+        assert observed_order(steps[::-1], np.maximum(errors, 1e-9)[::-1], 1e-9) == pytest.approx(
+            order
+        )
+    assert np.isnan(observed_order([1.0], [1.0], 0.0)) and np.isnan(
+        observed_order(steps, 0 * steps + 1.0, 1.0)
+    )
 
 
 def measured_order(chart, problem, name, panel, knobs):
@@ -29,7 +42,12 @@ def measured_order(chart, problem, name, panel, knobs):
     method = chart.method(name)
     for knob in knobs or method.knobs_of(problem, quick=False):
         attempt = method.prepare(problem, knob)
-        row = dict.fromkeys(BASE, 0.0) | {"problem": problem, "method": name, "knob": knob, "status": "ok"}
+        row = dict.fromkeys(BASE, 0.0) | {
+            "problem": problem,
+            "method": name,
+            "knob": knob,
+            "status": "ok",
+        }
         rows.append(row | attempt.judge(attempt.call()))
     return orders(Result(chart, {}, rows), panel)[name]
 
@@ -48,7 +66,9 @@ def measured_order(chart, problem, name, panel, knobs):
 def test_integrators_have_their_orders(name, knobs, compiler):
     chart = integrators.chart()
     method = chart.method(name)
-    order = measured_order(chart, "regular", name, chart.panels[0][0], method.knobs_of("regular", False)[knobs])
+    order = measured_order(
+        chart, "regular", name, chart.panels[0][0], method.knobs_of("regular", False)[knobs]
+    )
     assert order == pytest.approx(method.order, abs=0.1)
 
 
@@ -63,9 +83,9 @@ def test_differences_have_their_orders(row, column):
 def test_contours_have_their_order():
     chart = contours.chart()
     knobs = (100, 200, 400)
-    assert measured_order(chart, "task", "grid by NumPy, contoured", chart.panels[0][0], knobs) == pytest.approx(
-        2, abs=0.1
-    )
+    assert measured_order(
+        chart, "task", "grid by NumPy, contoured", chart.panels[0][0], knobs
+    ) == pytest.approx(2, abs=0.1)
 
 
 @pytest.mark.parametrize("name", list(declared.MODULES))
@@ -90,14 +110,25 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
         made = [row for row in rows if row["status"] != "left out"]
         assert not [row for row in made if row["problem"] == "forced" and row["status"] == "failed"]
     for row in made:
-        assert row["status"] in ("ok", "failed") and row["seconds"] > 0 and (row["word"] or row["status"] == "ok")
+        assert (
+            row["status"] in ("ok", "failed")
+            and row["seconds"] > 0
+            and (row["word"] or row["status"] == "ok")
+        )
         if row["status"] == "ok":
-            assert wanted[row["problem"]] <= set(row) and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+            assert (
+                wanted[row["problem"]] <= set(row)
+                and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+            )
     succeeded = {row["method"] for row in rows if row["status"] == "ok"}
-    assert all(method.name in succeeded for method in chart.methods if method.family == declared.OURS)
+    assert all(
+        method.name in succeeded for method in chart.methods if method.family == declared.OURS
+    )
     result.to_csv(tmp_path / "again.csv")
     again = making.redraw(tmp_path / "again.csv", name)
-    assert again.rows == rows and making.module_with(chart).caption(again) == making.module_with(chart).caption(result)
+    assert again.rows == rows and making.module_with(chart).caption(again) == making.module_with(
+        chart
+    ).caption(result)
     monkeypatch.setattr(making, "DPI", 50)
     assert making.draw(again, tmp_path).startswith(b"\x89PNG")
     assert (tmp_path / f"{name}.svg").stat().st_size > 20_000
@@ -106,9 +137,16 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
 def test_geometry_knows_right_from_wrong(compiler):
     """The routes agree with the dyad but in the branch that arctg loses."""
     chart = geometry.chart()
-    rows = {m.name: measure(chart, "batch", m.name, 0, 0.0) for m in chart.methods if m.knobs_of("batch", True)}
+    rows = {
+        m.name: measure(chart, "batch", m.name, 0, 0.0)
+        for m in chart.methods
+        if m.knobs_of("batch", True)
+    }
     words = {name: row.get("word") for name, row in rows.items() if "error" not in row}
-    assert list(words) == ["arctg angles (vector method eq. 9)"] and "wrong branch" in words.popitem()[1]
+    assert (
+        list(words) == ["arctg angles (vector method eq. 9)"]
+        and "wrong branch" in words.popitem()[1]
+    )
     assert all(row["error"] < 1e-15 for row in rows.values() if "error" in row)
 
 

@@ -25,16 +25,25 @@ def test_the_top_misses_nothing_and_what_is_not_named_costs_nothing(found):
             if not rung.named:
                 assert rung.instructions == below.instructions and rung.missed == below.missed
             else:
-                assert rung.instructions > below.instructions and rung.missed <= below.missed, (name, rung.name)
+                assert rung.instructions > below.instructions and rung.missed <= below.missed, (
+                    name,
+                    rung.name,
+                )
 
 
 def test_what_is_missed_is_what_the_models_differ_by(found):
     case = CASES["vertical"]
     light = fb.FiveBar(
-        **{k: v for k, v in case.robot.parameters.items() if k[0] in "ldm" and k[:2] != "mx" or k in ("zz1", "zz2")}
+        **{
+            k: v
+            for k, v in case.robot.parameters.items()
+            if k[0] in "ldm" and k[:2] != "mx" or k in ("zz1", "zz2")
+        }
     )
     missed = _torques(case.robot, case) - _torques(light, case)
-    assert found["vertical"][0].missed == pytest.approx(float(np.sqrt((missed**2).sum(axis=1).mean())), rel=1e-12)
+    assert found["vertical"][0].missed == pytest.approx(
+        float(np.sqrt((missed**2).sum(axis=1).mean())), rel=1e-12
+    )
 
 
 def test_the_chart_has_a_panel_for_each_robot(found, tmp_path):

@@ -53,10 +53,16 @@ def test_the_traps_cost_digits(peers):
     chart = simulators.chart()
     tuned, held, light = (
         measure(chart, "forced", f"MuJoCo tuned, {how}", 400, 0.0)["error"]
-        for how in ("RK4, torque by callback, Python", "but the torque held over a step", "but tied by a body of 1 mg")
+        for how in (
+            "RK4, torque by callback, Python",
+            "but the torque held over a step",
+            "but tied by a body of 1 mg",
+        )
     )
     assert 1e5 * tuned == pytest.approx(held, rel=0.3) and light > 1e5 * tuned
-    shares = [measure(chart, "positions", "pylinkage step", turn, 0.0)["wrong"] for turn in (5.0, 60.0)]
+    shares = [
+        measure(chart, "positions", "pylinkage step", turn, 0.0)["wrong"] for turn in (5.0, 60.0)
+    ]
     assert shares == [0.0, 0.5]
 
 

@@ -13,7 +13,9 @@ def position(robot, q, assembly):
     e1, e2 = (side * mpmath.mpf(robot.d) / 2 + length * mpmath.expj(angle)
               for side, length, angle in ((-1, robot.l11, q[0]), (1, robot.l21, q[1])))  # fmt: skip
     span = e2 - e1
-    cosine = (abs(span) ** 2 + mpmath.mpf(robot.l12) ** 2 - mpmath.mpf(robot.l22) ** 2) / (2 * robot.l12 * abs(span))
+    cosine = (abs(span) ** 2 + mpmath.mpf(robot.l12) ** 2 - mpmath.mpf(robot.l22) ** 2) / (
+        2 * robot.l12 * abs(span)
+    )
     return e1 + robot.l12 * span / abs(span) * mpmath.expj(-assembly * mpmath.acos(cosine))
 
 
@@ -26,7 +28,9 @@ def test_exact_motion_has_50_digits(robot, assembly):
             angles = [[mpmath.mpf(float(x)) for x in v] for v in (q, rate, acceleration)]
 
             def path(t, angles=angles):
-                return position(robot, [a + b * t + c * t * t / 2 for a, b, c in zip(*angles)], assembly)
+                return position(
+                    robot, [a + b * t + c * t * t / 2 for a, b, c in zip(*angles)], assembly
+                )
 
             found = exact_motion(robot, q, rate, acceleration, assembly)
             for order, vector in enumerate(found):
@@ -41,13 +45,19 @@ def test_decimal_sine_and_cosine():
     with localcontext(prec=DIGITS + 15), mpmath.workdps(DIGITS + 20):
         for angle in (0.0, 1e-30, -3.0, 2.5, 6.2):
             found = [mpmath.mpf(str(x)) for x in cos_sin(Decimal(angle))]
-            assert all(abs(a - b) < mpmath.mpf(10) ** -(DIGITS + 5) for a, b in zip(found, mpmath.cos_sin(angle)))
+            assert all(
+                abs(a - b) < mpmath.mpf(10) ** -(DIGITS + 5)
+                for a, b in zip(found, mpmath.cos_sin(angle))
+            )
     assert distance((1.0, 2.0), (Decimal(1), Decimal(2) + Decimal("1e-30"))) == pytest.approx(1e-30)
 
 
 def redundant_slope(robot, torque=None):
     """state (x, y, q1, q2, rates, t) -> slope by Lagrange multipliers, in mpmath; regular at Type 2."""
-    legs = [(side * mpmath.mpf(robot.d) / 2, mpmath.mpf(length)) for side, length in ((-1, robot.l11), (1, robot.l21))]
+    legs = [
+        (side * mpmath.mpf(robot.d) / 2, mpmath.mpf(length))
+        for side, length in ((-1, robot.l11), (1, robot.l21))
+    ]
     z1, z2, m = mpmath.mpf(robot.zz1), mpmath.mpf(robot.zz2), mpmath.mpf(robot.m)
 
     def leg(base, length, x, y, xd, yd, angle, rate):
@@ -62,7 +72,10 @@ def redundant_slope(robot, torque=None):
         (r1x, r1y, b1, g1), (r2x, r2y, b2, g2) = (
             leg(*own, x, y, xd, yd, q, w) for own, q, w in zip(legs, (q1, q2), (w1, w2))
         )
-        a11, a22 = (r1x * r1x + r1y * r1y) / m + b1 * b1 / z1, (r2x * r2x + r2y * r2y) / m + b2 * b2 / z2
+        a11, a22 = (
+            (r1x * r1x + r1y * r1y) / m + b1 * b1 / z1,
+            (r2x * r2x + r2y * r2y) / m + b2 * b2 / z2,
+        )
         a12 = (r1x * r2x + r1y * r2y) / m
         det = a11 * a22 - a12 * a12
         g1, g2 = g1 + b1 * tau1 / z1, g2 + b2 * tau2 / z2
@@ -90,7 +103,8 @@ def extrapolated(slope, y, step, levels):
 
 
 @pytest.mark.parametrize(
-    "name, steps, levels", [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11), ("forced", 25, 11)]
+    "name, steps, levels",
+    [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11), ("forced", 25, 11)],
 )
 def test_ends_of_the_motions(name, steps, levels):
     known = [table[name] for table in (motions.MOTIONS, motions.DRIVEN) if name in table]
@@ -117,9 +131,14 @@ def start_of(name, motion, robot):
     if name == "through":
         (x, y), (xd, yd) = map(mpmath.mpf, rates.pose.xi), map(mpmath.mpf, rates.xi_dot)
         q, w = [], []
-        for side, sign, length, bar in ((-1, 1, robot.l11, robot.l12), (1, -1, robot.l21, robot.l22)):
+        for side, sign, length, bar in (
+            (-1, 1, robot.l11, robot.l12),
+            (1, -1, robot.l21, robot.l22),
+        ):
             span = mpmath.mpc(x - side * mpmath.mpf(robot.d) / 2, y)
-            cosine = (abs(span) ** 2 + mpmath.mpf(length) ** 2 - mpmath.mpf(bar) ** 2) / (2 * length * abs(span))
+            cosine = (abs(span) ** 2 + mpmath.mpf(length) ** 2 - mpmath.mpf(bar) ** 2) / (
+                2 * length * abs(span)
+            )
             u = span / abs(span) * mpmath.expj(sign * mpmath.acos(cosine))
             r = span - length * u
             q.append(mpmath.arg(u))
@@ -127,5 +146,8 @@ def start_of(name, motion, robot):
         return [x, y, *q, xd, yd, *w, mpmath.mpf(0)]
     q, w = ([mpmath.mpf(float(v)) for v in vector] for vector in (rates.pose.q, rates.q_dot))
     with mpmath.workdps(60):
-        z, v = (mpmath.diff(lambda t: position(robot, [a + b * t for a, b in zip(q, w)], -1), 0, k) for k in (0, 1))
+        z, v = (
+            mpmath.diff(lambda t: position(robot, [a + b * t for a, b in zip(q, w)], -1), 0, k)
+            for k in (0, 1)
+        )
     return [z.real, z.imag, *q, v.real, v.imag, *w, mpmath.mpf(0)]

@@ -20,7 +20,9 @@ LINES = """[...document.querySelectorAll("svg.scene line:is(.joint, .motor, .bar
 def pages(tmp_path_factory):
     """{what it shows: its file}."""
     folder = tmp_path_factory.mktemp("pages")
-    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.0, 0.1), 2.0))
+    run = fb.simulate(
+        ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.line((0.09, 0.068), (0.0, 0.1), 2.0)
+    )
     subjects = {
         "run": run,
         "biglide": fb.simulate(fb.Biglide(), duration=0.2),
@@ -35,7 +37,9 @@ def pages(tmp_path_factory):
 @pytest.fixture(scope="module")
 def firefox(tmp_path_factory):
     profile = tmp_path_factory.mktemp("profile")
-    (profile / "user.js").write_text('user_pref("webgl.disabled", true);\n')  # which only scenes would use
+    (profile / "user.js").write_text(
+        'user_pref("webgl.disabled", true);\n'
+    )  # which only scenes would use
     with opened(profile) as page:
         yield page
 
@@ -53,7 +57,10 @@ def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
         theirs = page.evaluate(LINES)
     assert [part[0] for part in mine] == [part[0] for part in theirs] and len(mine) > 5
     # Fonts differ, and with them the room for the picture: its bars lie alike, up to its scale.
-    vectors = [np.array([part[3:] for part in parts]) - [part[1:3] for part in parts] for parts in (mine, theirs)]
+    vectors = [
+        np.array([part[3:] for part in parts]) - [part[1:3] for part in parts]
+        for parts in (mine, theirs)
+    ]
     one, other = (each / np.abs(each).max() for each in vectors)
     np.testing.assert_allclose(one, other, atol=1e-6)
 
@@ -61,7 +68,9 @@ def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
 def test_joints_are_round(firefox, pages):
     """Ink of their colour that is no bar: as wide as high, and filled as a disc is."""
     firefox.open(pages["run"], **SIZE)
-    box = firefox.evaluate("(({x, y, width, height}) => [x, y, width, height])(scene.svg.getBoundingClientRect())")
+    box = firefox.evaluate(
+        "(({x, y, width, height}) => [x, y, width, height])(scene.svg.getBoundingClientRect())"
+    )
     x, y, width, height = map(int, box)
     picture = firefox.picture()[y : y + height, x : x + width]
     places = firefox.evaluate("scene.mechanisms[0].points.map(point => scene.onScreen(point))")
@@ -87,7 +96,9 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
         firefox.evaluate(f"(player.pause(), player.seek({seconds}), {DRAWN})")
         picture = firefox.picture()
         xi = fb.line((0.09, 0.068), (0.0, 0.1), 2.0)(seconds)[0]
-        for base, elbow, colour in zip((-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#ae4d00"), strict=True):
+        for base, elbow, colour in zip(
+            (-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#ae4d00"), strict=True
+        ):
             x, y = 0.5 * (np.array([base, 0.0]) + elbow)
             where = firefox.evaluate(
                 f"""(() => {{ const pane = $("pane"), place = viewer.camera.position.clone().set({x}, {y}, 0);
@@ -101,7 +112,9 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
 
 def test_the_first_value_is_no_rounding_error(firefox, pages):
     firefox.open(pages["run"], **SIZE)
-    outputs = firefox.evaluate("[...document.querySelectorAll('figure output')].map(output => output.textContent)")
+    outputs = firefox.evaluate(
+        "[...document.querySelectorAll('figure output')].map(output => output.textContent)"
+    )
     assert all(float(output) == 0 and len(output) < 8 for output in outputs[:3])
 
 

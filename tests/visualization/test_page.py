@@ -23,9 +23,7 @@ from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
 from ..helpers.pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
 
-HOSTILE = (
-    '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
-)
+HOSTILE = '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
 LINE = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
 
 
@@ -80,7 +78,9 @@ def resize(page, width, height):
 
 def strokes(page):
     """The bars' colours."""
-    return page.evaluate("[...document.querySelectorAll('.bar')].map(bar => bar.getAttribute('stroke'))")
+    return page.evaluate(
+        "[...document.querySelectorAll('.bar')].map(bar => bar.getAttribute('stroke'))"
+    )
 
 
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
@@ -88,8 +88,16 @@ def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, ru
     assert strokes(page) == ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]  # as in plots and scenes
     assert set(strokes(page)) <= {line.get_color() for line in run.plot().axes[0].lines}
     assert strokes(page) == fb.view.scene(run.robot, run).machines[0].body.colours
-    assert page.locator(".glass").count() == 4 and page.locator("h2").first.text_content() == "tracking error (mm)"
-    for plot, across, drag in [(0, 0.25, False), (1, 0.7, True), (2, 0.001, False), (3, 0.999, False)]:
+    assert (
+        page.locator(".glass").count() == 4
+        and page.locator("h2").first.text_content() == "tracking error (mm)"
+    )
+    for plot, across, drag in [
+        (0, 0.25, False),
+        (1, 0.7, True),
+        (2, 0.001, False),
+        (3, 0.999, False),
+    ]:
         hover(page, plot, across, drag=drag)
         k = sample(page)
         assert k == pytest.approx(2000 * across, abs=3)
@@ -156,7 +164,10 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     settle(page)
     assert sample(page) == 205 and slider.get_attribute("aria-valuetext") == "time 0.205 s"
     np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[205])), atol=1e-9)
-    until(page, "document.getElementById('status').textContent.startsWith('time 0.205 s. active joints: left')")
+    until(
+        page,
+        "document.getElementById('status').textContent.startsWith('time 0.205 s. active joints: left')",
+    )
     page.keyboard.press(" ")
     until(page, "at > 300")
     assert page.get_by_role("button", name="pause").count() == 1
@@ -170,13 +181,27 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
 def test_everything_is_reached_by_tab_and_named(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
     names = []
-    focused = "document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent"
+    focused = (
+        "document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent"
+    )
     for _ in range(26):
         page.keyboard.press("Tab")
         names.append(page.evaluate(focused))
-    wanted = ["picture: zoom out", "curve distance", "play", "time", "speed", "zoom in", "show all", "More"]
+    wanted = [
+        "picture: zoom out",
+        "curve distance",
+        "play",
+        "time",
+        "speed",
+        "zoom in",
+        "show all",
+        "More",
+    ]
     assert [name for name in names if name in wanted][: len(wanted)] == wanted
-    assert all(names) and page.get_by_role("img", name="tracking error (mm) over time: x from").count() == 1
+    assert (
+        all(names)
+        and page.get_by_role("img", name="tracking error (mm) over time: x from").count() == 1
+    )
     unnamed = page.evaluate(
         """[...document.querySelectorAll("button, input, select, svg.scene, .plot, section")]
             .filter(e => !e.getAttribute("aria-label") && !e.textContent.trim()).length"""
@@ -235,9 +260,16 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
         resize(page, width, height)
         hover(page, 0, 0.5)
         assert sample(page) == pytest.approx(180, abs=1)
-        x, y = page.evaluate("point => scene.onScreen(point)", result.motion.position("B")[sample(page)].tolist())
-        letter = page.evaluate("[...scene.letters.children].find(e => e.textContent === 'B').getAttribute('x')")
-        assert float(letter) == pytest.approx(x + 11) and 0 < y < page.locator("svg.scene").bounding_box()["height"]
+        x, y = page.evaluate(
+            "point => scene.onScreen(point)", result.motion.position("B")[sample(page)].tolist()
+        )
+        letter = page.evaluate(
+            "[...scene.letters.children].find(e => e.textContent === 'B').getAttribute('x')"
+        )
+        assert (
+            float(letter) == pytest.approx(x + 11)
+            and 0 < y < page.locator("svg.scene").bounding_box()["height"]
+        )
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
@@ -248,7 +280,10 @@ def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
         drawn = re.fullmatch(r"M12 \S+v6h(\S+)v-6", page.evaluate("scene.rule.getAttribute('d')"))
         number, unit = page.evaluate("scene.length.textContent").split()
         metres = float(number) * {"mm": 1e-3, "m": 1.0}[unit]
-        assert float(drawn[1]) == pytest.approx(page.evaluate("scene.scale") * metres) and float(drawn[1]) > 0
+        assert (
+            float(drawn[1]) == pytest.approx(page.evaluate("scene.scale") * metres)
+            and float(drawn[1]) > 0
+        )
 
 
 def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
@@ -256,7 +291,9 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     name, data = download(page, "CSV")
     assert name == "a-run-2.csv"
     first, *lines = data.decode().split("\n")
-    assert "Run.to_csv writes all" in first and first.startswith("# fivebar page: a, run/2; SI units")
+    assert "Run.to_csv writes all" in first and first.startswith(
+        "# fivebar page: a, run/2; SI units"
+    )
     table = list(csv.reader(io.StringIO("\n".join(lines))))
     columns = dict(zip(table[0], np.array(table[1:], dtype=float).T, strict=True))
     size = np.linalg.norm(run.error, axis=1)
@@ -267,7 +304,9 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
         "energy energy (J)": run.energy, "potential energy (J)": run.potential,
     }.items():  # fmt: skip
         np.testing.assert_array_equal(columns[title], values)
-    for title, sines in zip(["left leg", "right leg", "distal bars"], [*pose.sines, pose.det_A], strict=True):
+    for title, sines in zip(
+        ["left leg", "right leg", "distal bars"], [*pose.sines, pose.det_A], strict=True
+    ):
         np.testing.assert_allclose(columns[f"margins {title}"], sines, atol=1e-9)
     assert len(columns) == 19
 
@@ -277,8 +316,14 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     picture = imread(io.BytesIO(data))[..., :3]
     assert name == "a-run-2.png" and picture.shape[1] == 2200 and picture.shape[0] > 2000
     assert np.ptp(picture, axis=2).max() > 0.3 and (picture == 1).all(axis=2).mean() > 0.5
-    left, right = picture[:, :980], picture[:, 980:]  # the mechanism, and the plots under one another
-    blue = [(np.abs(part - np.array([0, 0x72, 0xB2]) / 255) < 0.02).all(axis=2) for part in (left, right)]
+    left, right = (
+        picture[:, :980],
+        picture[:, 980:],
+    )  # the mechanism, and the plots under one another
+    blue = [
+        (np.abs(part - np.array([0, 0x72, 0xB2]) / 255) < 0.02).all(axis=2)
+        for part in (left, right)
+    ]
     assert blue[0].sum() > 2000 and (blue[1].sum(axis=1) > 5).sum() > 100
 
 
@@ -297,7 +342,9 @@ def test_contrast(opened, tmp_path, run):  # noqa: F811
         for quiet in ("h2 small", ".legend output", ".state", "summary"):
             assert contrast(colour(quiet), paper) > 4.5
         assert contrast(colour("button"), colour("button", "backgroundColor")) > 7
-        strokes = page.evaluate("plots.flatMap(plot => plot.curves.map(curve => curve.glyph.line_color.value))")
+        strokes = page.evaluate(
+            "plots.flatMap(plot => plot.curves.map(curve => curve.glyph.line_color.value))"
+        )
         assert len(set(strokes)) == 2
         for stroke in [*strokes, *(page.evaluate(f"theme('--c{k}')") for k in range(6))]:
             assert contrast(stroke, paper) > 3
@@ -306,8 +353,14 @@ def test_contrast(opened, tmp_path, run):  # noqa: F811
     # On paper the dark is light, plots are still pictures, and controls are gone.
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     page.emulate_media(color_scheme="dark", media="print")
-    assert contrast(colour("body", "backgroundColor"), "#ffffff") < 1.01 and contrast(colour("h1"), "#ffffff") > 12
-    assert not page.locator("#controls").is_visible() and page.locator(".still").count() == len(strokes) // 2
+    assert (
+        contrast(colour("body", "backgroundColor"), "#ffffff") < 1.01
+        and contrast(colour("h1"), "#ffffff") > 12
+    )
+    assert (
+        not page.locator("#controls").is_visible()
+        and page.locator(".still").count() == len(strokes) // 2
+    )
     inks = """[...document.querySelectorAll(".still")].map(canvas => {
         const found = new Set(), {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
         for (let k = 0; k < data.length; k += 4) found.add(data.slice(k, k + 3).join());
@@ -316,7 +369,10 @@ def test_contrast(opened, tmp_path, run):  # noqa: F811
     assert not page.locator(".bk-Figure").first.is_visible()
     page.emulate_media(color_scheme="dark", media="screen")
     page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert page.locator(".still").count() == 0 and contrast(colour("body", "backgroundColor"), "#ffffff") > 15
+    assert (
+        page.locator(".still").count() == 0
+        and contrast(colour("body", "backgroundColor"), "#ffffff") > 15
+    )
 
 
 def test_curves_differ_by_more_than_colour(opened, tmp_path, run):  # noqa: F811
@@ -328,8 +384,14 @@ def test_curves_differ_by_more_than_colour(opened, tmp_path, run):  # noqa: F811
 def test_phone(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path), width=390, height=844, has_touch=True, is_mobile=True)
     assert page.evaluate("document.documentElement.scrollWidth") == 390
-    picture, plot = (page.locator(selector).first.bounding_box() for selector in ("svg.scene", ".plot"))
-    assert plot["y"] >= picture["y"] + picture["height"] and picture["width"] > 340 and plot["width"] > 340
+    picture, plot = (
+        page.locator(selector).first.bounding_box() for selector in ("svg.scene", ".plot")
+    )
+    assert (
+        plot["y"] >= picture["y"] + picture["height"]
+        and picture["width"] > 340
+        and plot["width"] > 340
+    )
     boxes = "[...document.querySelectorAll('button, select, input')].map(e => e.getBoundingClientRect())"
     folded = page.evaluate("document.getElementById('controls').offsetHeight")
     page.get_by_text("More").click()  # what is used less
@@ -338,7 +400,9 @@ def test_phone(opened, tmp_path, run):  # noqa: F811
     page.get_by_text("More").click()
     assert page.evaluate("document.getElementById('controls').offsetHeight") == folded < 110
     page.evaluate("scrollTo(0, document.body.scrollHeight)")
-    assert 0 <= page.locator("svg.scene").bounding_box()["y"] < 10, "the picture stays beside what it explains"
+    assert 0 <= page.locator("svg.scene").bounding_box()["y"] < 10, (
+        "the picture stays beside what it explains"
+    )
     page.evaluate("scrollTo(0, 0)")
     box = page.locator(".glass").first.bounding_box()
     page.touchscreen.tap(box["x"] + box["width"] * 0.75, box["y"] + 30)
@@ -355,7 +419,9 @@ def test_hostile_names_stay_text(opened, tmp_path, run):  # noqa: F811
     assert path.read_text("utf-8").count("window.hacked = 1</script>") == 0
     _, data = download(page, "CSV")
     table = list(csv.reader(io.StringIO(data.decode().split("\n", 1)[1], newline="")))
-    assert {row[0] for row in table[1:]} == {HOSTILE, "plain"} and {len(row) for row in table} == {6}
+    assert {row[0] for row in table[1:]} == {HOSTILE, "plain"} and {len(row) for row in table} == {
+        6
+    }
 
 
 def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa: F811
@@ -370,7 +436,9 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
         hover(page, 1, across)
         k = round(page.evaluate("clock[at]") * 1000)
         np.testing.assert_allclose(bars(page, 0), chain(fb.dgm(run.robot, run.q[k])), atol=1e-9)
-        np.testing.assert_allclose(bars(page, 1), chain(fb.dgm(UNEQUAL, other.q[min(k, 1000)])), atol=1e-9)
+        np.testing.assert_allclose(
+            bars(page, 1), chain(fb.dgm(UNEQUAL, other.q[min(k, 1000)])), atol=1e-9
+        )
 
 
 def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
@@ -416,7 +484,10 @@ def test_samples_that_are_nan_are_gaps(opened, tmp_path, run):  # noqa: F811
     q[500:600] = np.nan
     tau[700, 0] = np.inf
     page = opened(written(replace(run, q=q, tau=tau), tmp_path))
-    assert "Not finite, so gaps: q in 100, tau in 1 of 2001 samples." in page.locator("#notes").text_content()
+    assert (
+        "Not finite, so gaps: q in 100, tau in 1 of 2001 samples."
+        in page.locator("#notes").text_content()
+    )
     hover(page, 0, 0.27)
     assert not seen(page) and "no pose here" in page.locator(".state").text_content()
     assert page.locator("figure").nth(2).locator("output").first.text_content() == "none"
@@ -430,13 +501,18 @@ def test_a_million_samples_are_thinned_with_a_note(opened, tmp_path, run):  # no
     n = 1_000_000
     names = ("q", "q_dot", "xi", "tau", "energy", "xi_ref")
     index = np.linspace(0, 2000, n).round().astype(int)
-    long = replace(run, t=np.linspace(0, 1000, n), **{name: getattr(run, name)[index] for name in names})
+    long = replace(
+        run, t=np.linspace(0, 1000, n), **{name: getattr(run, name)[index] for name in names}
+    )
     path = written(long, tmp_path)
     assert path.stat().st_size < 6e6
     page = opened(path)
     note = page.locator("#notes").text_content()
     held = page.evaluate("clock.length")
-    assert f"This page, its CSV included, holds {held} of 1000000 samples, evenly spaced; Run.to_csv has all." in note
+    assert (
+        f"This page, its CSV included, holds {held} of 1000000 samples, evenly spaced; Run.to_csv has all."
+        in note
+    )
     assert 10_000 < held < 40_000 and page.evaluate("clock[clock.length - 1]") == 1000
     hover(page, 1, 0.4)
     k = round(page.evaluate("clock[at]") / 1000 * (n - 1))
@@ -447,7 +523,11 @@ def test_ten_seconds_fit(tmp_path):
     long = simulated(reference=fb.line((0.09, 0.06796322), (0.0, 0.1), 10.0))
     sizes = [
         written(subject, tmp_path, show=show).stat().st_size
-        for subject, show in [(long, None), (long, list(runs.QUANTITIES)), ({"a": long, "b": long, "c": long}, None)]
+        for subject, show in [
+            (long, None),
+            (long, list(runs.QUANTITIES)),
+            ({"a": long, "b": long, "c": long}, None),
+        ]
     ]
     assert sizes[0] < 4e6 and max(sizes) < 6e6
 
@@ -456,7 +536,11 @@ def test_ten_seconds_fit(tmp_path):
 def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), speed=speed)
     page = opened(written(result, tmp_path))
-    heads = ["angle (deg)", "M.speed (mm/s)", "M.tangential, M.normal (mm/s²)"]  # of the point that is named
+    heads = [
+        "angle (deg)",
+        "M.speed (mm/s)",
+        "M.tangential, M.normal (mm/s²)",
+    ]  # of the point that is named
     assert page.locator("h2").all_text_contents() == heads
     # The coupler's triangle is one link, and a link has the colour that it has in plots and scenes.
     blue, orange, green = "#0072B2", "#D55E00", "#009E73"
@@ -465,7 +549,9 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
         == [blue, orange, green, orange, orange]
         == fb.view.scene(result.linkage, result).machines[0].body.colours
     )
-    assert [line.get_color() for line in result.plot().axes[0].lines if line.get_linewidth() == 3] == strokes(page)
+    assert [
+        line.get_color() for line in result.plot().axes[0].lines if line.get_linewidth() == 3
+    ] == strokes(page)
     key = page.locator("[aria-label='colours of the picture'] li").all_text_contents()
     assert key == ["path", "crank", "coupler", "rocker"]
     low, high = sorted(np.degrees(result.q[[0, -1]]))
@@ -473,7 +559,10 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
         hover(page, plot, across)
         k = sample(page)
         assert np.degrees(result.q[k]) == pytest.approx(low + across * (high - low), abs=1.1)
-        position = {name: point for name, point in zip(result.motion.points, result.points()[k], strict=True)}
+        position = {
+            name: point
+            for name, point in zip(result.motion.points, result.points()[k], strict=True)
+        }
         expected = [[position[a], position[b]] for a, b in result.motion.chain.bars]
         np.testing.assert_allclose(bars(page), expected, rtol=0, atol=1e-15)
     before = page.evaluate("abscissa(at)")
@@ -491,13 +580,21 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
         lambda: study(PRESSES["repaired"][0], turns=2, speed=2.0, gravity=GRAVITY),
         lambda: study(SliderCrank(0.05, 0.15, 0.02)),
         lambda: study(FiveBarLinkage(fb.FiveBar(), (1, 2)), drive="swing"),
-        lambda: study(PRESSES["printed"][0], drive="until-lock", speed=2.0, start=np.radians(160.24)),
-        lambda: study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), quantities=["M.curvature_radius"]),
+        lambda: study(
+            PRESSES["printed"][0], drive="until-lock", speed=2.0, start=np.radians(160.24)
+        ),
+        lambda: study(
+            FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), quantities=["M.curvature_radius"]
+        ),
     ],
 )
 def test_other_linkages(opened, tmp_path, result):  # noqa: F811
     result = result()
-    page = opened(written(result, tmp_path, show=None if "torque" in result.columns else list(result.columns)[:3]))
+    page = opened(
+        written(
+            result, tmp_path, show=None if "torque" in result.columns else list(result.columns)[:3]
+        )
+    )
     k = len(result.t) // 3
     page.evaluate("k => go(k)", k)
     settle(page)
@@ -530,7 +627,9 @@ heavy = {{"bokeh", "matplotlib", "tornado", "pandas"}}
 run.page({str(tmp_path / "page.html")!r})
 assert not heavy & sys.modules.keys(), heavy & sys.modules.keys()
 """
-    subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, cwd=Path(fb.__file__).parents[1])
+    subprocess.run(
+        [sys.executable, "-W", "error", "-c", script], check=True, cwd=Path(fb.__file__).parents[1]
+    )
 
 
 def _changed(run, **changes):
@@ -541,23 +640,55 @@ def _changed(run, **changes):
     ("subject", "options", "message"),
     [
         (lambda run: {}, {}, "at least one run"),
-        (lambda run: _changed(run, t=run.t[:0]), {}, "the run has 0 samples: a motion needs at least 2"),
+        (
+            lambda run: _changed(run, t=run.t[:0]),
+            {},
+            "the run has 0 samples: a motion needs at least 2",
+        ),
         (
             lambda run: {"a": run, "b": _changed(run, t=run.t[:1])},
             {},
             "the run 'b' has 1 samples",
         ),
-        (lambda run: _changed(run, t=np.where(run.t == 1, np.nan, run.t)), {}, r"t\[1000\] is nan, not finite"),
+        (
+            lambda run: _changed(run, t=np.where(run.t == 1, np.nan, run.t)),
+            {},
+            r"t\[1000\] is nan, not finite",
+        ),
         (lambda run: _changed(run, t=run.t[::-1]), {}, r"t\[1\] = 1.999 is not after t\[0\] = 2"),
         (lambda run: _changed(run, q=run.q[:9]), {}, "2001 samples of t, but 9 of q"),
-        (lambda run: _changed(run, q=run.q * np.nan), {}, "no sample has a pose that could be drawn"),
-        (lambda run: run, {"show": "speed"}, "no quantity 'speed'; the known ones are q, q_dot, xi, error"),
+        (
+            lambda run: _changed(run, q=run.q * np.nan),
+            {},
+            "no sample has a pose that could be drawn",
+        ),
+        (
+            lambda run: run,
+            {"show": "speed"},
+            "no quantity 'speed'; the known ones are q, q_dot, xi, error",
+        ),
         (lambda run: run, {"show": ()}, "show is empty"),
-        (lambda run: _changed(run, xi_ref=None), {"show": ("q", "error")}, "error cannot be shown: .* without a ref"),
-        (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": ["torque", "B.z"]}, "no quantity 'B.z'"),
-        (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": [["B.x", "B.vx"]]}, "B.x, B.vx have m, m/s"),
+        (
+            lambda run: _changed(run, xi_ref=None),
+            {"show": ("q", "error")},
+            "error cannot be shown: .* without a ref",
+        ),
+        (
+            lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)),
+            {"show": ["torque", "B.z"]},
+            "no quantity 'B.z'",
+        ),
+        (
+            lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)),
+            {"show": [["B.x", "B.vx"]]},
+            "B.x, B.vx have m, m/s",
+        ),
         (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": []}, "show is empty"),
-        (lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)), {"show": "speed"}, "no quantity .speed.; the known"),
+        (
+            lambda run: study(FourBar(0.2, 0.06, 0.16, 0.14)),
+            {"show": "speed"},
+            "no quantity .speed.; the known",
+        ),
     ],
 )
 def test_what_cannot_be_shown_is_refused(tmp_path, run, subject, options, message):
@@ -579,7 +710,9 @@ def test_other_failures(tmp_path, run, monkeypatch):
 
 
 def test_two_samples_and_nothing_that_moves(opened, tmp_path, run):  # noqa: F811
-    arrays = {name: getattr(run, name)[[0, 0]] for name in ("q", "q_dot", "xi", "tau", "energy", "xi_ref")}
+    arrays = {
+        name: getattr(run, name)[[0, 0]] for name in ("q", "q_dot", "xi", "tau", "energy", "xi_ref")
+    }
     still = replace(run, t=np.array([5.0, 7.0]), **arrays)
     page = opened(written(still, tmp_path))
     hover(page, 0, 0.9)

@@ -34,7 +34,10 @@ def written(tmp_path, robot=fb.FiveBar(), field="parallel", space="task", shape=
 
 def columns(page, names):
     """{name: (n, ...)} of what the page's model gave for many poses, nan where it has no number."""
-    return {name: np.array(page.evaluate(f"poses.map(pose => pose.{name})"), dtype=float) for name in names}
+    return {
+        name: np.array(page.evaluate(f"poses.map(pose => pose.{name})"), dtype=float)
+        for name in names
+    }
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -54,7 +57,18 @@ def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa
             [points.tolist(), modes.tolist()],
         )
         found = columns(
-            page, ["q", "xi", "elbows", "serial", "parallel", "transmission", "working", "assembly", "closes"]
+            page,
+            [
+                "q",
+                "xi",
+                "elbows",
+                "serial",
+                "parallel",
+                "transmission",
+                "working",
+                "assembly",
+                "closes",
+            ],
         )
         closes = np.isfinite(pose.reach_margin) & np.isfinite(pose.det_A)
         assert closes.sum() > 10
@@ -64,7 +78,9 @@ def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa
             "q": pose.q, "xi": pose.xi, "elbows": pose.elbows, "serial": margins.serial, "parallel": margins.parallel,
             "transmission": margins.transmission_angle, "working": pose.working, "assembly": pose.assembly,
         }.items():  # fmt: skip
-            np.testing.assert_allclose(found[key][closes], expected[closes], atol=1e-9, err_msg=f"{code} {key}")
+            np.testing.assert_allclose(
+                found[key][closes], expected[closes], atol=1e-9, err_msg=f"{code} {key}"
+            )
 
 
 def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
@@ -76,7 +92,9 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
         xi = page.evaluate("at")
         span = page.evaluate("[ranges.x.start, ranges.x.end, ranges.y.start, ranges.y.end]")
         width, height = span[1] - span[0], span[3] - span[2]
-        np.testing.assert_allclose(np.multiply(1e3, xi), [span[0] + across * width, span[2] + up * height], atol=1)
+        np.testing.assert_allclose(
+            np.multiply(1e3, xi), [span[0] + across * width, span[2] + up * height], atol=1
+        )
         box = page.locator(".glass").bounding_box()
         assert box["width"] / box["height"] == pytest.approx(
             width / height, rel=1e-3
@@ -92,8 +110,12 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
             shown = [float(cell.replace("−", "-")) for cell in cells[1:]]
             decimals = np.array([0, 2, 2, 4, 4, 4, 2])
             assert np.all(np.abs(np.subtract(shown, expected)) <= 0.51 * 10.0**-decimals)
-            assert seen(page, row) == (row != layer)  # the other modes are pale behind the chosen one
-        nearest = data.values[layer, np.abs(data.y - xi[1]).argmin(), np.abs(data.x - xi[0]).argmin()]
+            assert seen(page, row) == (
+                row != layer
+            )  # the other modes are pale behind the chosen one
+        nearest = data.values[
+            layer, np.abs(data.y - xi[1]).argmin(), np.abs(data.x - xi[0]).argmin()
+        ]
         assert (
             f"sin(φ2 − φ1) at the nearest node: {nearest:.5g}".replace("-", "−")
             in page.locator(".state").text_content()
@@ -107,10 +129,17 @@ def test_the_map_of_a_biglide(opened, tmp_path):  # noqa: F811
     xi = page.evaluate("at")
     pose = fb.igm(data.robot, xi)
     np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
-    assert page.locator("th").all_text_contents()[2:6] == ["q1 (mm)", "q2 (mm)", "sin phi1", "sin phi2"]
+    assert page.locator("th").all_text_contents()[2:6] == [
+        "q1 (mm)",
+        "q2 (mm)",
+        "sin phi1",
+        "sin phi2",
+    ]
     cells = page.locator("tbody tr").nth(3).locator("td").all_text_contents()
     shown = [float(c.replace("−", "-")) for c in cells[2:6]]
-    np.testing.assert_allclose(shown, [*(1e3 * pose.q), *fb.singularity_margins(pose).serial], rtol=1e-4)
+    np.testing.assert_allclose(
+        shown, [*(1e3 * pose.q), *fb.singularity_margins(pose).serial], rtol=1e-4
+    )
     assert "Type 1: a bar across its guide" in page.locator("figcaption").text_content()
 
 
@@ -121,8 +150,8 @@ def test_out_of_reach_is_said(opened, tmp_path):  # noqa: F811
     xi = np.array(page.evaluate("at"))
     with pytest.raises(fb.UnreachableError) as refused:
         fb.igm(fb.FiveBar(), xi)
-    said = page.locator(".state").text_content().rsplit("by ", 1)[1].removesuffix(" mm")
-    assert float(said) == pytest.approx(1e3 * refused.value.gap, rel=1e-4)
+    notes = page.locator(".state").text_content().rsplit("by ", 1)[1].removesuffix(" mm")
+    assert float(notes) == pytest.approx(1e3 * refused.value.gap, rel=1e-4)
 
 
 def test_keys_click_and_numbers(opened, tmp_path):  # noqa: F811
@@ -155,7 +184,9 @@ def test_keys_click_and_numbers(opened, tmp_path):  # noqa: F811
     page.evaluate("zoom(0.25)")
     page.get_by_role("button", name="Let go").click()
     hover(page, 0, 0.5, 0.5)
-    middle = np.array(page.evaluate("[(ranges.x.start + ranges.x.end) / 2, (ranges.y.start + ranges.y.end) / 2]"))
+    middle = np.array(
+        page.evaluate("[(ranges.x.start + ranges.x.end) / 2, (ranges.y.start + ranges.y.end) / 2]")
+    )
     np.testing.assert_allclose(page.evaluate("at"), middle / 1e3, atol=3e-4)
 
 
@@ -170,7 +201,9 @@ def test_joint_space(opened, tmp_path, name):  # noqa: F811
         pose = fb.dgm(data.robot, q, data.modes[layer])
         np.testing.assert_allclose(bars(page), chain(pose), atol=1e-9)
         cells = page.locator("tbody tr").nth(layer).locator("td").all_text_contents()
-        assert [float(c.replace("−", "-")) for c in cells[2:4]] == pytest.approx((1e3 * pose.xi).tolist(), abs=5.1e-3)
+        assert [float(c.replace("−", "-")) for c in cells[2:4]] == pytest.approx(
+            (1e3 * pose.xi).tolist(), abs=5.1e-3
+        )
         assert cells[1].replace("−", "-") == ", ".join(f"{mode:+d}" for mode in pose.working)
 
 
@@ -182,16 +215,31 @@ def test_loci_are_the_exact_ones_and_aspects_have_their_numbers(opened, tmp_path
     loci, aspects = fb.singularity_loci(data.robot), fb.aspects(data.robot)
     for layer, mode in enumerate(data.modes):
         page.keyboard.press(str(layer + 1))
-        numbers = page.evaluate("[[...numbered.data.text], [...numbered.data.x], [...numbered.data.y]]")
+        numbers = page.evaluate(
+            "[[...numbered.data.text], [...numbered.data.x], [...numbered.data.y]]"
+        )
         own = [aspect for aspect in aspects if aspect.working == mode]
         assert numbers[0] == [str(aspect.number) for aspect in own] and own
-        np.testing.assert_allclose(np.transpose(numbers[1:]), [1e3 * aspect.point for aspect in own], rtol=1e-15)
-        kinds = page.evaluate("drawn.map(({kind, source}) => [kind, [...source.data.x], [...source.data.y]])")
+        np.testing.assert_allclose(
+            np.transpose(numbers[1:]), [1e3 * aspect.point for aspect in own], rtol=1e-15
+        )
+        kinds = page.evaluate(
+            "drawn.map(({kind, source}) => [kind, [...source.data.x], [...source.data.y]])"
+        )
         shown = {kind: 1e-3 * np.array([x, y], dtype=float).T for kind, x, y in kinds}
-        for kind, own in [("stretched", TYPE_2["stretched"]), ("self-motion", TYPE_2["self-motion"])]:
-            expected = [p.points for p in loci.task if p.kind == kind and mode in p.working and len(p.points) > 1]
+        for kind, own in [
+            ("stretched", TYPE_2["stretched"]),
+            ("self-motion", TYPE_2["self-motion"]),
+        ]:
+            expected = [
+                p.points
+                for p in loci.task
+                if p.kind == kind and mode in p.working and len(p.points) > 1
+            ]
             points = shown[own][np.isfinite(shown[own]).all(axis=1)]
-            np.testing.assert_allclose(points, np.concatenate(expected) if expected else np.empty((0, 2)), atol=1e-15)
+            np.testing.assert_allclose(
+                points, np.concatenate(expected) if expected else np.empty((0, 2)), atol=1e-15
+            )
         np.testing.assert_allclose(shown["path, from ● to ■"][:-1], along, rtol=1e-15)
     in_picture = page.evaluate("scene.curves.map(({xs, ys}) => [[...xs], [...ys]])")
     np.testing.assert_allclose(np.transpose(in_picture[-1]), along, rtol=1e-15)
@@ -225,7 +273,14 @@ def test_every_kind_of_field(opened, tmp_path, field):  # noqa: F811
 
 
 def test_phone_in_the_dark(opened, tmp_path):  # noqa: F811
-    page = opened(written(tmp_path)[1], width=390, height=844, has_touch=True, is_mobile=True, color_scheme="dark")
+    page = opened(
+        written(tmp_path)[1],
+        width=390,
+        height=844,
+        has_touch=True,
+        is_mobile=True,
+        color_scheme="dark",
+    )
     assert page.evaluate("document.documentElement.scrollWidth") == 390
     box = page.locator(".glass").bounding_box()
     assert box["width"] > 200 and box["y"] > page.locator("svg.scene").bounding_box()["y"]
@@ -242,8 +297,9 @@ def test_size_and_notes(tmp_path, monkeypatch):
     data, path = written(tmp_path, shape=(401, 401))
     assert path.stat().st_size < 6e6 and "nodes; Map.to_csv has all" not in path.read_text("utf-8")
     data, path = written(tmp_path, shape=(1000, 600))
-    assert path.stat().st_size < 6e6 and "holds 500 x 300 of 1000 x 600 nodes; Map.to_csv has all" in path.read_text(
-        "utf-8"
+    assert (
+        path.stat().st_size < 6e6
+        and "holds 500 x 300 of 1000 x 600 nodes; Map.to_csv has all" in path.read_text("utf-8")
     )
     with pytest.raises(ValueError, match="the map's own margin: leave out show"):
         fb.page(data, tmp_path / "other.html", show="parallel")
@@ -251,11 +307,31 @@ def test_size_and_notes(tmp_path, monkeypatch):
 
 def test_from_the_command_line(tmp_path, capsys):
     page = tmp_path / "page.html"
-    (tmp_path / "path.csv").write_text("t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7)))
+    (tmp_path / "path.csv").write_text(
+        "t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7))
+    )
     track = ["--path", str(tmp_path / "path.csv"), "--sin", "0.3"]
-    assert main(["map", "--nodes", "31", "--out", str(tmp_path / "map.png"), "--page", str(page), *track]) == 0
+    assert (
+        main(
+            [
+                "map",
+                "--nodes",
+                "31",
+                "--out",
+                str(tmp_path / "map.png"),
+                "--page",
+                str(page),
+                *track,
+            ]
+        )
+        == 0
+    )
     assert capsys.readouterr().out.rstrip().endswith(str(page)) and page.stat().st_size > 1e6
-    content = json.loads(re.search(r'<script type="application/json" id="content">(.*?)</script>', page.read_text())[1])
+    content = json.loads(
+        re.search(r'<script type="application/json" id="content">(.*?)</script>', page.read_text())[
+            1
+        ]
+    )
     kinds = [locus["kind"] for locus in content["loci"]]
     assert kinds.count("path, from ● to ■") == 1 and "dexterous region, inside its border" in kinds
     regions = fb.dexterous(fb.FiveBar(), sin=0.3)

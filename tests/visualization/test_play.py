@@ -37,7 +37,9 @@ def test_one_small_file_that_lets_only_its_own_script_run(path):
     assert len(text.encode()) <= 400_000
     policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
     assert re.search(r"default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='", policy)
-    assert "//" not in re.sub(r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text)  # but comments
+    assert "//" not in re.sub(
+        r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text
+    )  # but comments
 
 
 def test_the_end_effector_slides_along_the_border_and_says_why(page):
@@ -45,15 +47,23 @@ def test_the_end_effector_slides_along_the_border_and_says_why(page):
     now = pose_of(page)
     pose = fb.igm(ROBOT, now["xi"], now["modes"])
     assert 0 <= pose.reach_margin < 1e-6 and np.hypot(*np.subtract(now["xi"], (0.19, 0.16))) < 0.15
-    assert page.locator("#said").text_content() == "Stopped at the border (Type 1): the left leg is stretched."
+    assert (
+        page.locator("#said").text_content()
+        == "Stopped at the border (Type 1): the left leg is stretched."
+    )
     np.testing.assert_allclose(now["q"], pose.q, atol=1e-9)
     # towards Type 2 it is stopped too, and passes only when told to
     drag(page, now["xi"], (0.0, 0.12), (0.0, -0.1))
     now = pose_of(page)
     pose = fb.igm(ROBOT, now["xi"], now["modes"])
-    assert "Stopped at Type 2" in page.locator("#said").text_content() and 0 < pose.det_A * -now["assembly"] < 1e-4
+    assert (
+        "Stopped at Type 2" in page.locator("#said").text_content()
+        and 0 < pose.det_A * -now["assembly"] < 1e-4
+    )
     page.get_by_label("Type 2: let it pass").check()
-    page.evaluate("(now => { performance.now = () => now; })(performance.now())")  # it is said for 5 s
+    page.evaluate(
+        "(now => { performance.now = () => now; })(performance.now())"
+    )  # it is said for 5 s
     drag(page, now["xi"], (0.0, -0.1))
     assert "Passed Type 2" in page.locator("#said").text_content()
     np.testing.assert_allclose(pose_of(page)["xi"], (0, -0.1), atol=2e-3)
@@ -88,7 +98,9 @@ def test_type_1_changes_the_mode_where_that_is_wanted(page):
     np.testing.assert_allclose(now["xi"], (0.04, 0.12), atol=2e-3)
     page.get_by_role("button", name="undo (Ctrl Z)").click()
     settle(page)
-    assert pose_of(page)["modes"] == [-1, -1] and pose_of(page)["xi"] == pytest.approx(start, abs=1e-12)
+    assert pose_of(page)["modes"] == [-1, -1] and pose_of(page)["xi"] == pytest.approx(
+        start, abs=1e-12
+    )
 
 
 def test_elbows_and_joint_space_turn_the_motors(page):
@@ -96,7 +108,9 @@ def test_elbows_and_joint_space_turn_the_motors(page):
     before = pose_of(page)
     drag(page, elbow, (0.059 + 0.09 * np.cos(0.5), 0.09 * np.sin(0.5)))
     now = pose_of(page)
-    assert now["q"][0] == pytest.approx(before["q"][0], abs=1e-9) and now["q"][1] == pytest.approx(0.5, abs=0.02)
+    assert now["q"][0] == pytest.approx(before["q"][0], abs=1e-9) and now["q"][1] == pytest.approx(
+        0.5, abs=0.02
+    )
     np.testing.assert_allclose(now["xi"], fb.dgm(ROBOT, now["q"], now["assembly"]).xi, atol=1e-9)
     box = page.locator("#joints").bounding_box()
     x, y = page.evaluate("joints.at([0.3, 0.8])")
@@ -110,25 +124,45 @@ def test_touch_on_a_phone(opened, path):  # noqa: F811
     assert page.evaluate("document.documentElement.scrollWidth") == 390
     # in a minute: a wanted disc that does not fit, then bars for which it does
     assert page.locator("#verdict").text_content().startswith("✗")
-    for name, place in (("l11, left proximal bar, mm", "600"), ("l12, left distal bar, mm", "750")):  # of 200 mm
+    for name, place in (
+        ("l11, left proximal bar, mm", "600"),
+        ("l12, left distal bar, mm", "750"),
+    ):  # of 200 mm
         page.get_by_role("slider", name=name).fill(place)
     until(page, "field.size === 288")  # at rest it fits the view, and surveys finely
     settle(page)
     assert pose_of(page)["p"] == [0.12, 0.15, 0.12, 0.15, 0.118]
-    assert page.locator("#verdict").text_content().startswith("✓ A disc of 100 mm fits here, free of singularities")
+    assert (
+        page.locator("#verdict")
+        .text_content()
+        .startswith("✓ A disc of 100 mm fits here, free of singularities")
+    )
     before = pose_of(page)["xi"]
     x, y = on_screen(page, (0.0, 0.16))
     page.touchscreen.tap(x, y)
     settle(page)
-    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16))) < 5e-3 < np.hypot(*np.subtract(before, (0.0, 0.16)))
+    assert (
+        np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16)))
+        < 5e-3
+        < np.hypot(*np.subtract(before, (0.0, 0.16)))
+    )
     # a finger that moves drags the robot, and does not scroll the page
     session = page.context.new_cdp_session(page)
-    places = [on_screen(page, (0.04 * share, 0.16 + 0.03 * share)) for share in np.linspace(0, 1, 8)]
-    for kind, points in [("touchStart", places[:1]), *(("touchMove", [at]) for at in places[1:]), ("touchEnd", [])]:
+    places = [
+        on_screen(page, (0.04 * share, 0.16 + 0.03 * share)) for share in np.linspace(0, 1, 8)
+    ]
+    for kind, points in [
+        ("touchStart", places[:1]),
+        *(("touchMove", [at]) for at in places[1:]),
+        ("touchEnd", []),
+    ]:
         touches = [{"x": float(x), "y": float(y)} for x, y in points]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
     settle(page)
-    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3 and page.evaluate("scrollY") == 0
+    assert (
+        np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3
+        and page.evaluate("scrollY") == 0
+    )
 
 
 def test_lengths_that_cannot_close_are_said_and_not_taken(page):
@@ -142,7 +176,10 @@ def test_lengths_that_cannot_close_are_said_and_not_taken(page):
         number.fill(wrong)
         number.press("Tab")
         settle(page)
-        assert "must be between" in page.locator("#said").text_content() and pose_of(page)["p"][4] == 0.118
+        assert (
+            "must be between" in page.locator("#said").text_content()
+            and pose_of(page)["p"][4] == 0.118
+        )
 
 
 def test_let_go_and_hold_by_the_button(page):
@@ -217,7 +254,9 @@ def test_by_the_keyboard_alone(page):
     for key in ("ArrowRight", "ArrowUp", "Shift+ArrowUp"):
         page.keyboard.press(key)
     step = 4 / page.evaluate("task.scale")
-    np.testing.assert_allclose(np.subtract(pose_of(page)["xi"], before), [step, 1.2 * step], atol=1e-9)
+    np.testing.assert_allclose(
+        np.subtract(pose_of(page)["xi"], before), [step, 1.2 * step], atol=1e-9
+    )
     page.keyboard.press("3")
     assert pose_of(page)["modes"] == [-1, 1]
     page.keyboard.press("4")
@@ -249,7 +288,9 @@ def test_what_it_gives_away(page, tmp_path):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
-    page = opened(path, **(PHONE if scheme == "dark" else {}), color_scheme=scheme, reduced_motion="reduce")
+    page = opened(
+        path, **(PHONE if scheme == "dark" else {}), color_scheme=scheme, reduced_motion="reduce"
+    )
     page.get_by_text("as Python").first.click()
     # its script is no page's own: past the policy, by the browser's back door
     session = page.context.new_cdp_session(page)
@@ -257,7 +298,9 @@ def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
     for tab in ("five", "four"):
         page.evaluate("showTab", tab)
         found = page.evaluate("() => axe.run()")["violations"]
-        assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in GRAVE] == [], tab
+        assert [
+            (each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in GRAVE
+        ] == [], tab
     ink = page.evaluate("['ink', 'quiet', 'c0', 'c1', 'c3', 'c4'].map(name => inks[name])")
     paper = page.evaluate("inks.paper")
     assert all(contrast(each, paper) > 3 for each in ink)
@@ -282,7 +325,10 @@ def test_python_says_the_same(tmp_path, capsys):
     with pytest.raises(TypeError, match="robot must be a FiveBar"):
         fb.play(fb.Biglide())
     out = tmp_path / "live.html"
-    assert main(["play", "--robot", "motkin", "--out", str(out), "--xi", "0.01", "0.12", "--link"]) == 0
+    assert (
+        main(["play", "--robot", "motkin", "--out", str(out), "--xi", "0.01", "0.12", "--link"])
+        == 0
+    )
     assert capsys.readouterr().out.splitlines() == [str(out), fb.play(*_motkin()).fragment]
     assert main(["play", "--robot", "biglide"]) == 2
     assert main(["play", "--out", "live.pdf"]) == 2

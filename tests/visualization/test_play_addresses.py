@@ -37,7 +37,15 @@ def address(rng):
             pair = rng.choice(pairs)
             numbers = pair[1].split(",")
             numbers[rng.randrange(len(numbers))] = rng.choice(
-                ["0.001", "10", "1e-9", "0", "-0.001", f"{rng.uniform(-1, 1):.12f}", f"{10 ** rng.uniform(-4, 2):.6f}"]
+                [
+                    "0.001",
+                    "10",
+                    "1e-9",
+                    "0",
+                    "-0.001",
+                    f"{rng.uniform(-1, 1):.12f}",
+                    f"{10 ** rng.uniform(-4, 2):.6f}",
+                ]
             )
             pair[1] = ",".join(numbers)
         return "#" + "&".join("=".join(pair) for pair in pairs)
@@ -73,10 +81,18 @@ def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
         }""",
         texts,
     )
-    assert len(robots) > READ / 100 and len(benches) > READ / 50 and len(robots) + len(benches) + len(refused) == READ
-    assert all(isinstance(words, str) and words and not set(words) & set("<>%") for words in refused)
+    assert (
+        len(robots) > READ / 100
+        and len(benches) > READ / 50
+        and len(robots) + len(benches) + len(refused) == READ
+    )
+    assert all(
+        isinstance(words, str) and words and not set(words) & set("<>%") for words in refused
+    )
     for *lengths, x, y, left, right in robots:
-        assert np.isfinite(fb.igm(fb.FiveBar(*lengths), (x, y), (left, right), unreachable="nan").det_A)
+        assert np.isfinite(
+            fb.igm(fb.FiveBar(*lengths), (x, y), (left, right), unreachable="nan").det_A
+        )
     assert np.isfinite([value for row in benches for value in row]).all()
     for text in (SHORT, *texts[:SHOWN]):
         shown = page.evaluate(SHOW, text)
@@ -85,6 +101,8 @@ def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
     page.evaluate(SHOW, SHORT)
     locks = np.array(page.evaluate("lab.sweep.edges"))
     held = replace(linkages.PRINTED, l5=0.001)
-    np.testing.assert_allclose(locks, np.ravel(linkages.crank_range(held, (-1, -1)).intervals), atol=1e-9)
+    np.testing.assert_allclose(
+        locks, np.ravel(linkages.crank_range(held, (-1, -1)).intervals), atol=1e-9
+    )
     page.evaluate(SHOW, RIGHT[0])  # and it goes on
     assert page.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]

@@ -56,7 +56,9 @@ def test_linkages_move_and_lock_as_in_python(page):
         ])  # fmt: skip
         closes = np.isfinite(motion.position(traced)).all(axis=1)
         np.testing.assert_array_equal(found[:, 0], closes)
-        np.testing.assert_allclose(found[closes, 1:], expected[closes], rtol=1e-9, atol=1e-9, err_msg=kind)
+        np.testing.assert_allclose(
+            found[closes, 1:], expected[closes], rtol=1e-9, atol=1e-9, err_msg=kind
+        )
         allowed = linkages.crank_range(linkage, branch)
         edges = page.evaluate("[lab.sweep.full, lab.sweep.edges]")
         ends = (
@@ -66,7 +68,12 @@ def test_linkages_move_and_lock_as_in_python(page):
         )
         assert edges[0] == allowed.full
         np.testing.assert_allclose(sorted(edges[1]), ends, atol=1e-7, err_msg=kind)
-        assert page.evaluate("benchWords(), document.getElementById('linkage-said').textContent.length") > 20
+        assert (
+            page.evaluate(
+                "benchWords(), document.getElementById('linkage-said').textContent.length"
+            )
+            > 20
+        )
 
 
 def test_what_a_four_bar_can_do_is_said(page):
@@ -75,8 +82,12 @@ def test_what_a_four_bar_can_do_is_said(page):
     four_bar = LINKAGES[0][2]
     page.get_by_role("tab", name="Slider-crank").click()
     settle(page)
-    np.testing.assert_allclose(np.sort(np.abs(page.evaluate("lab.sweep.ends.map(({q}) => q)"))), [0, np.pi], atol=1e-9)
-    assert "The slider goes by 100 mm, time ratio 1." in page.locator("#linkage-said").text_content()
+    np.testing.assert_allclose(
+        np.sort(np.abs(page.evaluate("lab.sweep.ends.map(({q}) => q)"))), [0, np.pi], atol=1e-9
+    )
+    assert (
+        "The slider goes by 100 mm, time ratio 1." in page.locator("#linkage-said").text_content()
+    )
     page.get_by_role("tab", name="Four-bar").click()
     settle(page)
     dead = sorted((end.crank, end.rocker) for end in linkages.dead_centres(four_bar))
@@ -84,14 +95,17 @@ def test_what_a_four_bar_can_do_is_said(page):
     np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)
     words = page.locator("#linkage-said").text_content()
     assert (
-        words.startswith(f"{four_bar.kind}: shortest + longest is 40 mm less") and "turns through full turns" in words
+        words.startswith(f"{four_bar.kind}: shortest + longest is 40 mm less")
+        and "turns through full turns" in words
     )
     assert f"time ratio {linkages.time_ratio(four_bar):.5g}" in words
     for name in ("evans", "chebyshev", "watt", "hoeken", "roberts"):
         page.get_by_label("linkage by name").select_option(name)
         settle(page)
         ratio = 100 * linkages.straightness(linkages.straight_line(name)).ratio
-        percent = re.search(r"a band of .* mm, (\S+) % of the stroke", page.locator("#linkage-said").text_content())[1]
+        percent = re.search(
+            r"a band of .* mm, (\S+) % of the stroke", page.locator("#linkage-said").text_content()
+        )[1]
         assert float(percent.replace("−", "-")) == pytest.approx(ratio, rel=0.02)
     page.get_by_role("spinbutton", name="ground, mm").fill("3000")
     page.keyboard.press("Tab")
@@ -125,7 +139,11 @@ def test_a_linkage_by_hand_and_by_its_address(page):
     assert page.evaluate("lab.values.slice(0, 4)") == [*after[1:4], after[0]]
     address = "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5"
     visit(page, address)
-    assert page.evaluate("[lab.kind, lab.values, lab.q]") == ["slider_rod", [0.05, 0.15, -0.01], 0.5]
+    assert page.evaluate("[lab.kind, lab.values, lab.q]") == [
+        "slider_rod",
+        [0.05, 0.15, -0.01],
+        0.5,
+    ]
     for bad in ("values=1", address + "&x=1", address.replace("rod", "bar"), address.replace("0.15", "1e99"),
                 address.replace("0.15", "5")):  # fmt: skip
         visit(page, "#linkage=four&" * (bad == "values=1") + bad)
@@ -137,7 +155,9 @@ def test_a_linkage_as_python(page, capsys, tmp_path, monkeypatch):
     page.evaluate("showTab('four')")
     for kind, branch, _, values, _ in LINKAGES:
         signs = [branch] if isinstance(branch, int) else list(branch)
-        page.evaluate("([kind, values, branch]) => chooseKind(kind, values, branch)", [kind, values, signs])
+        page.evaluate(
+            "([kind, values, branch]) => chooseKind(kind, values, branch)", [kind, values, signs]
+        )
         names = {}
         exec(compile(page.evaluate("linkagePython()"), kind, "exec"), names)
         at = page.evaluate("at_(lab.q).points[wordsOf().traced]")
@@ -147,7 +167,10 @@ def test_a_linkage_as_python(page, capsys, tmp_path, monkeypatch):
 
 
 def test_a_named_coupler_point_is_what_a_study_plots():
-    with_point, without = linkages.study(LINKAGES[0][2]), linkages.study(linkages.FourBar(*CRANK_ROCKER[:4]))
+    with_point, without = (
+        linkages.study(LINKAGES[0][2]),
+        linkages.study(linkages.FourBar(*CRANK_ROCKER[:4])),
+    )
     assert usual_panels(with_point)[1:] == [["M.speed"], ["M.tangential", "M.normal"]]
     assert usual_panels(without)[1] == ["crank.rate", "coupler.rate", "rocker.rate"]
     assert len(with_point.plot().axes) >= 3
@@ -155,11 +178,15 @@ def test_a_named_coupler_point_is_what_a_study_plots():
 
 def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
     out = tmp_path / "live.html"
-    assert main(["linkage", "slider-crank", "0.05", "0.15", "--held", "rod", "--live", str(out)]) == 0
+    assert (
+        main(["linkage", "slider-crank", "0.05", "0.15", "--held", "rod", "--live", str(out)]) == 0
+    )
     assert capsys.readouterr().out.splitlines()[-1] == str(out)
     page = opened(out)
     assert page.evaluate("[lab.kind, lab.values]") == ["slider_rod", [0.05, 0.15, 0]]
-    assert fb.play(linkages.PRINTED).fragment.startswith("#linkage=press&values=0.202,0.54,0.25,0.4,0.434&branch=--")
+    assert fb.play(linkages.PRINTED).fragment.startswith(
+        "#linkage=press&values=0.202,0.54,0.25,0.4,0.434&branch=--"
+    )
     with pytest.raises(ValueError, match="leave it out"):
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
 
@@ -172,7 +199,8 @@ def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
     page.evaluate("go(nearest(clock, 0.5))")
     settle(page)
     angles = [
-        float(text.replace("−", "-")) for text in page.locator("figure").first.locator("output").all_text_contents()
+        float(text.replace("−", "-"))
+        for text in page.locator("figure").first.locator("output").all_text_contents()
     ]
     expected = [np.degrees(np.interp(0.5, own.t, own["crank.angle"])) for own in (slow, fast)]
     np.testing.assert_allclose(angles, expected, atol=1.5)

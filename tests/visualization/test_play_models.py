@@ -19,7 +19,12 @@ def length(points):
     return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
 
 
-ODD = [(0.2, 0.1, 0.2, 0.1, 0.0), (0.1, 0.1, 0.1, 0.1, 0.2), (0.1, 0.2, 0.1, 0.2, 0.1), (0.3, 0.05, 0.1, 0.07, 0.3)]
+ODD = [
+    (0.2, 0.1, 0.2, 0.1, 0.0),
+    (0.1, 0.1, 0.1, 0.1, 0.2),
+    (0.1, 0.2, 0.1, 0.2, 0.1),
+    (0.3, 0.05, 0.1, 0.07, 0.3),
+]
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +62,11 @@ def test_loci_are_on_the_exact_curves_with_their_modes(page):
         assert np.max(fb.locus_distance(robot, points)[0], initial=0) <= 1e-12 * max(size, 1)
         for mode in MODES:
             for kind in ("stretched", "folded", "self-motion"):
-                exact = sum(length(each.points) for each in loci.task if each.kind == kind and mode in each.working)
+                exact = sum(
+                    length(each.points)
+                    for each in loci.task
+                    if each.kind == kind and mode in each.working
+                )
                 here = sum(
                     length(rows) for own_kind, signs, rows in own["task"]
                     if own_kind == kind and all(s in (0, -m) for s, m in zip(signs, mode))
@@ -68,7 +77,9 @@ def test_loci_are_on_the_exact_curves_with_their_modes(page):
         for assembly in (1, -1):
             for kind in {each.kind for each in loci.joint}:
                 exact = sum(
-                    length(each.points) for each in loci.joint if each.kind == kind and assembly in each.assembly
+                    length(each.points)
+                    for each in loci.joint
+                    if each.kind == kind and assembly in each.assembly
                 )
                 here = sum(
                     length(np.unwrap(rows, axis=0)) for type_, own_kind, signs, rows in own["joint"]
@@ -96,7 +107,9 @@ def test_pixels_are_near_the_exact_aspects_and_discs(page):
             exact = fb.largest_disc(aspect)
             assert here[0] == pytest.approx(aspect.area, rel=0.04)
             assert here[1] == pytest.approx(exact.radius, rel=0.02)
-            free = fb.locus_distance(robot, here[2:], aspect.working)[0]  # its own radius is the exact one there
+            free = fb.locus_distance(robot, here[2:], aspect.working)[
+                0
+            ]  # its own radius is the exact one there
             assert here[1] == pytest.approx(free, rel=1e-3)
 
 
@@ -111,7 +124,9 @@ def test_let_go_is_the_exact_motion(page):
     assert found["good"] and abs(found["lost"]) < 1e-10 and found["crossings"] >= 2
     upright = fb.ROBOTS["iri-vertical"].robot
     start = fb.igm(upright, (0.05, 0.2), (-1, -1))
-    run = fb.simulate(upright, lambda *_: (0.1, -0.2), start=fb.dkm(start, (0.0, 0.0)), duration=0.5)
+    run = fb.simulate(
+        upright, lambda *_: (0.1, -0.2), start=fb.dkm(start, (0.0, 0.0)), duration=0.5
+    )
     found = page.evaluate(
         """() => { restore({robot: content.presets["iri-vertical"].robot, modes: [-1, -1], xi: [0.05, 0.2]});
             letGo([0, 0], {tau: [0.1, -0.2]}); return [flow(0.5), ...motion.seen.xi]; }"""

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.visualization.plot import aspect_graph
-from fivebar.visualization.plot import maps as pictures
 from fivebar.singularities.aspects import aspects
 from fivebar.singularities.maps import singularity_map
 from fivebar.singularities.passages import passages
+from fivebar.visualization.plot import aspect_graph
+from fivebar.visualization.plot import maps as pictures
 
 AMORO = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
@@ -57,7 +57,9 @@ def test_dexterous_regions_take_the_place_of_the_aspects():
     assert panels(figure)[1].get_title() == "working modes (+1, −1): regions 3 to 5"
     assert "dexterous region, inside its border" in legend(figure)
     for axes, working in zip(panels(figure), [(1, 1), (1, -1), (-1, 1), (-1, -1)]):
-        for patch, region in zip(axes.patches, [r for r in regions if r.working == working], strict=True):
+        for patch, region in zip(
+            axes.patches, [r for r in regions if r.working == working], strict=True
+        ):
             assert patch.get_path().contains_point(1e3 * region.point)
     empty = pictures.singularity_map(singularity_map(AMORO, shape=(31, 31)), dexterous=())
     assert panels(empty)[0].get_title() == "working modes (+1, +1): no region"
@@ -82,25 +84,37 @@ def test_lines_lie_where_the_field_changes_sign():
             xi = line.get_xydata()[1:-1] / 1e3
             assert np.abs(fb.igm(UNEQUAL, xi, mode).det_A).max() < 1e-6
     styles = {line.get_label(): line.get_linestyle() for line in figure.legends[0].get_lines()}
-    dashes = {str(line._dash_pattern) for line in figure.legends[0].get_lines() if line.get_linestyle() != "None"}
+    dashes = {
+        str(line._dash_pattern)
+        for line in figure.legends[0].get_lines()
+        if line.get_linestyle() != "None"
+    }
     assert len(dashes) == 3 and len(styles) == 5  # told apart without colours
 
 
 def test_joint_space():
-    figure = pictures.singularity_map(singularity_map(AMORO, "serial_left", "joint", shape=(60, 60)))
+    figure = pictures.singularity_map(
+        singularity_map(AMORO, "serial_left", "joint", shape=(60, 60))
+    )
     assert [axes.get_title() for axes in panels(figure)] == ["assembly mode +1", "assembly mode −1"]
     assert panels(figure)[0].get_xlim() == pytest.approx((-180, 180))
     assert panels(figure)[0].get_xlabel() == "$q_{11}$ (deg)"
-    assert "Type 1: a leg in line" in legend(figure) and "Type 2: distal bars stretched" in legend(figure)
+    assert "Type 1: a leg in line" in legend(figure) and "Type 2: distal bars stretched" in legend(
+        figure
+    )
     for axes, mode in zip(panels(figure), (1, -1)):
         for line in axes.lines:
-            q = np.radians(line.get_xydata())[2:-2]  # they end where the elbows coincide and the legs may turn
+            q = np.radians(line.get_xydata())[
+                2:-2
+            ]  # they end where the elbows coincide and the legs may turn
             if line.get_label() == "Type 1: a leg in line":
                 sines = fb.dgm(AMORO, q, mode, unreachable="nan").sines
                 assert np.nanmax(np.min(np.abs(sines), axis=0)) < 1e-6
 
 
-@pytest.mark.parametrize("field", ["serial_right", "transmission_angle", "manipulability", "condition_J"])
+@pytest.mark.parametrize(
+    "field", ["serial_right", "transmission_angle", "manipulability", "condition_J"]
+)
 def test_every_field_has_a_picture(tmp_path, field):
     for space in ("task", "joint"):
         data = singularity_map(UNEQUAL, field, space, shape=(40, 40))
@@ -139,6 +153,8 @@ def test_the_graph_has_every_aspect_and_every_passage(robot):
     for aspect in aspects(robot):  # in the quarter of its working modes
         assert (np.sign(at[str(aspect.number)]) == aspect.working).all()
     ends = {frozenset(map(tuple, patch._posA_posB)) for patch in axes.patches}
-    assert ends == {frozenset(tuple(at[str(number)]) for number in p.between) for p in passages(robot)}
+    assert ends == {
+        frozenset(tuple(at[str(number)]) for number in p.between) for p in passages(robot)
+    }
     folds = any(passage.fold for passage in passages(robot))
     assert any("folded" in words for words in legend(figure)) == folds == (robot is AMORO)

@@ -16,7 +16,16 @@ def drawn(axes):
     bars = [np.stack(line.get_data(), axis=-1) for line in lines]
     first = [bar for bar in bars if not any(np.allclose(bar[0], other[1]) for other in bars)]
     return [
-        np.concatenate([bar, *(other[1:] for other in bars if np.allclose(other[0], bar[1]) and other is not bar)])
+        np.concatenate(
+            [
+                bar,
+                *(
+                    other[1:]
+                    for other in bars
+                    if np.allclose(other[0], bar[1]) and other is not bar
+                ),
+            ]
+        )
         for bar in sorted(first, key=lambda bar: bar[0, 0])
     ]
 
@@ -27,7 +36,9 @@ def test_bars_are_where_they_should_be(tmp_path):
     assert len(figure.axes) == 4
     for axes, mode in zip(figure.axes, MODES):
         for points, base, bars in zip(drawn(axes), (-59.0, 59.0), ((90.0, 90.0), (90.0, 90.0))):
-            assert points[0] == pytest.approx((base, 0.0)) and points[2] == pytest.approx((50.0, 90.0))
+            assert points[0] == pytest.approx((base, 0.0)) and points[2] == pytest.approx(
+                (50.0, 90.0)
+            )
             assert np.linalg.norm(np.diff(points, axis=0), axis=1) == pytest.approx(bars)
         assert f"({mode[0]:+d}, {mode[1]:+d})".replace("-", "−") in axes.get_title()
     assert len({axes.get_xlim() + axes.get_ylim() for axes in figure.axes}) == 1
@@ -36,7 +47,8 @@ def test_bars_are_where_they_should_be(tmp_path):
 
 def test_a_list_of_poses_with_titles():
     figure = fb.plot.pose(
-        [fb.dgm(ROBOT, (0.0, 0.0)), fb.dgm(ROBOT, (0.0, 0.0), 1), fb.dgm(ROBOT, [(0.1, 0.2)] * 3)], "abcde"
+        [fb.dgm(ROBOT, (0.0, 0.0)), fb.dgm(ROBOT, (0.0, 0.0), 1), fb.dgm(ROBOT, [(0.1, 0.2)] * 3)],
+        "abcde",
     )
     assert [axes.get_title() for axes in figure.axes] == list("abcde")
 
@@ -45,7 +57,10 @@ def test_a_biglide_stands_on_its_guides():
     figure = fb.plot.pose(fb.dgm(fb.Biglide(), (0.1, -0.05)))
     left, right = drawn(figure.axes[0])
     assert left[0] == pytest.approx((-200.0, 100.0)) and right[0] == pytest.approx((200.0, -50.0))
-    assert {line.get_xdata()[0] for line in figure.axes[0].lines if line.get_linewidth() == 6} == {-200.0, 200.0}
+    assert {line.get_xdata()[0] for line in figure.axes[0].lines if line.get_linewidth() == 6} == {
+        -200.0,
+        200.0,
+    }
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,11 @@ def test_names_are_known_and_fit_the_motion(run):
     study = linkages.study(linkages.SliderCrank(0.1, 0.3))
     free = replace(run, xi_ref=None)
     for motion, show, message in [
-        (run, ["trace", "sparkle"], "nothing named 'sparkle' can be shown; the known names are trace, reference, loci"),
+        (
+            run,
+            ["trace", "sparkle"],
+            "nothing named 'sparkle' can be shown; the known names are trace, reference, loci",
+        ),
         (study, ["loci"], "a slider-crank, guide held has no 'loci' to show, but trace, velocity"),
         (free, ["ghost"], "no reference, so no 'ghost'"),
         (free, "reference", "no reference, so no 'reference'"),
@@ -31,7 +35,9 @@ def test_names_are_known_and_fit_the_motion(run):
         view.scene(ROBOT, run, beside=run, names=["one"])
     with pytest.raises(TypeError, match="a reference needs the robot that follows it, not None"):
         view.strip(fb.line((0.05, 0.1), (0.0, 0.1), 1.0))
-    with pytest.raises(TypeError, match="needs a Run, a Plan or other reference, or a Study, not ndarray"):
+    with pytest.raises(
+        TypeError, match="needs a Run, a Plan or other reference, or a Study, not ndarray"
+    ):
         view.scene(ROBOT, run.xi)
 
 

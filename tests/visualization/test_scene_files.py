@@ -26,7 +26,9 @@ HOSTILE = '</title></script><script>window.hacked = 1</script><img src=x onerror
 
 
 def test_files_that_cannot_be_written(run, tmp_path):
-    with pytest.raises(ValueError, match=r"\.html \(a page\), \.gif \(an animation\), .* not as 'run.avi'"):
+    with pytest.raises(
+        ValueError, match=r"\.html \(a page\), \.gif \(an animation\), .* not as 'run.avi'"
+    ):
         run.animate(tmp_path / "run.avi")
     with pytest.raises(FileNotFoundError, match="there is no folder .*nowhere"):
         run.animate(tmp_path / "nowhere" / "run.html")
@@ -82,18 +84,25 @@ def test_notebooks_get_the_page_and_a_picture(run):
     scene = view.scene(ROBOT, run, title='a "b" <c>')
     bundle = scene._repr_mimebundle_()
     assert bundle.keys() == {"text/html", "image/png", "text/plain"}
-    assert bundle["text/html"].count("<iframe") == 1 and 'srcdoc="&lt;!DOCTYPE html&gt;' in bundle["text/html"]
+    assert (
+        bundle["text/html"].count("<iframe") == 1
+        and 'srcdoc="&lt;!DOCTYPE html&gt;' in bundle["text/html"]
+    )
     _, (tag, attributes) = Sanitized(bundle["text/html"]).left
     assert tag == "img" and attributes["alt"] == 'a "b" <c>'
     assert attributes["src"] == "data:image/png;base64," + bundle["image/png"]
     picture = np.asarray(Image.open(io.BytesIO(scene.png)).convert("RGB"), dtype=float)
     assert picture.shape[1] > picture.shape[0] and (np.ptp(picture, axis=2) > 80).mean() > 0.005
-    assert scene._repr_mimebundle_(include=["text/plain"]) == {"text/plain": "Scene('a \"b\" <c>', 0.5 s)"}
+    assert scene._repr_mimebundle_(include=["text/plain"]) == {
+        "text/plain": "Scene('a \"b\" <c>', 0.5 s)"
+    }
     assert "image/png" not in scene._repr_mimebundle_(exclude={"image/png"})
 
 
 def test_gif_plays_the_motion(run, tmp_path):
-    view.scene(ROBOT, run, ["trace", "torques", "velocity"], title=HOSTILE).save(tmp_path / "run.gif")
+    view.scene(ROBOT, run, ["trace", "torques", "velocity"], title=HOSTILE).save(
+        tmp_path / "run.gif"
+    )
     picture = Image.open(io.BytesIO((tmp_path / "run.gif").read_bytes()))
     assert picture.n_frames == 10 and picture.info["duration"] == 50
     frames = []
@@ -117,11 +126,38 @@ def test_films_play_the_motion(tmp_path, name, codec):
     reference = fb.line((0.09, 0.068), (0.05, 0.08), 0.1)
     fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), reference).animate(tmp_path / name)
     entries = "stream=codec_name,pix_fmt,width,height,r_frame_rate,nb_read_frames"
-    command = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", entries, "-of", "json", str(tmp_path / name)]
-    (found,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)["streams"]
-    assert (found["codec_name"], found["pix_fmt"], found["r_frame_rate"]) == (codec, "yuv420p", "30/1")
+    command = [
+        "ffprobe",
+        "-v",
+        "error",
+        "-count_frames",
+        "-show_entries",
+        entries,
+        "-of",
+        "json",
+        str(tmp_path / name),
+    ]
+    (found,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)[
+        "streams"
+    ]
+    assert (found["codec_name"], found["pix_fmt"], found["r_frame_rate"]) == (
+        codec,
+        "yuv420p",
+        "30/1",
+    )
     assert found["nb_read_frames"] == "3" and found["width"] == 960 and found["height"] > 400
-    decode = ["ffmpeg", "-v", "error", "-i", str(tmp_path / name), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    decode = [
+        "ffmpeg",
+        "-v",
+        "error",
+        "-i",
+        str(tmp_path / name),
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-",
+    ]
     frames = np.frombuffer(subprocess.run(decode, capture_output=True, check=True).stdout, np.uint8)
     frames = frames.reshape(3, found["height"], 960, 3).astype(int)
     assert (np.ptp(frames[:, 80:], axis=0).max(axis=2) > 60).mean() > 0.005  # it moves
@@ -131,7 +167,10 @@ def test_films_play_the_motion(tmp_path, name, codec):
 
 def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, monkeypatch):
     monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(tmp_path / "ffmpeg"))
-    with pytest.raises(FileNotFoundError, match=r"\.mp4 is written by the program ffmpeg, .* or take \.html or \.gif"):
+    with pytest.raises(
+        FileNotFoundError,
+        match=r"\.mp4 is written by the program ffmpeg, .* or take \.html or \.gif",
+    ):
         run.animate(tmp_path / "run.mp4")
     (tmp_path / "ffmpeg").write_text("#!/bin/sh\necho no codec today >&2\nexit 1\n")
     (tmp_path / "ffmpeg").chmod(0o755)
@@ -145,7 +184,9 @@ def test_strips_have_their_poses(crossing_run, tmp_path, poses):
     figure = view.strip(crossing_run, tmp_path / "strip.png", poses, show=view.SHOWS)
     assert len(figure.axes) == poses
     assert (tmp_path / "strip.png").read_bytes()[:4] == b"\x89PNG"
-    assert figure.axes[0].get_title() == "0 s" and (poses == 1 or figure.axes[-1].get_title() == "4 s")
+    assert figure.axes[0].get_title() == "0 s" and (
+        poses == 1 or figure.axes[-1].get_title() == "4 s"
+    )
 
 
 @pytest.mark.parametrize("poses", [0, -1, 2.5, True, 100])
@@ -168,4 +209,6 @@ assert not {{"meshcat", "zmq", "tornado", "matplotlib", "casadi"}} & sys.modules
 assert threading.active_count() == 1
 """
     folder = Path(scenes.__file__).parents[2]
-    subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, cwd=folder, env={**os.environ})
+    subprocess.run(
+        [sys.executable, "-W", "error", "-c", script], check=True, cwd=folder, env={**os.environ}
+    )

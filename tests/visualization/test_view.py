@@ -71,7 +71,7 @@ def picture(page):
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=float) / 255
 
 
-def differ(first, second):
+def joint_difference(first, second):
     """Share of the pixels that differ."""
     return float((np.abs(first - second).max(axis=2) > 0.08).mean())
 
@@ -79,7 +79,8 @@ def differ(first, second):
 def seek(page, seconds):
     """As by dragging the slider."""
     page.locator("#time").evaluate(
-        "(slider, seconds) => { slider.value = seconds; slider.dispatchEvent(new Event('input')); }", seconds
+        "(slider, seconds) => { slider.value = seconds; slider.dispatchEvent(new Event('input')); }",
+        seconds,
     )
 
 
@@ -94,7 +95,9 @@ def bars(page, root="m0"):
 def ends(page, lengths, root="m0"):
     """(b, 2, 2): both ends of each bar in the scene, m."""
     found = bars(page, root)
-    tips = found[:, :2] + np.array(lengths)[:, None] * np.stack([np.cos(found[:, 2]), np.sin(found[:, 2])], axis=1)
+    tips = found[:, :2] + np.array(lengths)[:, None] * np.stack(
+        [np.cos(found[:, 2]), np.sin(found[:, 2])], axis=1
+    )
     return np.stack([found[:, :2], tips], axis=1)
 
 
@@ -132,9 +135,12 @@ def test_machine_is_seen_and_moves(opened):
     assert 0.005 < coloured.mean() < 0.5
     rows, columns = np.nonzero(coloured)
     height, width = coloured.shape
-    assert 0 < rows.min() and rows.max() < height - 1 and 0 < columns.min() and columns.max() < width - 1, (
-        "not all seen"
-    )
+    assert (
+        0 < rows.min()
+        and rows.max() < height - 1
+        and 0 < columns.min()
+        and columns.max() < width - 1
+    ), "not all seen"
     page.get_by_role("button", name="play", exact=True).click()
     until(page, "player.time > 0.4")
     page.get_by_role("button", name="pause", exact=True).click()
@@ -144,13 +150,17 @@ def test_machine_is_seen_and_moves(opened):
     page.evaluate("player.seek(0.6)")  # when it stopped was up to the clock
     second = picture(page)
     assert differ(first, second) > 0.005
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # what WebGL drew last is put where a printer finds it
+    page.evaluate(
+        "dispatchEvent(new Event('beforeprint'))"
+    )  # what WebGL drew last is put where a printer finds it
     printed = page.evaluate(
         """(canvas => [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data]
             .filter((value, k, all) => k % 4 === 0 && Math.abs(value - all[k + 2]) > 76).length)
         (document.querySelector("#pane canvas"))"""
     )
-    seen = (np.abs(second[..., 0] - second[..., 2]) > 76 / 255).sum()  # few where one bar covers the other
+    seen = (
+        np.abs(second[..., 0] - second[..., 2]) > 76 / 255
+    ).sum()  # few where one bar covers the other
     assert seen > 500 and abs(printed - seen) < 0.05 * seen
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     assert np.array_equal(picture(page), second)
@@ -162,23 +172,40 @@ def test_the_robot_looks_as_it_did(opened, run):
     seek(page, 1.5)
     kept = np.asarray(Image.open(DATA / "viewer.png").convert("RGB"), dtype=float) / 255
     shape = kept.shape[1::-1]
-    now = Image.fromarray((255 * picture(page)).astype(np.uint8)).resize(shape, Image.Resampling.BOX)
+    now = Image.fromarray((255 * picture(page)).astype(np.uint8)).resize(
+        shape, Image.Resampling.BOX
+    )
     difference = np.abs(np.asarray(now, dtype=float) / 255 - kept)
     assert difference.mean() < 0.01 and difference.max() < 0.5
 
 
 @pytest.mark.parametrize(("width", "height", "scheme"), [(390, 844, "dark"), (1280, 720, "light")])
 def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
-    scene = view.scene(ROBOT, run, view.SHOWS, title="a title that takes more than one line on a phone")
+    scene = view.scene(
+        ROBOT, run, view.SHOWS, title="a title that takes more than one line on a phone"
+    )
     page = opened(scene, viewport={"width": width, "height": height}, color_scheme=scheme)
-    assert page.evaluate("[document.body.scrollWidth <= innerWidth, document.body.scrollHeight <= innerHeight]") == [
+    assert page.evaluate(
+        "[document.body.scrollWidth <= innerWidth, document.body.scrollHeight <= innerHeight]"
+    ) == [
         1,
         1,
     ]
-    for role, name in [("button", "play"), ("slider", "time"), ("combobox", "speed"), ("button", "fit the view")]:
+    for role, name in [
+        ("button", "play"),
+        ("slider", "time"),
+        ("combobox", "speed"),
+        ("button", "fit the view"),
+    ]:
         box = page.get_by_role(role, name=name, exact=True).bounding_box()
-        assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
-    assert page.locator("#key").is_visible() == (width > 560), "its many lines are folded on a phone"
+        assert (
+            box["x"] >= 0
+            and box["x"] + box["width"] <= width
+            and box["y"] + box["height"] <= height
+        )
+    assert page.locator("#key").is_visible() == (width > 560), (
+        "its many lines are folded on a phone"
+    )
     shown = picture(page)
     assert (shown[-1, :5].max() < 0.2) if scheme == "dark" else (shown[-1, :5].min() > 0.9)
     assert shown.shape[0] > height / 2 and (np.ptp(shown, axis=2) > 0.3).mean() > 0.003
@@ -210,12 +237,16 @@ def test_motion_plays_in_real_time_and_over_again(opened, start):
     assert after(300, 0.2)[0] == pytest.approx(1.4)
     assert after(300, 1.2)[:2] == pytest.approx([0.4, True])
     assert after(300, 1.2, "false")[:2] == [2, False]
-    assert after(100, 2, "false")[:2] == pytest.approx([0.4, True]), "at the end it plays from the start"
+    assert after(100, 2, "false")[:2] == pytest.approx([0.4, True]), (
+        "at the end it plays from the start"
+    )
 
 
 def test_player_plays_without_help(opened):
     page = opened(two_bar_scene(np.linspace(0, 2, 121)), paused=False)
-    page.evaluate("player.seek(1.9)")  # however slow a picture is, it goes on by half a second at most
+    page.evaluate(
+        "player.seek(1.9)"
+    )  # however slow a picture is, it goes on by half a second at most
     until(page, "player.time < 1 && player.playing")
     page.get_by_role("button", name="over and over").click()
     page.evaluate("player.seek(1.9)")
@@ -233,7 +264,13 @@ def test_bars_are_where_the_model_says(opened, run):
         q = run.q[frames.index[k]]
         pose = fb.dgm(ROBOT, q, assembly=-1 if frames.t[k] < run.events[0].t else 1)
         bases = np.array([(-0.059, 0.0), (0.059, 0.0)])
-        expected = np.stack([np.stack([bases, pose.elbows], axis=1), np.stack([pose.elbows, [pose.xi] * 2], axis=1)], 1)
+        expected = np.stack(
+            [
+                np.stack([bases, pose.elbows], axis=1),
+                np.stack([pose.elbows, [pose.xi] * 2], axis=1),
+            ],
+            1,
+        )
         np.testing.assert_allclose(ends(page, [0.09] * 4), expected.reshape(4, 2, 2), atol=2e-7)
 
 
@@ -243,13 +280,17 @@ def test_bars_are_between_their_samples(opened, samples):
     for seconds in (0, 0.3, 0.841, 1.333, 2):
         expected = two_bar(np.array([seconds]))[0][[(0, 1), (1, 2)]]
         seek(page, seconds)
-        np.testing.assert_allclose(ends(page, (0.09, 0.06)), expected, atol=2e-4 if seconds % 0.1 else 2e-7)
+        np.testing.assert_allclose(
+            ends(page, (0.09, 0.06)), expected, atol=2e-4 if seconds % 0.1 else 2e-7
+        )
 
 
 def test_bars_do_not_turn_back_at_180_degrees(opened):
     # one bar, from 170 to 190 degrees between two samples: halfway at 180 degrees and not at 0
     angle = np.radians([170, 190])
-    points = np.stack([np.zeros((2, 2)), 0.1 * np.stack([np.cos(angle), np.sin(angle)], axis=1)], axis=1)
+    points = np.stack(
+        [np.zeros((2, 2)), 0.1 * np.stack([np.cos(angle), np.sin(angle)], axis=1)], axis=1
+    )
     page = opened(view.Scene((Machine(choose([0, 1], points), Skeleton(points, ((0, 1),))),), ""))
     seek(page, 0.5)
     assert abs(bars(page)[0, 2]) == pytest.approx(np.pi, abs=1e-6)
@@ -257,7 +298,9 @@ def test_bars_do_not_turn_back_at_180_degrees(opened):
 
 def test_nothing_moves_or_is_joined(opened):
     points = np.zeros((2, 1, 2))
-    opened(view.Scene((Machine(choose([0, 1], points), Skeleton(points, (), traced=0)),), "A point"))
+    opened(
+        view.Scene((Machine(choose([0, 1], points), Skeleton(points, (), traced=0)),), "A point")
+    )
 
 
 def test_a_gap_shows_no_bars_and_says_so(opened):
@@ -267,7 +310,15 @@ def test_a_gap_shows_no_bars_and_says_so(opened):
     q[80:120] = np.nan
     zero = np.zeros_like(q)
     page = opened(view.scene(ROBOT, fb.Run(ROBOT, t, q, zero, xi, zero, t)))
-    for seconds, shown in [(0.79, True), (0.8, False), (1.19, False), (1.2, True), (2, True), (1, False), (0, True)]:
+    for seconds, shown in [
+        (0.79, True),
+        (0.8, False),
+        (1.19, False),
+        (1.2, True),
+        (2, True),
+        (1, False),
+        (0, True),
+    ]:
         seek(page, seconds)
         assert visible(page, "m0/moving/bars/0") == shown, seconds
         assert visible(page, "m0/still/base")
@@ -284,7 +335,10 @@ def test_each_item_appears_and_can_be_hidden(opened, run):
     seek(page, 2.6)
     everything = picture(page)
     for item in view.SHOWS:
-        words = {"elbow-circles": "circles of the elbows", "bar-forces": "forces of the distal bars"}.get(item, item)
+        words = {
+            "elbow-circles": "circles of the elbows",
+            "bar-forces": "forces of the distal bars",
+        }.get(item, item)
         button = page.get_by_role("button", name=words).first
         assert button.get_attribute("aria-pressed") == "true"
         button.click()
@@ -309,7 +363,9 @@ def test_what_is_not_named_is_not_there(opened, run):
     page = opened(view.scene(ROBOT, run, "velocity"))
     assert page.locator("#key button").all_text_contents()[0].startswith("v: velocity (longest")
     assert page.locator("#key button").count() == 1
-    assert page.evaluate("Object.keys(viewer.scene_tree.find(['m0', 'still']).children)") == ["base"]
+    assert page.evaluate("Object.keys(viewer.scene_tree.find(['m0', 'still']).children)") == [
+        "base"
+    ]
 
 
 def test_singularities_flash_and_are_marked(opened, run):
@@ -320,18 +376,27 @@ def test_singularities_flash_and_are_marked(opened, run):
     share = (box["x"] + box["width"] / 2 - line["x"] - 8) / (line["width"] - 16)
     assert share == pytest.approx(event.t / run.t[-1], abs=0.01)
     banner = page.get_by_role("status").and_(page.locator("#banner"))
-    for seconds, flashes in [(event.t - 1, False), (event.t - 0.1, True), (event.t + 0.1, True), (event.t + 1, False)]:
+    for seconds, flashes in [
+        (event.t - 1, False),
+        (event.t - 0.1, True),
+        (event.t + 0.1, True),
+        (event.t + 1, False),
+    ]:
         seek(page, seconds)
         assert visible(page, "m0/flash") == banner.is_visible() == flashes
     mark.click()
     assert page.evaluate("player.time") == pytest.approx(event.t)
     assert banner.text_content() == "Type 2 singularity (det A = 0) at 2 s"
     place = page.evaluate("find('m0/flash').position.toArray()")
-    assert place[:2] == pytest.approx(np.array([np.interp(event.t, run.t, x) for x in run.xi.T]), abs=1e-5)
+    assert place[:2] == pytest.approx(
+        np.array([np.interp(event.t, run.t, x) for x in run.xi.T]), abs=1e-5
+    )
 
 
 def test_two_runs_side_by_side(opened, run):
-    short = fb.simulate(ROBOT, fb.PD(ROBOT, 1.0, 0.1), fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5))
+    short = fb.simulate(
+        ROBOT, fb.PD(ROBOT, 1.0, 0.1), fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5)
+    )
     page = opened(view.scene(ROBOT, run, beside=short, names=["left <b>", "right"]))
     assert page.evaluate("data.duration") == pytest.approx(4)
     for seconds in (0.25, 0.5, 3.0):  # the shorter one stays where it ends
@@ -343,7 +408,9 @@ def test_two_runs_side_by_side(opened, run):
     assert labels.all_text_contents() == ["left <b>", "right"]
     settle(page)
     first, second = (labels.nth(k).bounding_box() for k in (0, 1))
-    assert first["x"] + first["width"] < second["x"] and first["y"] == pytest.approx(second["y"], abs=1)
+    assert first["x"] + first["width"] < second["x"] and first["y"] == pytest.approx(
+        second["y"], abs=1
+    )
     coloured = np.ptp(picture(page), axis=2) > 0.3
     assert coloured[:, :300].any() and coloured[:, 340:].any()
 
@@ -441,10 +508,14 @@ def test_texts_are_only_texts(opened, run):
 
 
 def test_frame_in_a_notebook_plays(opened, run):
-    page = opened(f"<!DOCTYPE html><body>{view.scene(ROBOT, run, title='in a frame')._repr_html_()}</body>")
+    page = opened(
+        f"<!DOCTYPE html><body>{view.scene(ROBOT, run, title='in a frame')._repr_html_()}</body>"
+    )
     box = page.locator("img").bounding_box()
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    assert page.evaluate("([x, y]) => document.elementFromPoint(x, y).tagName", middle) == "IFRAME", "not covered"
+    assert (
+        page.evaluate("([x, y]) => document.elementFromPoint(x, y).tagName", middle) == "IFRAME"
+    ), "not covered"
     frame = page.frames[1]
     until(frame, "!!window.viewer && player.time > 0.02")
     assert frame.title() == "in a frame"
@@ -471,7 +542,11 @@ def lacking(browser, tmp_path):
 def test_a_browser_too_old_is_told(lacking):
     page = lacking("delete window.DecompressionStream")
     until(page, "$('banner').textContent != ''")
-    assert page.locator("#banner").text_content().startswith("This page needs a browser with DecompressionStream")
+    assert (
+        page.locator("#banner")
+        .text_content()
+        .startswith("This page needs a browser with DecompressionStream")
+    )
     assert page.locator("#banner").is_visible() and not page.locator("#controls").is_visible()
 
 
@@ -486,7 +561,9 @@ def test_without_webgl_the_same_is_drawn_flat(lacking):
     for seconds in (0.3, 1.7):
         seek(page, seconds)
         seen, where = picture(page), page.evaluate(ON_BARS)
-        for (x, y), colour in zip(where, ("#005d92", "#ae4d00"), strict=True):  # of the bars' grooves
+        for (x, y), colour in zip(
+            where, ("#005d92", "#ae4d00"), strict=True
+        ):  # of the bars' grooves
             expected = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
             np.testing.assert_allclose(seen[round(y), round(x)], expected, atol=0.02)
 

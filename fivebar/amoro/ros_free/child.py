@@ -189,7 +189,9 @@ class Session:
             if real_monotonic() - self.world.last_step < limit:
                 continue
             never = "" if self.world.steps else "; it never called apply_efforts"
-            self.hanging = f"the script did not step for {limit:g} s of wall time (--timeout){never}"
+            self.hanging = (
+                f"the script did not step for {limit:g} s of wall time (--timeout){never}"
+            )
             _thread.interrupt_main()
             real_sleep(LAST_GRACE)
             if not self.done:

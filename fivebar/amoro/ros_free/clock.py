@@ -37,8 +37,12 @@ class SimulatedClock:
         time.perf_counter, time.perf_counter_ns = lambda: self.elapsed() / 1e9, self.elapsed
         time.monotonic_ns = self.elapsed
         # In Python's own modules these two wait for other threads and processes, which take real time.
-        time.monotonic = lambda: real_monotonic() if _waits(sys._getframe(1)) else self.elapsed() / 1e9
-        time.sleep = lambda seconds: (real_sleep if _waits(sys._getframe(1)) else self.sleep)(seconds)
+        time.monotonic = lambda: (
+            real_monotonic() if _waits(sys._getframe(1)) else self.elapsed() / 1e9
+        )
+        time.sleep = lambda seconds: (real_sleep if _waits(sys._getframe(1)) else self.sleep)(
+            seconds
+        )
 
 
 def _waits(frame):

@@ -15,7 +15,9 @@ CONVERSIONS = {"array", "asarray", "print", *(function.__name__ for function in 
 def explanation(error, frame, line):
     """Lines that explain `error`, raised at this line of the user's frame; none where there is nothing to add."""
     if isinstance(error, AttributeError):
-        name = re.match(r"module 'numpy' has no attribute '(\w+)'|`np\.(\w+)` was removed", str(error))
+        name = re.match(
+            r"module 'numpy' has no attribute '(\w+)'|`np\.(\w+)` was removed", str(error)
+        )
         return _dropped(name[1] or name[2]) if name and (name[1] or name[2]) in DROPPED else []
     if not isinstance(error, (TypeError, ValueError)):
         return []
@@ -42,7 +44,9 @@ def _conversion(frame, line):
         if is_single(array):
             return _refused(f"{text} is an array of shape {array.shape}", f"{text}.item()")
         if _unpacks(statement) and array.size == len(array):
-            return _refused(f"the rows of {text} are arrays of shape {array.shape[1:]}", f"{text}.ravel()")
+            return _refused(
+                f"the rows of {text} are arrays of shape {array.shape[1:]}", f"{text}.ravel()"
+            )
     if arrays and not _computes(statement):
         found = ", ".join(f"{text} of shape {array.shape}" for text, array in arrays.items())
         return [f"a number is wanted where there is an array: {found}."]
@@ -58,14 +62,28 @@ def _returned(statement, frame):
     if code is None or not is_users(code.co_filename):
         return []
     for node in ast.walk(ast.parse("".join(linecache.getlines(code.co_filename)))):
-        if isinstance(node, ast.FunctionDef) and node.name == code.co_name and node.lineno == code.co_firstlineno:
+        if (
+            isinstance(node, ast.FunctionDef)
+            and node.name == code.co_name
+            and node.lineno == code.co_firstlineno
+        ):
             given = [
-                inner.value for inner in ast.walk(node) if isinstance(inner, ast.Return) and inner.value is not None
+                inner.value
+                for inner in ast.walk(node)
+                if isinstance(inner, ast.Return) and inner.value is not None
             ]
-            parts = [part for value in given for part in (value.elts if isinstance(value, ast.Tuple) else [value])]
+            parts = [
+                part
+                for value in given
+                for part in (value.elts if isinstance(value, ast.Tuple) else [value])
+            ]
             if parts:
                 text = ast.unparse(parts[0])
-                mend = f"{text}.item()" if isinstance(parts[0], (ast.Name, ast.Subscript)) else f"({text}).item()"
+                mend = (
+                    f"{text}.item()"
+                    if isinstance(parts[0], (ast.Name, ast.Subscript))
+                    else f"({text}).item()"
+                )
                 where = f"what {node.name} returns in line {parts[0].lineno}, {text}, is an array"
                 return _refused(where, f"{mend} there")
     return []
@@ -87,7 +105,10 @@ def _computes(statement):
     for node in ast.walk(statement):
         if isinstance(node, ast.BinOp) and not isinstance(node.op, ast.Mod):
             return True
-        if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] not in CONVERSIONS:
+        if (
+            isinstance(node, ast.Call)
+            and ast.unparse(node.func).rpartition(".")[2] not in CONVERSIONS
+        ):
             return True
     return False
 
@@ -107,8 +128,12 @@ def _arrays(statement, frame):
     """(source text, value) of every array that the statement reads by a name, with or without indices."""
     if statement is None or hasattr(statement, "body"):
         return
-    for node in ast.walk(statement.value if isinstance(statement, (ast.Assign, ast.AugAssign)) else statement):
-        if isinstance(node, (ast.Name, ast.Subscript, ast.Attribute)) and isinstance(node.ctx, ast.Load):
+    for node in ast.walk(
+        statement.value if isinstance(statement, (ast.Assign, ast.AugAssign)) else statement
+    ):
+        if isinstance(node, (ast.Name, ast.Subscript, ast.Attribute)) and isinstance(
+            node.ctx, ast.Load
+        ):
             text = ast.unparse(node)
             if re.search(r"[(:]", text):  # nothing is called again, and no slice is an element
                 continue

@@ -14,7 +14,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from . import outputs
 from . import world as place
 
-MOST_FRAMES = 2000  # without a step of the robot: then the user has seen enough, and closes the windows
+MOST_FRAMES = (
+    2000  # without a step of the robot: then the user has seen enough, and closes the windows
+)
 
 shown = 0
 timers = {}  # those that run, and when they are due, s

@@ -8,7 +8,11 @@ from types import ModuleType
 
 from . import parallel_robot, plot_tools, rclpy
 
-OFFERED = {"lab_amoro.parallel_robot": parallel_robot, "lab_amoro.plot_tools": plot_tools, "rclpy": rclpy}
+OFFERED = {
+    "lab_amoro.parallel_robot": parallel_robot,
+    "lab_amoro.plot_tools": plot_tools,
+    "rclpy": rclpy,
+}
 ABSENT = re.compile(
     r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*|gazebo_ros\w*"
     r"|controller_manager|PyQt\d|PySide\d|pyqtgraph"
@@ -19,7 +23,9 @@ def install():
     """Put the stand-ins in place, before a real one that may be on the path, and the refusals after everything."""
     package = sys.modules["lab_amoro"] = _package("lab_amoro", {})
     for name, module in OFFERED.items():
-        stand_in = sys.modules[name] = _package(name, {each: getattr(module, each) for each in module.__all__})
+        stand_in = sys.modules[name] = _package(
+            name, {each: getattr(module, each) for each in module.__all__}
+        )
         if name.startswith("lab_amoro."):
             setattr(package, name.removeprefix("lab_amoro."), stand_in)
     sys.modules["lab_amoro.parallel_robot"].rclpy = sys.modules["rclpy"]
@@ -32,7 +38,9 @@ def _package(name, offered):
     vars(module).update(offered, __all__=list(offered), __path__=[])
 
     def refuse(attribute):
-        raise AttributeError(f"fivebar run has no {name}.{attribute}; it offers {', '.join(offered)}")
+        raise AttributeError(
+            f"fivebar run has no {name}.{attribute}; it offers {', '.join(offered)}"
+        )
 
     module.__getattr__ = refuse
     return module
@@ -44,7 +52,9 @@ class Refusals(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
         top = name.partition(".")[0]
         if top in ("lab_amoro", "rclpy") or ABSENT.fullmatch(top):
-            offered = "; ".join(f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items())
+            offered = "; ".join(
+                f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items()
+            )
             raise ModuleNotFoundError(
                 f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt and offers {offered}"
             )

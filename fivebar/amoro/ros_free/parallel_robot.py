@@ -42,7 +42,12 @@ class Robot:
     def _read(self):
         state = self._world.state
         columns = zip(
-            (self.active_left_joint, self.active_right_joint, self.passive_left_joint, self.passive_right_joint),
+            (
+                self.active_left_joint,
+                self.active_right_joint,
+                self.passive_left_joint,
+                self.passive_right_joint,
+            ),
             (*state.q.tolist(), *state.passive.tolist()),
             (*state.q_dot.tolist(), *state.passive_dot.tolist()),
             (*state.q_ddot.tolist(), *state.passive_ddot.tolist()),
@@ -96,7 +101,9 @@ class Robot:
 
     def __getattr__(self, name):
         offered = [each for each in (*vars(self), *dir(type(self))) if not each.startswith("_")]
-        raise AttributeError(f"Robot has no {name!r} in fivebar run; it offers {', '.join(sorted(offered))}")
+        raise AttributeError(
+            f"Robot has no {name!r} in fivebar run; it offers {', '.join(sorted(offered))}"
+        )
 
 
 def start_robot(robot):

@@ -20,7 +20,9 @@ class Scope:
         try:
             self.points.append((float(time), *(float(np.asarray(y).reshape(())) for y in (y1, y2))))
         except (TypeError, ValueError):
-            raise TypeError(f"Scope {self.title!r}: update needs three numbers, not {time!r}, {y1!r}, {y2!r}") from None
+            raise TypeError(
+                f"Scope {self.title!r}: update needs three numbers, not {time!r}, {y1!r}, {y2!r}"
+            ) from None
 
 
 class QtGui:

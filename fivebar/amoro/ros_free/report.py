@@ -17,16 +17,24 @@ def figures(world, run, wall):
     """Numbers of a finished run, as JSON has them."""
     simulated = world.steps / 100
     about = {
-        "robot": world.kind, "simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall,
-        "interrupted": world.interrupted, "resets_at_s": world.resets,
+        "robot": world.kind,
+        "simulated_s": simulated,
+        "wall_s": wall,
+        "real_time_factor": simulated / wall,
+        "interrupted": world.interrupted,
+        "resets_at_s": world.resets,
         "recorded_after_reset": bool(world.resets and world.since_reset),
-    }  # fmt: skip
+    }
     if run is not None:
         about |= {
-            "start_xi_m": run.xi[0].tolist(), "end_xi_m": run.xi[-1].tolist(), "end_q": run.q[-1].tolist(),
+            "start_xi_m": run.xi[0].tolist(),
+            "end_xi_m": run.xi[-1].tolist(),
+            "end_q": run.q[-1].tolist(),
             "peak_effort": np.abs(run.tau).max(axis=0).tolist(),
-            "singularity_crossings": [[event.t, int(event.type), event.margin] for event in run.events],
-        }  # fmt: skip
+            "singularity_crossings": [
+                [event.t, int(event.type), event.margin] for event in run.events
+            ],
+        }
     about["scopes"] = [_difference(scope) for scope in drawn()]
     about["files"] = outputs.written
     return about
@@ -86,7 +94,12 @@ def draw_scopes(figure_of):
     figure.axes[0].legend(fontsize=8)
     # By hand: Matplotlib's own layouts take as long as the drawing.
     figure.subplots_adjust(
-        left=0.6 / width, right=1 - 0.15 / width, bottom=0.5 / height, top=1 - 0.3 / height, wspace=0.2, hspace=0.3
+        left=0.6 / width,
+        right=1 - 0.15 / width,
+        bottom=0.5 / height,
+        top=1 - 0.3 / height,
+        wspace=0.2,
+        hspace=0.3,
     )
     return figure
 
@@ -102,7 +115,10 @@ def print_words(about):
         (x0, y0), (x1, y1) = about["start_xi_m"], about["end_xi_m"]
         lines.append(f"{about['robot']}: from ({x0:.6f}, {y0:.6f}) m to ({x1:.6f}, {y1:.6f}) m")
         side = "after" if about["recorded_after_reset"] else "before"
-        lines += [f"reset at {t:g} s: said and recorded is what was {side} it" for t in about["resets_at_s"][-1:]]
+        lines += [
+            f"reset at {t:g} s: said and recorded is what was {side} it"
+            for t in about["resets_at_s"][-1:]
+        ]
         lines += [
             f"singularity: Type {kind} ({margin} = 0) crossed at {t:.6f} s"
             for t, kind, margin in about["singularity_crossings"]
@@ -113,7 +129,9 @@ def print_words(about):
     if about["simulated_s"]:
         wall, factor = about["wall_s"], about["real_time_factor"]
         until = " (then its KeyboardInterrupt, --until)" if about["interrupted"] else ""
-        lines.append(f"{about['simulated_s']:g} s simulated{until} in {wall:.2f} s, {factor:.3g} x real time")
+        lines.append(
+            f"{about['simulated_s']:g} s simulated{until} in {wall:.2f} s, {factor:.3g} x real time"
+        )
     lines += [words(about["tracking"])] if "tracking" in about else []
     lines += [f"wrote {path}" for path in about["files"]]
     say(*lines)
@@ -121,8 +139,13 @@ def print_words(about):
 
 def print_json(about, stream):
     """The same as data; null for what is no number."""
-    known = [{key: value if key == "title" or np.isfinite(value) else None for key, value in each.items()}
-             for each in about["scopes"]]  # fmt: skip
+    known = [
+        {
+            key: value if key == "title" or np.isfinite(value) else None
+            for key, value in each.items()
+        }
+        for each in about["scopes"]
+    ]
     print(json.dumps(about | {"scopes": known}, indent=2), file=stream)
 
 

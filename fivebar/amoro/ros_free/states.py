@@ -29,11 +29,21 @@ def lab_state(plant, tau, before, period, exact):
     """
     rates, (q, q_dot) = plant.rates, plant.joints
     found, robot = forward_dynamics(rates, tau), plant.robot
-    passive = np.array([drive.relative(phi, own) for drive, phi, own in zip(robot.drives, plant.state[1:4:2], q)])
+    passive = np.array(
+        [drive.relative(phi, own) for drive, phi, own in zip(robot.drives, plant.state[1:4:2], q)]
+    )
     q_ddot, passive_ddot = found.q_ddot, found.q_passive_ddot
     if before is not None and not exact:
         q_ddot = (q_dot - before.q_dot) / period
         passive_ddot = (rates.q_passive_dot - before.passive_dot) / period
     return LabState(
-        q, q_dot, q_ddot, passive, rates.q_passive_dot, passive_ddot, rates.pose.xi, rates.xi_dot, found.xi_ddot
+        q,
+        q_dot,
+        q_ddot,
+        passive,
+        rates.q_passive_dot,
+        passive_ddot,
+        rates.pose.xi,
+        rates.xi_dot,
+        found.xi_ddot,
     )

@@ -25,7 +25,9 @@ def without_runtime(error, seen=()):
 
 
 def _cleaned(traceback):
-    kept = [step for step in _steps(traceback) if not step.tb_frame.f_code.co_filename.startswith(HERE)]
+    kept = [
+        step for step in _steps(traceback) if not step.tb_frame.f_code.co_filename.startswith(HERE)
+    ]
     result = None
     for step in reversed(kept):
         result = TracebackType(result, step.tb_frame, step.tb_lasti, step.tb_lineno)
@@ -41,11 +43,17 @@ def _steps(traceback):
 def is_users(file):
     """Whether this source file is the user's: not Python's, not installed, not this package's."""
     path = Path(file).resolve()
-    foreign = STANDARD in path.parents or PACKAGE in path.parents or {"site-packages", "dist-packages"} & {*path.parts}
+    foreign = (
+        STANDARD in path.parents
+        or PACKAGE in path.parents
+        or {"site-packages", "dist-packages"} & {*path.parts}
+    )
     return path.suffix == ".py" and not foreign
 
 
 def last_place(error):
     """(frame, line) of the last step in a file of the user's, or None."""
     places = [(step.tb_frame, step.tb_lineno) for step in _steps(error.__traceback__)]
-    return next((place for place in reversed(places) if is_users(place[0].f_code.co_filename)), None)
+    return next(
+        (place for place in reversed(places) if is_users(place[0].f_code.co_filename)), None
+    )

@@ -21,7 +21,8 @@ def tracking(task, kind, run):
     """Figures of a five-bar's tracking error, m, and its mark; the task begins at the sample where it fits best."""
     if kind != "five_bar" or run is None:
         raise ValueError(
-            f"--mark {task}: " + ("nothing was stepped" if run is None else "it is a task of the five-bar")
+            f"--mark {task}: "
+            + ("nothing was stepped" if run is None else "it is a task of the five-bar")
         )
     after = TASKS[task][2] + MOST_LATE * STEP
     if run.t[-1] < after:
@@ -35,11 +36,19 @@ def tracking(task, kind, run):
     ]
     error = min(errors, key=np.max)
     largest = float(error.max())
-    share = np.clip(np.log(NONE / max(largest, 1e-12)) / np.log(NONE / FULL), 0, 1) if np.isfinite(largest) else 0.0
+    share = (
+        np.clip(np.log(NONE / max(largest, 1e-12)) / np.log(NONE / FULL), 0, 1)
+        if np.isfinite(largest)
+        else 0.0
+    )
     return {
-        "task": task, "largest_error_m": largest, "rms_error_m": float(np.sqrt(np.mean(error**2))),
-        "error_at_the_end_m": float(error[-1]), "points": round(POINTS * float(share), 1), "of": POINTS,
-    }  # fmt: skip
+        "task": task,
+        "largest_error_m": largest,
+        "rms_error_m": float(np.sqrt(np.mean(error**2))),
+        "error_at_the_end_m": float(error[-1]),
+        "points": round(POINTS * float(share), 1),
+        "of": POINTS,
+    }
 
 
 def words(found):

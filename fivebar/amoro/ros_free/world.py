@@ -36,7 +36,12 @@ class World:
     """
 
     def __init__(self, until, clock, exact, give_up):
-        self.until, self.clock, self.exact, self.give_up = math.ceil(until / STEP - 1e-6), clock, exact, give_up
+        self.until, self.clock, self.exact, self.give_up = (
+            math.ceil(until / STEP - 1e-6),
+            clock,
+            exact,
+            give_up,
+        )
         self.kind = self.plant = self.failure = self.motion = None
         self.steps = self.since_reset = self.idle = self.stops = 0
         self.resets = []  # times, s
@@ -51,9 +56,13 @@ class World:
     def make(self, kind):
         """The robot of this name, at rest at its home."""
         if self.kind is not None:
-            raise RuntimeError(f"Robot({kind!r}): there is a Robot already; fivebar run simulates one in each script")
+            raise RuntimeError(
+                f"Robot({kind!r}): there is a Robot already; fivebar run simulates one in each script"
+            )
         if kind not in ROBOTS:
-            raise ValueError(f"Robot({kind!r}): no such robot; the known ones are {', '.join(map(repr, ROBOTS))}")
+            raise ValueError(
+                f"Robot({kind!r}): no such robot; the known ones are {', '.join(map(repr, ROBOTS))}"
+            )
         self.kind = kind
         self._to_home()
 
@@ -77,7 +86,9 @@ class World:
             return None
         if self.failure is not None:
             raise self.failure
-        tau = np.array([_number(value, side, self) for value, side in zip(efforts, ("left", "right"))])
+        tau = np.array(
+            [_number(value, side, self) for value, side in zip(efforts, ("left", "right"))]
+        )
         plant = self.plant
         try:
             plant.advance((self.since_reset + 1) * STEP, tau)
@@ -104,7 +115,9 @@ class World:
             return True
         self.idle += 1
         if self.idle > MOST_IDLE:
-            self.stop(f"data_updated() was called {MOST_IDLE} times with no new state: {self._why_idle()}")
+            self.stop(
+                f"data_updated() was called {MOST_IDLE} times with no new state: {self._why_idle()}"
+            )
         return False
 
     def _why_idle(self):
@@ -112,7 +125,9 @@ class World:
             return "start_robot(robot) was never called"
         if not self.steps:
             return "the script never called apply_efforts (or start_oscillate), so nothing moves"
-        return f"the last apply_efforts was at t = {self.time:g} s, and without another nothing moves"
+        return (
+            f"the last apply_efforts was at t = {self.time:g} s, and without another nothing moves"
+        )
 
     def _over(self):
         """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where Ctrl-C goes."""

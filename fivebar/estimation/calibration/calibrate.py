@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ...base.backend import real_numbers, wrap
-from ...base.checks import (  # fmt: skip
+from ...base.checks import (
     LONGEST,
     SHORTEST,
     instance,
@@ -37,15 +37,25 @@ DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
 @takes(
-    robot=instance(FiveBar), unknown=strings, sigma=optional(positive), loss=one_of(*LOSSES),
+    robot=instance(FiveBar),
+    unknown=strings,
+    sigma=optional(positive),
+    loss=one_of(*LOSSES),
     mistakes=one_of("raise", "mend", "keep"),
-)  # fmt: skip
+)
 def calibrate(
-    robot: FiveBar, data: Mapping | FilePath, unknown: Sequence[str] = DEFAULT, *,
-    start: Mapping[str, float] = MappingProxyType({}), sigma: float | None = None, weights: Sequence | None = None,
-    bounds: Mapping[str, Sequence[float]] = MappingProxyType({}), loss: str = "linear", mistakes: str = "raise",
+    robot: FiveBar,
+    data: Mapping | FilePath,
+    unknown: Sequence[str] = DEFAULT,
+    *,
+    start: Mapping[str, float] = MappingProxyType({}),
+    sigma: float | None = None,
+    weights: Sequence | None = None,
+    bounds: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    loss: str = "linear",
+    mistakes: str = "raise",
     units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
-) -> Calibration:  # fmt: skip
+) -> Calibration:
     """Calibration of a five-bar: the unknowns of least squares, how well they are known, and what cannot be told.
 
         true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi        distance = |xi - xi_to|
@@ -72,7 +82,11 @@ def calibrate(
     size = sizes(robot, rows.q, unknown)
     own = rows.sigma[rows.row_of]
     relative = weights is not None
-    given = sigma if sigma is not None else (1.0 if np.isfinite(rows.sigma).any() and not relative else None)
+    given = (
+        sigma
+        if sigma is not None
+        else (1.0 if np.isfinite(rows.sigma).any() and not relative else None)
+    )
     weight = _weight(own, sigma, relative, rows)
     task = Task(rows, free, p0, size, weight, _bounds(bounds, unknown), loss)
     typical = 0.0 if given is None else float(np.median(1 / weight))
@@ -99,14 +113,26 @@ def calibrate(
     task, p, held = _within(task, p, assembly)
     turns = np.intersect1d(free, [PLACE[name] for name in ("offset1", "offset2", "turn")])
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    said = [*task.rows.said, *(f"put right: {mistake}" for mistake in wrong), *lone_rows(task, p)]
+    notes = [*task.rows.notes, *(f"put right: {mistake}" for mistake in wrong), *lone_rows(task, p)]
     if unsure[needed].any():
         names = ", ".join(np.array(task.rows.where)[unsure & needed])
-        said.append(f"assembly mode uncertain, both fit almost alike, the nearer one was taken: {names}")
+        notes.append(
+            f"assembly mode uncertain, both fit almost alike, the nearer one was taken: {names}"
+        )
     return Calibration(
-        robot, unknown, task.rows, assembly, p0, p, weight, given is not None, loss, held, tuple(said),
+        robot,
+        unknown,
+        task.rows,
+        assembly,
+        p0,
+        p,
+        weight,
+        given is not None,
+        loss,
+        held,
+        tuple(notes),
         dict(task.bounds or {}),
-    )  # fmt: skip
+    )
 
 
 def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...]:
@@ -115,9 +141,13 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
     if not found:
         raise ValueError(f"{name} is empty: name some of {', '.join(UNKNOWNS)}")
     if wrong := [each for each in found if each not in UNKNOWNS]:
-        raise ValueError(f"{name}: no {', '.join(map(shown, wrong))}; the known ones are {', '.join(UNKNOWNS)}")
+        raise ValueError(
+            f"{name}: no {', '.join(map(shown, wrong))}; the known ones are {', '.join(UNKNOWNS)}"
+        )
     if len(set(found)) < len(found):
-        raise ValueError(f"{name} names {next(each for each in found if found.count(each) > 1)} twice")
+        raise ValueError(
+            f"{name} names {next(each for each in found if found.count(each) > 1)} twice"
+        )
     return found
 
 
@@ -126,10 +156,16 @@ def start_values(robot: FiveBar, start: Mapping[str, float]) -> np.ndarray:
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if wrong := [each for each in start if each not in UNKNOWNS]:
-        raise ValueError(f"start: no {', '.join(map(shown, wrong))}; the known ones are {', '.join(UNKNOWNS)}")
-    values = values_of(robot, {name: number(value, f"start[{name!r}]", -1e6, 1e6) for name, value in start.items()})
+        raise ValueError(
+            f"start: no {', '.join(map(shown, wrong))}; the known ones are {', '.join(UNKNOWNS)}"
+        )
+    values = values_of(
+        robot, {name: number(value, f"start[{name!r}]", -1e6, 1e6) for name, value in start.items()}
+    )
     if not length_ok(values):
-        raise ValueError(f"start: bars and scale must be from {SHORTEST:g} to {LONGEST:g}, and d from 0 on")
+        raise ValueError(
+            f"start: bars and scale must be from {SHORTEST:g} to {LONGEST:g}, and d from 0 on"
+        )
     return values
 
 
@@ -146,7 +182,9 @@ def _weight(own, sigma, relative, rows):
         return 1 / own if sigma is None else 1 / (own * sigma)
     known = np.isfinite(own)
     if sigma is None and known.any() and not known.all():
-        raise ValueError(f"{rows.where[rows.row_of[np.argmin(known)]]}: no sigma, where other rows have one")
+        raise ValueError(
+            f"{rows.where[rows.row_of[np.argmin(known)]]}: no sigma, where other rows have one"
+        )
     return 1 / np.where(known, own, 1.0 if sigma is None else sigma)
 
 
@@ -159,7 +197,9 @@ def _bounds(bounds, unknown):
             raise ValueError(f"bounds: {shown(name)} is none of unknown: {', '.join(unknown)}")
         low, high = two_numbers(limits, f"bounds[{name!r}]")
         if not low < high:
-            raise ValueError(f"bounds[{name!r}] must be (low, high) with low < high, not {shown(limits)}")
+            raise ValueError(
+                f"bounds[{name!r}] must be (low, high) with low < high, not {shown(limits)}"
+            )
         found[name] = (low, high)
     return found
 
@@ -188,7 +228,9 @@ def _reaching(task, p, assembly):
         kept = np.isfinite(off)
         p = solve(task.with_rows(near, task.weight[kept]), p, assembly[~out])[0]
     names = ", ".join(np.array(task.rows.where)[out][:5])
-    raise ValueError(f"{names}: with these angles the robot that fits the other rows does not close: a wrong reading?")
+    raise ValueError(
+        f"{names}: with these angles the robot that fits the other rows does not close: a wrong reading?"
+    )
 
 
 def _within(task, p, assembly):
@@ -202,7 +244,10 @@ def _within(task, p, assembly):
     bounds = {name: _narrower(limits.get(name), asked.get(name)) for name in {*limits, *asked}}
     task = replace(task, bounds=bounds)
     for start in (p, task.start):
-        if length_ok(start) and np.isfinite(misses(start, task.rows, assembly, derive=False)[0]).all():
+        if (
+            length_ok(start)
+            and np.isfinite(misses(start, task.rows, assembly, derive=False)[0]).all()
+        ):
             return task, *solve(task, start, assembly)
     raise ValueError(
         "no five-bar fits these data: lengths below 0 come out, and within bounds there is none to begin with"

@@ -76,7 +76,10 @@ def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
         at = place(p, rows.q, np.full(len(rows), side))
         sines = np.stack(at.sines, axis=-1)
         with np.errstate(invalid="ignore"):
-            fits.append(((rows.working == 0) | (-np.sign(sines) == rows.working)).all(axis=1) & np.isfinite(at.xi[0]))
+            fits.append(
+                ((rows.working == 0) | (-np.sign(sines) == rows.working)).all(axis=1)
+                & np.isfinite(at.xi[0])
+            )
     only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
     return np.where(mode, mode, only)
 
@@ -89,12 +92,16 @@ def modes_found(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     off = [np.abs(points - rows.points) for points in both]
     off = [np.where(np.isfinite(rows.points), each, 0.0).sum(axis=1) for each in off]
     with np.errstate(invalid="ignore"):
-        nearer = np.where(np.nan_to_num(off[0], nan=np.inf) <= np.nan_to_num(off[1], nan=np.inf), -1, 1)
+        nearer = np.where(
+            np.nan_to_num(off[0], nan=np.inf) <= np.nan_to_num(off[1], nan=np.inf), -1, 1
+        )
         apart = np.hypot(*(both[0] - both[1]).T)
         measured = np.isfinite(rows.points).any(axis=1)
         sine = sines_at(p, rows.q, rows.points)[:, 2]
         sure = rows.whole & (np.abs(sine) > CLEAR)
-    found = np.where(sure, -np.sign(np.nan_to_num(sine)), np.where(noted, noted, np.where(measured, nearer, 0)))
+    found = np.where(
+        sure, -np.sign(np.nan_to_num(sine)), np.where(noted, noted, np.where(measured, nearer, 0))
+    )
     close = np.abs(off[0] - off[1]) < 1e-3 * np.mean(p[:4])
     unsure = ~sure & (noted == 0) & (~measured | (close & (apart > 0)))
     return found.astype(np.int8), unsure
@@ -117,14 +124,26 @@ def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, 
         return misses(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
 
     def slope(z):
-        return misses(task.at(z), task.rows, assembly)[1][:, task.free] * task.size * task.weight[:, None]
+        return (
+            misses(task.at(z), task.rows, assembly)[1][:, task.free]
+            * task.size
+            * task.weight[:, None]
+        )
 
     def fitted(z, tolerance):
         spread = max(1.4826 * np.median(np.abs(off(z))), 1e-12) if task.loss != "linear" else 1.0
         return least_squares(
-            off, z, slope, bounds=(low, high), loss=task.loss, f_scale=spread, max_nfev=200,
-            ftol=tolerance, xtol=tolerance, gtol=tolerance,
-        )  # fmt: skip
+            off,
+            z,
+            slope,
+            bounds=(low, high),
+            loss=task.loss,
+            f_scale=spread,
+            max_nfev=200,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+        )
 
     done = fitted(np.clip((p[task.free] - task.start[task.free]) / task.size, low, high), 1e-12)
     if task.loss != "linear":  # once more with the scatter of the fit, not of the start
@@ -149,8 +168,12 @@ def _shares(loss, ratio):
     square = ratio**2
     if loss == "huber":
         return 1 / np.sqrt(np.maximum(square, 1.0))
-    return {"linear": np.ones_like(square), "soft_l1": 1 / np.sqrt(1 + square), "cauchy": 1 / (1 + square),
-            "arctan": 1 / (1 + square**2)}[loss]  # fmt: skip
+    return {
+        "linear": np.ones_like(square),
+        "soft_l1": 1 / np.sqrt(1 + square),
+        "cauchy": 1 / (1 + square),
+        "arctan": 1 / (1 + square**2),
+    }[loss]
 
 
 def _polished(off, slope, z, low, high):
@@ -187,7 +210,9 @@ def spectrum(jacobian: np.ndarray) -> tuple:
     return left[:, : len(s)], s, right, ROUNDING * max(jacobian.shape) * s[0] if len(s) else 0.0
 
 
-ROUNDING = 64 * np.finfo(float).eps  # of a singular value over the largest; poses near Type 2 multiply it
+ROUNDING = (
+    64 * np.finfo(float).eps
+)  # of a singular value over the largest; poses near Type 2 multiply it
 
 
 def loss_slopes(loss: str, off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

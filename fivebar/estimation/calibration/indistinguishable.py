@@ -10,7 +10,9 @@ import numpy as np
 from .measured_robot import LENGTHS, PLACE, UNITS, place, seen, slopes
 
 SMALL = 1e-6  # of a null vector's largest entry: none
-LARGEST = 5  # unknowns in a vector that is looked for; a plainer basis than these is not worth the search
+LARGEST = (
+    5  # unknowns in a vector that is looked for; a plainer basis than these is not worth the search
+)
 HARDLY = 0.1  # of an unknown's size: known less well than that, it is hardly known
 STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg")}
 MODES = [(left, right, assembly) for assembly in (-1, 1) for left in (-1, 1) for right in (-1, 1)]
@@ -34,7 +36,9 @@ def plainest(null: np.ndarray) -> np.ndarray:
             if np.linalg.matrix_rank(np.array([*found, vector]), tol=SMALL) > len(found):
                 found.append(vector / vector[np.argmax(np.abs(vector))])
     for vector in _echelon(null):
-        if len(found) < count and np.linalg.matrix_rank(np.array([*found, vector]), tol=SMALL) > len(found):
+        if len(found) < count and np.linalg.matrix_rank(
+            np.array([*found, vector]), tol=SMALL
+        ) > len(found):
             found.append(vector / vector[np.argmax(np.abs(vector))])
     return np.array(found)
 
@@ -61,7 +65,10 @@ def combination(vector: np.ndarray, names: Sequence[str], sizes: np.ndarray, p: 
     values = {name: p[PLACE[name]] for name in steps}
     if "scale" in steps and len(lengths) == len(steps) - 1 and all(values.values()):
         shares = np.array([steps[name] / values[name] for name in lengths])
-        if np.ptp(shares) < 1e-5 * np.abs(shares).max() and abs(shares[0] + steps["scale"] / values["scale"]) < 1e-5:
+        if (
+            np.ptp(shares) < 1e-5 * np.abs(shares).max()
+            and abs(shares[0] + steps["scale"] / values["scale"]) < 1e-5
+        ):
             return f"{named} only by the products of scale and {listed(lengths)}"
     if len(used) == 2:
         (a, step_a), (b, step_b) = steps.items()
@@ -80,7 +87,9 @@ def combination(vector: np.ndarray, names: Sequence[str], sizes: np.ndarray, p: 
 
 def _change(name, step):
     scale, unit = STEP.get(UNITS.get(name, ""), (1.0, ""))
-    return f"{name} {'grows' if step > 0 else 'falls'} by {abs(step) / scale:.3g}{unit and ' '}{unit}"
+    return (
+        f"{name} {'grows' if step > 0 else 'falls'} by {abs(step) / scale:.3g}{unit and ' '}{unit}"
+    )
 
 
 def listed(words) -> str:
@@ -89,7 +98,9 @@ def listed(words) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def hardly_told(sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]) -> tuple[str, ...]:
+def hardly_told(
+    sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]
+) -> tuple[str, ...]:
     """Combinations (k, n) whose standard deviation (k,), in sizes, is so large that they are hardly known, in words."""
     found = []
     for vector in vectors[sd > HARDLY]:
@@ -98,27 +109,43 @@ def hardly_told(sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: 
         largest = names[int(np.argmax(np.abs(vector)))]
         scale, unit = STEP.get(UNITS.get(largest, ""), (1.0, ""))
         together = "together " if len(own) > 1 else ""
-        found.append(f"{listed(own)} {together}hardly: {largest} to +-{sds[largest] / scale:.2g} {unit}".rstrip())
+        found.append(
+            f"{listed(own)} {together}hardly: {largest} to +-{sds[largest] / scale:.2g} {unit}".rstrip()
+        )
     return tuple(found)
 
 
 class Remedies:
     """Measurements that nobody made, each with its Jacobian by the unknowns, the easiest first."""
 
-    def __init__(self, p: np.ndarray, q: np.ndarray, assembly: np.ndarray, axes: set, columns: np.ndarray, sizes):
+    def __init__(
+        self,
+        p: np.ndarray,
+        q: np.ndarray,
+        assembly: np.ndarray,
+        axes: set,
+        columns: np.ndarray,
+        sizes,
+    ):
         self.p, self.columns, self.sizes = p, columns, sizes
         self._used, self._axes = self._modes(q, assembly), axes
         self._near = _poses(p, np.random.default_rng(1))
 
     def _modes(self, q, assembly):
         signs = (-np.sign(sine) for sine in place(self.p, q, assembly).sines)
-        return {tuple(int(m) for m in row) for row in np.nan_to_num(np.stack([*signs, assembly], axis=-1))}
+        return {
+            tuple(int(m) for m in row)
+            for row in np.nan_to_num(np.stack([*signs, assembly], axis=-1))
+        }
 
     def for_vector(self, vector: np.ndarray, names: Sequence[str]) -> str:
         """The first of them that sees the vector, as an advice; else which unknown to measure by itself."""
         step = vector * self.sizes
         for words, jacobian in self._all():
-            if len(jacobian) and np.abs(jacobian @ step).max() > 1e-4 * np.abs(jacobian * self.sizes).max():
+            if (
+                len(jacobian)
+                and np.abs(jacobian @ step).max() > 1e-4 * np.abs(jacobian * self.sizes).max()
+            ):
                 return words
         one = [name for name, entry in zip(names, vector) if entry]
         return f"no measurement of this kind can; measure {' or '.join(one)} by itself, and leave it out of unknown"
@@ -137,17 +164,29 @@ class Remedies:
         for mode in MODES:
             if mode not in self._used and self._axes:
                 own = np.array([each == mode for each in modes], bool)
-                words = "poses in working modes ({:+d}, {:+d}), assembly {:+d}, too, would tell".format(*mode)
+                words = (
+                    "poses in working modes ({:+d}, {:+d}), assembly {:+d}, too, would tell".format(
+                        *mode
+                    )
+                )
                 yield words, slope[own].reshape(-1, len(self.columns))
         at = place(self.p, q, assembly)
         inner = slopes(self.p, q, at)
         gaps = np.stack(at.xi, axis=-1)
         gaps, slope_gap = gaps - np.roll(gaps, 1, axis=0), inner - np.roll(inner, 1, axis=0)
         length = np.hypot(*gaps.T)[:, None]
-        ruler = np.einsum("ni,nij->nj", gaps / np.where(length, length, 1.0), slope_gap)[:, self.columns]
-        yield "a distance between two of its points by a ruler (columns distance, to) would tell", ruler
+        ruler = np.einsum("ni,nij->nj", gaps / np.where(length, length, 1.0), slope_gap)[
+            :, self.columns
+        ]
+        yield (
+            "a distance between two of its points by a ruler (columns distance, to) would tell",
+            ruler,
+        )
         if not self._axes:
-            yield "points x, y in a measuring frame would tell", slope.reshape(-1, len(self.columns))
+            yield (
+                "points x, y in a measuring frame would tell",
+                slope.reshape(-1, len(self.columns)),
+            )
 
 
 def _poses(p, rng):

@@ -17,14 +17,21 @@ READING = ("offset1", "offset2", "ratio1", "ratio2")
 FRAME = ("x0", "y0", "turn", "scale")
 UNKNOWNS = (*LENGTHS, *READING, *FRAME)
 PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
-UNITS = dict.fromkeys((*LENGTHS, "x0", "y0"), "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
+UNITS = dict.fromkeys((*LENGTHS, "x0", "y0"), "m") | dict.fromkeys(
+    ("offset1", "offset2", "turn"), "rad"
+)
 NEUTRAL = dict.fromkeys(READING[:2], 0.0) | dict.fromkeys(READING[2:], 1.0)
 NEUTRAL |= dict(x0=0.0, y0=0.0, turn=0.0, scale=1.0)
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> np.ndarray:
     """All of UNKNOWNS, (13,): the robot's lengths, angles read as they are, its own frame; `more` goes over these."""
-    return np.array([{**{n: getattr(robot, n) for n in LENGTHS}, **NEUTRAL, **(more or {})}[n] for n in UNKNOWNS])
+    return np.array(
+        [
+            {**{n: getattr(robot, n) for n in LENGTHS}, **NEUTRAL, **(more or {})}[n]
+            for n in UNKNOWNS
+        ]
+    )
 
 
 def robot_with(robot: FiveBar, values: np.ndarray) -> FiveBar:
@@ -36,7 +43,9 @@ def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.
     """By how much each unknown changes a picture of the robot as much as the others: its mean bar, 1 rad, all of q."""
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
     largest = [float(np.max(np.abs(column), initial=0.0)) or 1.0 for column in np.nan_to_num(q).T]
-    known = dict(ratio1=1 / largest[0], ratio2=1 / largest[1]) | dict.fromkeys((*LENGTHS, "x0", "y0"), bar)
+    known = dict(ratio1=1 / largest[0], ratio2=1 / largest[1]) | dict.fromkeys(
+        (*LENGTHS, "x0", "y0"), bar
+    )
     return np.array([known.get(name, 1.0) for name in names])
 
 
@@ -64,7 +73,10 @@ def _cranks(p, q):
     """Unit vectors u_i1 and the elbows, in the robot's frame."""
     angles = (p[7 + i] * q[:, i] + p[5 + i] for i in (0, 1))
     cranks = tuple((np.cos(angle), np.sin(angle)) for angle in angles)
-    pivots = tuple((sign * p[4] / 2 + p[2 * i] * u[0], p[2 * i] * u[1]) for i, sign, u in zip((0, 1), (-1, 1), cranks))
+    pivots = tuple(
+        (sign * p[4] / 2 + p[2 * i] * u[0], p[2 * i] * u[1])
+        for i, sign, u in zip((0, 1), (-1, 1), cranks)
+    )
     return cranks, pivots
 
 
@@ -73,7 +85,13 @@ def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
     and in a Type-2 singularity."""
     cranks, (left, right) = _cranks(p, q)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dyad = RRR((right[0] - left[0], right[1] - left[1]), p[1], p[3], -assembly, abs(p[4]) + abs(p[0]) + abs(p[2]))
+        dyad = RRR(
+            (right[0] - left[0], right[1] - left[1]),
+            p[1],
+            p[3],
+            -assembly,
+            abs(p[4]) + abs(p[0]) + abs(p[2]),
+        )
         det = np.where(dyad.sine, dyad.sine, np.nan)  # in a singularity there are no slopes
         xi = left[0] + p[1] * dyad.first[0] + 0 * det, left[1] + p[1] * dyad.first[1] + 0 * det
         return Placed(xi, cranks, (dyad.first, dyad.second), det)
@@ -88,7 +106,13 @@ def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
         inverse = np.array([[u22[1], -u22[0]], [-u12[1], u12[0]]]) / at.det
     for i, (u, crank, sign) in enumerate(zip((u12, u22), cranks, (-1, 1))):
         across = p[2 * i] * cross(crank, u)  # u_i2 . dP_i / d theta_i, B's entry
-        own = {2 * i: dot(u, crank), 2 * i + 1: 1.0, 4: sign / 2 * u[0], 5 + i: across, 7 + i: across * q[:, i]}
+        own = {
+            2 * i: dot(u, crank),
+            2 * i + 1: 1.0,
+            4: sign / 2 * u[0],
+            5 + i: across,
+            7 + i: across * q[:, i],
+        }
         for column, along in own.items():
             found[:, :, column] += (inverse[i] * along).T
     return found

@@ -37,7 +37,11 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
         task = mended(task, found)
         return found, task, begin(task)
     p, found, limit = begin(task, far=False), [], max(SUSPECT * task.bar, 5 * sigma)
-    for tried in (single, None, double):  # offsets far from the start are likelier than two mistakes
+    for tried in (
+        single,
+        None,
+        double,
+    ):  # offsets far from the start are likelier than two mistakes
         if doubt(task, p) < limit:
             break
         if tried is None:
@@ -90,18 +94,23 @@ def _rows(task, p, sigma):
         own = rows.without(np.arange(len(rows)) != k)
         changes = ANGLES | PLACES
         changed = {words: change(own) for words, change in changes.items()}
-        after = {words: np.hypot(*bars_off(p, row.q, row.points)[0][0]) for words, row in changed.items()}
+        after = {
+            words: np.hypot(*bars_off(p, row.q, row.points)[0][0]) for words, row in changed.items()
+        }
         best = min(after, key=after.__getitem__)
         if after[best] < max(5 * scale, 2e-4 * task.bar) and after[best] < FALLS * off[k]:
-            said = f"(misses the point by {mm(after[best])} then, by {mm(off[k])} as it is)"
-            found.append(Mistake(f"{rows.where[k]}: {best}? {said}", _in_row(k, changes[best])))
+            notes = f"(misses the point by {mm(after[best])} then, by {mm(off[k])} as it is)"
+            found.append(Mistake(f"{rows.where[k]}: {best}? {notes}", _in_row(k, changes[best])))
     return found, p
 
 
 def _in_row(k, change):
     def mend(rows):
         changed, here = change(rows), np.arange(len(rows)) == k
-        parts = {n: np.where(here[:, None], getattr(changed, n), getattr(rows, n)) for n in ("q", "points")}
+        parts = {
+            n: np.where(here[:, None], getattr(changed, n), getattr(rows, n))
+            for n in ("q", "points")
+        }
         return replace(rows, **parts)
 
     return mend
@@ -113,10 +122,14 @@ def _modes(task, p, sigma):
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
         return []  # of what fits nothing no modes are known
     off, sines = np.full(len(rows), np.inf), sines_at(p, rows.q, rows.points)
-    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T) / p[PLACE["scale"]]
+    off[rows.whole] = (
+        np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T) / p[PLACE["scale"]]
+    )
     fits = off < max(20 * sigma, 0.02 * task.bar)
     real = -np.sign(np.nan_to_num(sines)).astype(np.int8)
-    sure = fits[:, None] & (np.abs(np.nan_to_num(sines)) > np.maximum(SURE, 5 * off / task.bar)[:, None])
+    sure = fits[:, None] & (
+        np.abs(np.nan_to_num(sines)) > np.maximum(SURE, 5 * off / task.bar)[:, None]
+    )
     noted = np.column_stack([rows.working, rows.assembly])
     wrong = sure & (noted != 0) & (noted != real)
     found = []
@@ -140,11 +153,16 @@ def _half_measured(task, p, sigma):
     found = []
     if not half.any():
         return found
-    off = [np.nansum(np.abs(seen(p, rows.q, side * rows.assembly, False)[0] - rows.points), axis=1) for side in (1, -1)]
+    off = [
+        np.nansum(np.abs(seen(p, rows.q, side * rows.assembly, False)[0] - rows.points), axis=1)
+        for side in (1, -1)
+    ]
     fits = (off[0] > 0.05 * task.bar) & (off[1] < max(5 * sigma, 0.1 * SUSPECT * task.bar))
     for k in np.flatnonzero(half & fits):
         real = rows.assembly[k] * -1
-        noted, other = (_modes_in_words((0, 0, mode), np.array([0, 0, 1])) for mode in (rows.assembly[k], real))
+        noted, other = (
+            _modes_in_words((0, 0, mode), np.array([0, 0, 1])) for mode in (rows.assembly[k], real)
+        )
         words = f"{rows.where[k]}: noted {noted}, but its angles and its point are {other}"
         real_all, sure = np.zeros((len(rows), 3), np.int8), np.zeros((len(rows), 3), bool)
         real_all[k, 2], sure[k, 2] = real, True

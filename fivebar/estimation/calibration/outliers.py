@@ -31,7 +31,9 @@ def _numbers_of(row_of):
     return dict(zip(rows.tolist(), np.split(order, first[1:])))
 
 
-def off_rows(off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarray, absolute: bool) -> dict[int, float]:
+def off_rows(
+    off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarray, absolute: bool
+) -> dict[int, float]:
     """Rows that are off: {row: p}, of externally studentized residuals, times the rows (Bonferroni).
 
     One at a time, the worst first, and the others are fitted again without it: one bad row hides or blames another.

@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 SIDE = 27  # candidates along the workspace, in each working mode
-JUDGED, OFFERED = 150, 400  # poses over the workspace at which the tip's error is compared, and that are exchanged
+JUDGED, OFFERED = (
+    150,
+    400,
+)  # poses over the workspace at which the tip's error is compared, and that are exchanged
 PASSES, ROUNDS = 12, 2
 MANY = 20  # poses, of which each is offered an exchange once a round
 ANOTHER_MODE = 10.0  # rad: what a change of modes costs on the tour
@@ -53,7 +56,9 @@ class MeasurementPoses(Plotted):
     def __repr__(self) -> str:
         modes = {(*map(int, w), int(a)) for w, a in zip(self.working, self.assembly)}
         tip = f"tip within {self.worst_tip:.3g} sigma"
-        return one_line("MeasurementPoses", f"{len(self.q)} poses", f"{len(modes)} modes", self.criterion, tip)
+        return one_line(
+            "MeasurementPoses", f"{len(self.q)} poses", f"{len(modes)} modes", self.criterion, tip
+        )
 
     @property
     def xi(self) -> np.ndarray:
@@ -69,27 +74,42 @@ class MeasurementPoses(Plotted):
 
     def sd(self, sigma: float) -> dict[str, float]:
         """Standard deviations to expect of the unknowns where a number is measured to sigma, m."""
-        return {name: float(positive(sigma, "sigma") * value) for name, value in zip(self.unknown, self.unit_sd)}
+        return {
+            name: float(positive(sigma, "sigma") * value)
+            for name, value in zip(self.unknown, self.unit_sd)
+        }
 
     def to_csv(self, path: TextFile) -> None:
         """Write q1, q2, modes, and x, y to be filled in, as `calibrate` reads it; where they should be in x_nominal."""
         with written(path) as out:
             lines = csv.writer(out)
-            lines.writerow(["q1", "q2", "x", "y", "working1", "working2", "assembly", "x_nominal", "y_nominal"])
-            for q, w, a, xi in zip(self.q.tolist(), self.working.tolist(), self.assembly.tolist(), self.xi.tolist()):
+            lines.writerow(
+                ["q1", "q2", "x", "y", "working1", "working2", "assembly", "x_nominal", "y_nominal"]
+            )
+            for q, w, a, xi in zip(
+                self.q.tolist(), self.working.tolist(), self.assembly.tolist(), self.xi.tolist()
+            ):
                 lines.writerow([*q, "", "", *w, a, *xi])
 
 
-
 @takes(
-    robot=instance(FiveBar), n=whole(1, 1000), unknown=strings, criterion=one_of("tip", "D"),
+    robot=instance(FiveBar),
+    n=whole(1, 1000),
+    unknown=strings,
+    criterion=one_of("tip", "D"),
     margin=lambda value, name: number(value, name, 0.0, 0.95),
-)  # fmt: skip
+)
 def measurement_poses(
-    robot: FiveBar, n: int, unknown: Sequence[str] = DEFAULT, *, criterion: str = "tip", margin: float = 0.3,
-    working: Sequence | None = None, window: Sequence[float] | None = None,
+    robot: FiveBar,
+    n: int,
+    unknown: Sequence[str] = DEFAULT,
+    *,
+    criterion: str = "tip",
+    margin: float = 0.3,
+    working: Sequence | None = None,
+    window: Sequence[float] | None = None,
     start: Mapping[str, float] = MappingProxyType({}),
-) -> MeasurementPoses:  # fmt: skip
+) -> MeasurementPoses:
     """The n poses whose measured points x, y tell most of the unknowns, ordered into a short tour.
 
     criterion: "tip", the least worst error of the tip anywhere in the workspace after calibration (G-optimal), or "D",
@@ -103,7 +123,9 @@ def measurement_poses(
     columns = np.array([PLACE[name] for name in unknown])
     pose = candidates(robot, margin, _modes(working), window)
     if 2 * n < len(columns):
-        raise ValueError(f"n = {n} poses give {2 * n} numbers, fewer than the {len(columns)} unknowns")
+        raise ValueError(
+            f"n = {n} poses give {2 * n} numbers, fewer than the {len(columns)} unknowns"
+        )
     if len(pose.q) < n:
         raise ValueError(
             f"only {len(pose.q)} poses keep the margin {margin:g} (and are in the window): a smaller margin?"
@@ -129,11 +151,19 @@ def measurement_poses(
 
 
 def tip_gain(
-    robot: FiveBar, q: np.ndarray, assembly: np.ndarray, unknown: Sequence[str], margin: float = 0.3,
-    start: Mapping[str, float] = MappingProxyType({}), working: Sequence | None = None,
-) -> float:  # fmt: skip
+    robot: FiveBar,
+    q: np.ndarray,
+    assembly: np.ndarray,
+    unknown: Sequence[str],
+    margin: float = 0.3,
+    start: Mapping[str, float] = MappingProxyType({}),
+    working: Sequence | None = None,
+) -> float:
     """`MeasurementPoses.worst_tip` of other poses, over the same workspace; inf where they do not tell all unknowns."""
-    p, columns = start_values(robot, start), np.array([PLACE[name] for name in known_names(unknown)])
+    p, columns = (
+        start_values(robot, start),
+        np.array([PLACE[name] for name in known_names(unknown)]),
+    )
     pose = candidates(robot, margin, _modes(working), None)
     size = sizes(robot, pose.q, unknown)
     own = seen(p, np.asarray(q, float), np.broadcast_to(assembly, len(q)))[1][:, :, columns] * size
@@ -144,7 +174,9 @@ def tip_gain(
     return float(np.sqrt(_spread(over, np.linalg.inv(sum(j.T @ j for j in own))).max()))
 
 
-def candidates(robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None) -> Pose:
+def candidates(
+    robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
+) -> Pose:
     """Poses on a grid over the workspace in these working modes, off singularities by the margin (a sine)."""
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
     low, high = (
@@ -162,7 +194,9 @@ def candidates(robot: FiveBar, margin: float, modes: Sequence, window: Sequence[
             kept.append(np.flatnonzero((sines > margin).all(axis=0)))
     xi = np.concatenate([points[k] for k in kept])
     if not len(xi):
-        raise ValueError(f"no pose keeps the margin {margin:g} and is in the window: a smaller margin?")
+        raise ValueError(
+            f"no pose keeps the margin {margin:g} and is in the window: a smaller margin?"
+        )
     working = np.concatenate([np.tile(mode, (len(k), 1)) for mode, k in zip(modes, kept)])
     return igm(robot, xi, working)
 
@@ -172,14 +206,18 @@ def _modes(working):
         return MODES
     found = check_modes(np.atleast_2d(real_numbers(working, "working")), "working")
     if found.ndim != 2 or found.shape[1] != 2 or not len(found):
-        raise ValueError(f"working must be pairs of +1 and -1, some of {MODES}, not {shown(working)}")
+        raise ValueError(
+            f"working must be pairs of +1 and -1, some of {MODES}, not {shown(working)}"
+        )
     return list(dict.fromkeys((int(left), int(right)) for left, right in found))
 
 
 def _window(window):
     box = finite_numbers(window, "window")
     if box.shape != (4,) or not (box[0] < box[1] and box[2] < box[3]):
-        raise ValueError(f"window must be (x0, x1, y0, y1) with x0 < x1, y0 < y1, not {shown(window)}")
+        raise ValueError(
+            f"window must be (x0, x1, y0, y1) with x0 < x1, y0 < y1, not {shown(window)}"
+        )
     return box.tolist()
 
 
@@ -230,9 +268,16 @@ def _gain(jacobian, covariance):
 
 def _for_the_tip(jacobian, chosen):
     """Exchanges while one lowers the worst error of the tip, over poses everywhere and those that are worst now."""
-    chosen, information = list(chosen), 1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen])
+    chosen, information = (
+        list(chosen),
+        1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen]),
+    )
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
-    judged = jacobian[np.union1d(worst[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED)))]
+    judged = jacobian[
+        np.union1d(
+            worst[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED))
+        )
+    ]
     offered = np.union1d(np.arange(0, len(jacobian), max(1, len(jacobian) // OFFERED)), chosen)
     worst = _spread(judged, np.linalg.inv(information)).max()
     flat, some = judged.reshape(-1, judged.shape[2]), jacobian[offered]
@@ -258,7 +303,7 @@ def _for_the_tip(jacobian, chosen):
 def _tour(robot, q, modes):
     """An order of short moves: from every start the nearest next, the best of these untangled (2-opt)."""
     n = len(q)
-    apart = np.abs(robot.differ(q[:, None] - q[None])).max(axis=2)
+    apart = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
     apart = apart + ANOTHER_MODE * (modes[:, None] != modes[None]).any(axis=2)
     best = None
     for first in range(n):
@@ -275,7 +320,11 @@ def _tour(robot, q, modes):
         for i in range(n - 1):
             for j in range(i + 1, n):
                 gain = apart[order[i - 1], order[i]] - apart[order[i - 1], order[j]] if i else 0.0
-                gain += apart[order[j], order[j + 1]] - apart[order[i], order[j + 1]] if j + 1 < n else 0.0
+                gain += (
+                    apart[order[j], order[j + 1]] - apart[order[i], order[j + 1]]
+                    if j + 1 < n
+                    else 0.0
+                )
                 if gain > 1e-12:
                     order[i : j + 1] = order[i : j + 1][::-1]
                     improved = True

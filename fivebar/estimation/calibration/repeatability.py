@@ -32,7 +32,9 @@ class Repeatability(Plotted):
 
     def __repr__(self) -> str:
         poses, n = self.points.shape[:2]
-        return one_line("Repeatability", f"{poses} poses", f"{n} cycles", f"RP = {1e3 * self.RP.max():.4g} mm")
+        return one_line(
+            "Repeatability", f"{poses} poses", f"{n} cycles", f"RP = {1e3 * self.RP.max():.4g} mm"
+        )
 
     @cached_property
     def barycentre(self) -> np.ndarray:
@@ -66,20 +68,29 @@ class Repeatability(Plotted):
 
     def __str__(self) -> str:
         head = ["pose", "x mean (mm)", "y mean (mm)", "mean dist. (mm)", "sd (mm)", "RP (mm)"]
-        columns = [np.arange(1, len(self.points) + 1), *(1e3 * self.barycentre.T), *(1e3 * v for v in self._figures)]
+        columns = [
+            np.arange(1, len(self.points) + 1),
+            *(1e3 * self.barycentre.T),
+            *(1e3 * v for v in self._figures),
+        ]
         if self.AP is not None:
             head.append("AP (mm)")
             columns.append(1e3 * self.AP)
-        text = aligned([head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))], 0)
-        text.append(f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre (ISO 9283)")
+        text = aligned(
+            [head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))], 0
+        )
+        text.append(
+            f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre (ISO 9283)"
+        )
         if self.points.shape[1] < CYCLES:
-            text.append(f"{self.points.shape[1]} cycles at a pose, where the standard asks for {CYCLES}")
+            text.append(
+                f"{self.points.shape[1]} cycles at a pose, where the standard asks for {CYCLES}"
+            )
         return "\n".join(text)
 
     @property
     def _figures(self):
         return self.mean, self.sd, self.RP
-
 
 
 def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repeatability:
@@ -90,7 +101,9 @@ def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repe
     """
     found = finite_numbers(points, "points")
     if found.ndim not in (2, 3) or found.shape[-1] != 2 or found.shape[-2] < 2 or not len(found):
-        raise ValueError(f"points must have shape (n, 2) or (poses, n, 2) with n >= 2, not {found.shape}")
+        raise ValueError(
+            f"points must have shape (n, 2) or (poses, n, 2) with n >= 2, not {found.shape}"
+        )
     found = found if found.ndim == 3 else found[None]
     if commanded is None:
         return Repeatability(found)

@@ -24,14 +24,20 @@ def shown_in(name: str) -> tuple[float, str]:
 
 def calibration_text(found: Calibration) -> str:
     """The report, some lines."""
-    return "\n".join([*_fit(found), "", *_table(found), *_told(found), *_rows(found), *_said(found)])
+    return "\n".join(
+        [*_fit(found), "", *_table(found), *_told(found), *_rows(found), *_said(found)]
+    )
 
 
 def verdict(found: Calibration) -> str:
     """What chi^2 says, "" where sigma is not given."""
     if found.p_value is None:
         share = found.rms / (sum(found.start[:4]) / 4)
-        return f"THE MISSES ARE LARGE, {share:.1%} of a bar: is all unknown that is not known?" if share > LARGE else ""
+        return (
+            f"THE MISSES ARE LARGE, {share:.1%} of a bar: is all unknown that is not known?"
+            if share > LARGE
+            else ""
+        )
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
     if found.fits:
         return f"{chance}: the model fits to the sigma given"
@@ -46,8 +52,12 @@ def _fit(found):
     points, far = len(found.rows.asked[0]), len(found.rows.asked[2])
     counted = [f"{points} coordinates"] if points else []
     counted += [f"{far} distances"] if far else []
-    modes = Counter((*map(int, working), int(mode)) for working, mode in zip(found.working, found.assembly))
-    shown = ", ".join("({:+d}, {:+d}) {:+d}: {}".format(*mode, count) for mode, count in modes.most_common())
+    modes = Counter(
+        (*map(int, working), int(mode)) for working, mode in zip(found.working, found.assembly)
+    )
+    shown = ", ".join(
+        "({:+d}, {:+d}) {:+d}: {}".format(*mode, count) for mode, count in modes.most_common()
+    )
     lines = [
         f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes {shown}; "
         f"{len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
@@ -64,7 +74,11 @@ def _table(found):
     for name, value in found.values.items():
         factor, unit = shown_in(name)
         sd = found.sd[name]
-        digits = 4 if not np.isfinite(sd) or sd == 0 else int(np.clip(1 - np.floor(np.log10(factor * sd)), 0, 9))
+        digits = (
+            4
+            if not np.isfinite(sd) or sd == 0
+            else int(np.clip(1 - np.floor(np.log10(factor * sd)), 0, 9))
+        )
         numbers = [found.start[PLACE[name]], value]
         row = [name, unit, *(f"{factor * v:.{digits}f}" for v in numbers)]
         if np.isfinite(sd):
@@ -78,7 +92,7 @@ def _table(found):
 def _told(found):
     lines = ["", "not told apart by these data:"] if found.indistinguishable else []
     lines += [f"- {sentence}" for sentence in found.indistinguishable]
-    lines += [f"- {sentence}" for sentence in found.hardly]
+    lines += [f"- {sentence}" for sentence in found.weakly_identified]
     return lines or ["", "all unknowns are told apart"]
 
 
@@ -92,4 +106,4 @@ def _rows(found):
 def _said(found):
     held = [name for name, out in zip(found.unknown, found.held) if out] if len(found.held) else []
     lines = [f"at a bound: {', '.join(held)}"] if held else []
-    return ["", *lines, *found.said] if lines or found.said else []
+    return ["", *lines, *found.notes] if lines or found.notes else []

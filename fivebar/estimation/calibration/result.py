@@ -50,14 +50,21 @@ class Calibration(Used, Plotted):
     absolute: bool
     loss: str = "linear"
     held: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     bounds: dict = field(default_factory=dict)
 
     def __repr__(self) -> str:
         fit = f"RMS {1e3 * self.rms_before:.3g} -> {1e3 * self.rms:.3g} mm"
         lost = f"{len(self.unknown) - self.rank} not told" if self.rank < len(self.unknown) else ""
         poor = "the model does not fit" if self.fits is False else ""
-        return one_line("Calibration", f"{len(self.unknown)} unknowns", f"{len(self.rows)} rows", fit, lost, poor)
+        return one_line(
+            "Calibration",
+            f"{len(self.unknown)} unknowns",
+            f"{len(self.rows)} rows",
+            fit,
+            lost,
+            poor,
+        )
 
     def __str__(self) -> str:
         from .report import calibration_text
@@ -151,11 +158,19 @@ class Calibration(Used, Plotted):
     def _null(self):
         """Combinations that the data do not tell (unknowns - rank, k), in units of the sizes."""
         null = self._spectrum[2][self.rank :]
-        return null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9] if len(null) else null
+        return (
+            null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9]
+            if len(null)
+            else null
+        )
 
     @cached_property
     def _lost(self):
-        return (np.abs(self._null) > 1e-6).any(axis=0) if len(self._null) else np.zeros(len(self.unknown), bool)
+        return (
+            (np.abs(self._null) > 1e-6).any(axis=0)
+            if len(self._null)
+            else np.zeros(len(self.unknown), bool)
+        )
 
     @cached_property
     def correlation(self) -> np.ndarray:
@@ -164,7 +179,9 @@ class Calibration(Used, Plotted):
         scale = np.where(deviation > 0, deviation, np.inf)
         return self.covariance / np.outer(scale, scale)
 
-    def intervals(self, level: float = 0.95, method: str = "linear") -> dict[str, tuple[float, float]]:
+    def intervals(
+        self, level: float = 0.95, method: str = "linear"
+    ) -> dict[str, tuple[float, float]]:
         """{name: (low, high)} that hold the true value with this probability, if the model holds.
 
         method: "linear", Student's t times `sd` (normal where sigma is given); or "profile", where a fit with that one
@@ -174,13 +191,22 @@ class Calibration(Used, Plotted):
 
         level = number(level, "level", 0.0, 1.0, above=True)
         if method not in ("linear", "profile") or level >= 1:
-            raise ValueError(f"level must be below 1, and method 'linear' or 'profile', not {level}, {method!r}")
+            raise ValueError(
+                f"level must be below 1, and method 'linear' or 'profile', not {level}, {method!r}"
+            )
         if method == "profile" and self.loss != "linear":
-            raise ValueError(f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}")
-        far = float(ndtri(0.5 + level / 2) if self.absolute else stdtrit(max(self.dof, 1), 0.5 + level / 2))
+            raise ValueError(
+                f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}"
+            )
+        far = float(
+            ndtri(0.5 + level / 2) if self.absolute else stdtrit(max(self.dof, 1), 0.5 + level / 2)
+        )
         if method == "profile":
             return {name: profile(self, name, far) for name in self.unknown}
-        return {name: (value - far * self.sd[name], value + far * self.sd[name]) for name, value in self.values.items()}
+        return {
+            name: (value - far * self.sd[name], value + far * self.sd[name])
+            for name, value in self.values.items()
+        }
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -238,7 +264,9 @@ class Calibration(Used, Plotted):
     @cached_property
     def leave_one_out(self) -> float:
         """RMS, m, with which each row is predicted from all others; inf where a row alone tells something."""
-        return left_out(self._off[0], self._spectrum[0][:, : self.rank], self.rows.row_of, self.weight)
+        return left_out(
+            self._off[0], self._spectrum[0][:, : self.rank], self.rows.row_of, self.weight
+        )
 
     @cached_property
     def outliers(self) -> dict[str, float]:
@@ -258,7 +286,7 @@ class Calibration(Used, Plotted):
         )
 
     @cached_property
-    def hardly(self) -> tuple[str, ...]:
+    def weakly_identified(self) -> tuple[str, ...]:
         """What they tell so poorly that it is hardly known, a sentence each."""
         _, s, right, rank = self._spectrum
         sd = np.sqrt(self.variance) / s[:rank]

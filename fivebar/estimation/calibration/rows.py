@@ -45,7 +45,7 @@ class Rows:
     to: np.ndarray
     sigma: np.ndarray
     where: tuple[str, ...]
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     stated: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
@@ -77,14 +77,21 @@ class Rows:
         keep = np.flatnonzero(~out)
         new = np.full(len(self) + 1, -1)
         new[keep] = np.arange(len(keep))
-        parts = {n: getattr(self, n)[keep] for n in ("q", "points", "working", "assembly", "distance", "sigma")}
-        return replace(self, **parts, to=new[self.to[keep]], where=tuple(self.where[k] for k in keep))
+        parts = {
+            n: getattr(self, n)[keep]
+            for n in ("q", "points", "working", "assembly", "distance", "sigma")
+        }
+        return replace(
+            self, **parts, to=new[self.to[keep]], where=tuple(self.where[k] for k in keep)
+        )
 
 
 def rows_of(
-    data: Mapping | FilePath, units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
-    weights: np.ndarray | None = None, name: str = "data",
-) -> Rows:  # fmt: skip
+    data: Mapping | FilePath,
+    units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
+    weights: np.ndarray | None = None,
+    name: str = "data",
+) -> Rows:
     """The Rows in a CSV file or in a mapping of arrays; rows in which nothing is measured are left out, and named.
 
     weights: (n,), relative, in place of sigma.
@@ -92,17 +99,21 @@ def rows_of(
     if isinstance(data, Mapping):
         return _rows(_of_arrays(data, name), None, (), frozenset(), weights, name)
     if not (isinstance(data, (str, os.PathLike)) or hasattr(data, "read")):
-        raise TypeError(f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not {shown(data)}")
+        raise TypeError(
+            f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not {shown(data)}"
+        )
     table = read(data, WANTED, units)
     with named(table.name):
         where = tuple(f"line {line}" for line in table.lines)
-        return _rows(dict(table.values), where, table.said, table.stated, weights, name)
+        return _rows(dict(table.values), where, table.notes, table.stated, weights, name)
 
 
-def _rows(columns, where, said, stated, weights, name):
+def _rows(columns, where, notes, stated, weights, name):
     for key, column in columns.items():
         if (np.isinf(column) | (np.abs(np.nan_to_num(column)) > HUGE)).any():
-            raise ValueError(f"{name}[{key!r}] must be below {HUGE:g} in size, or nan where it is missing")
+            raise ValueError(
+                f"{name}[{key!r}] must be below {HUGE:g} in size, or nan where it is missing"
+            )
     n = len(columns["q1"])
     where = where or tuple(f"row {k + 1}" for k in range(n))
     if weights is not None:
@@ -114,18 +125,34 @@ def _rows(columns, where, said, stated, weights, name):
     modes = np.stack([_modes(get[key], key, where) for key in MODES], axis=-1)
     to = _targets(get["to"], get["distance"], where)
     rows = Rows(
-        np.stack([get["q1"], get["q2"]], axis=-1), np.stack([get["x"], get["y"]], axis=-1), modes[:, :2], modes[:, 2],
-        get["distance"], to, get["sigma"], where, tuple(said), frozenset(stated),
-    )  # fmt: skip
+        np.stack([get["q1"], get["q2"]], axis=-1),
+        np.stack([get["x"], get["y"]], axis=-1),
+        modes[:, :2],
+        modes[:, 2],
+        get["distance"],
+        to,
+        get["sigma"],
+        where,
+        tuple(notes),
+        frozenset(stated),
+    )
     return _usable(rows)
 
 
 def _of_arrays(data, name):
     if unknown := [key for key in data if key not in WANTED]:
-        raise ValueError(f"{name} has no column {shown(unknown[0])}; the known ones are {', '.join(WANTED)}")
-    columns = {key: real_numbers(value, f"{name}[{key!r}]").ravel() for key, value in data.items() if value is not None}
+        raise ValueError(
+            f"{name} has no column {shown(unknown[0])}; the known ones are {', '.join(WANTED)}"
+        )
+    columns = {
+        key: real_numbers(value, f"{name}[{key!r}]").ravel()
+        for key, value in data.items()
+        if value is not None
+    }
     if missing := [key for key in ("q1", "q2") if key not in columns]:
-        raise ValueError(f"{name} has no column {', '.join(missing)}; needed q1, q2 and x, y or distance, to")
+        raise ValueError(
+            f"{name} has no column {', '.join(missing)}; needed q1, q2 and x, y or distance, to"
+        )
     n = len(columns["q1"])
     for key in {*MODES, "sigma"} & set(columns):  # one for all rows
         columns[key] = np.full(n, columns[key][0]) if len(columns[key]) == 1 else columns[key]
@@ -147,7 +174,9 @@ def _targets(to, distance, where):
     """Row at a distance's other end, from its number counted from 1."""
     for k in np.flatnonzero(np.isfinite(distance) != np.isfinite(to)):
         what = ("to", "distance") if np.isfinite(distance[k]) else ("distance", "to")
-        raise ValueError(f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it leads to")
+        raise ValueError(
+            f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it leads to"
+        )
     found = np.clip(np.nan_to_num(to), 0, len(to) + 1).astype(int) - 1
     for k in np.flatnonzero(np.isfinite(to)):
         if found[k] + 1 != to[k] or not 0 <= found[k] < len(to) or found[k] == k:
@@ -165,13 +194,17 @@ def _usable(rows):
     target = np.zeros(len(rows), bool)
     target[rows.to[rows.to >= 0]] = True
     empty = ~blind & ~np.isfinite(rows.points).any(axis=1) & (rows.to < 0) & ~target
-    said = list(rows.said)
+    notes = list(rows.notes)
     for out, why in ((blind, "without q1 or q2"), (empty, "without x, y or distance")):
         if out.any():
-            said.append(f"left out, {why}: {', '.join(np.array(rows.where)[out])}")
-    found = replace(rows.without(blind | empty) if (blind | empty).any() else rows, said=tuple(said))
+            notes.append(f"left out, {why}: {', '.join(np.array(rows.where)[out])}")
+    found = replace(
+        rows.without(blind | empty) if (blind | empty).any() else rows, notes=tuple(notes)
+    )
     if not len(found.numbers):
-        raise ValueError(f"nothing is measured in data: {'; '.join(said) or 'neither x, y nor distance'}")
+        raise ValueError(
+            f"nothing is measured in data: {'; '.join(notes) or 'neither x, y nor distance'}"
+        )
     bad = np.isfinite(found.sigma) & ~(found.sigma > 0)
     if bad.any():
         raise ValueError(f"{found.where[int(np.argmax(bad))]}: sigma must be > 0")

@@ -64,7 +64,9 @@ def doubt(task: Task, p: np.ndarray) -> float:
         change = np.abs(np.log(p[:5] / task.start[:5]))[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - FAR, 0.0).max()
     spread = np.std(unframe(p, task.rows.points[task.rows.whole]), axis=1).max()
-    return (miss(task, p) / p[PLACE["scale"]] + strange) * max(1.0, 0.5 * task.bar / max(spread, 1e-300))
+    return (miss(task, p) / p[PLACE["scale"]] + strange) * max(
+        1.0, 0.5 * task.bar / max(spread, 1e-300)
+    )
 
 
 def settled(task: Task, p: np.ndarray, steps: int = 60) -> np.ndarray:
@@ -79,12 +81,24 @@ def settled(task: Task, p: np.ndarray, steps: int = 60) -> np.ndarray:
         return np.concatenate([bars_off(_moved(p, task, z), q, points)[0].ravel() / size, HOLD * z])
 
     def slope(z):
-        own = bars_off(_moved(p, task, z), q, points)[1][:, :, task.free].reshape(shape) * task.size / size
+        own = (
+            bars_off(_moved(p, task, z), q, points)[1][:, :, task.free].reshape(shape)
+            * task.size
+            / size
+        )
         return np.concatenate([own, hold])
 
     start = np.zeros(shape[1])
     done = least_squares(
-        off, start, slope, loss="soft_l1", f_scale=NEAR, max_nfev=steps, ftol=1e-7, xtol=1e-7, gtol=1e-9
+        off,
+        start,
+        slope,
+        loss="soft_l1",
+        f_scale=NEAR,
+        max_nfev=steps,
+        ftol=1e-7,
+        xtol=1e-7,
+        gtol=1e-9,
     )
     return _moved(p, task, done.x)
 
@@ -143,20 +157,29 @@ def _turned(task):
     """Starts with the free offsets all over a turn, each with its own frame."""
     turns = np.arange(0, 2 * np.pi, np.pi / 4)
     grids = [turns if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
-    return _all_framed(task, 5, [(one, other) for one in grids[0] for other in grids[1] if one or other])
+    return _all_framed(
+        task, 5, [(one, other) for one in grids[0] for other in grids[1] if one or other]
+    )
 
 
 def _counted(task):
     """Starts in which readings are counts of usual encoders, where ratios are free and angles would be absurd."""
     wide = wide_legs(task)
-    return _all_framed(task, 7, [np.where(wide, 2 * np.pi / turn, 1.0) - 1 for turn in USUAL]) if wide.any() else []
+    return (
+        _all_framed(task, 7, [np.where(wide, 2 * np.pi / turn, 1.0) - 1 for turn in USUAL])
+        if wide.any()
+        else []
+    )
 
 
 def wide_legs(task: Task, free: bool = True) -> np.ndarray:
     """Which legs (2,) have readings that no motor turns through, and a ratio that is free (or not)."""
-    return np.array([
-        np.ptp(task.rows.q[:, leg]) > MUCH and (f"ratio{leg + 1}" in task.names) == free for leg in (0, 1)
-    ])  # fmt: skip
+    return np.array(
+        [
+            np.ptp(task.rows.q[:, leg]) > MUCH and (f"ratio{leg + 1}" in task.names) == free
+            for leg in (0, 1)
+        ]
+    )
 
 
 def _all_framed(task, first_place, pairs):
@@ -218,7 +241,9 @@ def _laid(rows, p, free, mode):
 def _shifted(task):
     """Where one coordinate alone is measured: the start with that of the frame moved to the measured ones' middle."""
     p, rows = task.start.copy(), task.rows
-    points = seen(p, rows.q, np.where(noted_assembly(p, rows), noted_assembly(p, rows), -1), False)[0]
+    points = seen(p, rows.q, np.where(noted_assembly(p, rows), noted_assembly(p, rows), -1), False)[
+        0
+    ]
     for axis, name in ((0, "x0"), (1, "y0")):
         gap = (rows.points - points)[:, axis]
         if name in task.names and np.isfinite(gap).any():

@@ -44,7 +44,9 @@ class TipError(Plotted):
     def __repr__(self) -> str:
         n, samples = self.drawn.shape[:2]
         words = f"{n} poses", f"{samples} samples", f"sd up to {1e3 * self.sd.max():.3g} mm"
-        return one_line("TipError", *words, f"by Monte Carlo {1e3 * self.monte_carlo_sd.max():.3g} mm")
+        return one_line(
+            "TipError", *words, f"by Monte Carlo {1e3 * self.monte_carlo_sd.max():.3g} mm"
+        )
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -90,7 +92,11 @@ class TipError(Plotted):
         """(n,) farthest, m, to first order, with every parameter within its tolerance."""
         angle = np.linspace(0, np.pi, DIRECTIONS, endpoint=False)
         along = np.stack([np.cos(angle), np.sin(angle)])
-        return np.abs(np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along)).sum(axis=2).max(axis=1)
+        return (
+            np.abs(np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along))
+            .sum(axis=2)
+            .max(axis=1)
+        )
 
     @cached_property
     def shares(self) -> dict[str, np.ndarray]:
@@ -100,15 +106,22 @@ class TipError(Plotted):
         return dict(zip(self.names, (parts / total).T))
 
 
-
 @takes(
-    robot=instance(FiveBar), samples=whole(10, 1_000_000), seed=whole(0, 2**63),
+    robot=instance(FiveBar),
+    samples=whole(10, 1_000_000),
+    seed=whole(0, 2**63),
     distribution=one_of("normal", "uniform"),
-)  # fmt: skip
+)
 def tip_error(
-    robot: FiveBar, tolerances: Mapping[str, float], poses: Pose | ArrayLike, *, working: ArrayLike = (-1, -1),
-    samples: int = 20_000, seed: int = 0, distribution: str = "normal",
-) -> TipError:  # fmt: skip
+    robot: FiveBar,
+    tolerances: Mapping[str, float],
+    poses: Pose | ArrayLike,
+    *,
+    working: ArrayLike = (-1, -1),
+    samples: int = 20_000,
+    seed: int = 0,
+    distribution: str = "normal",
+) -> TipError:
     """Errors of the tip of a robot that is commanded by its nominal model, and built to tolerances.
 
         d xi = A^-1 (u_i2 . dP_i + d l_i2), q held        (AMORO eq. 13, with the bars' lengths derived too)
@@ -121,13 +134,17 @@ def tip_error(
     if not isinstance(tolerances, Mapping):
         raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")
     names = known_names(tuple(tolerances), "tolerances")
-    sizes = np.array([not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()])
+    sizes = np.array(
+        [not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()]
+    )
     pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
     if pose.robot != robot:
         raise ValueError("poses must be of the same robot")
     q, assembly = np.atleast_2d(pose.q).reshape(-1, 2), np.atleast_1d(pose.assembly).ravel()
     if not np.isfinite(q).all() or (assembly == 0).any():
-        raise ValueError("poses must be reached, and off Type-2 singularities: there the tip is not held at all")
+        raise ValueError(
+            "poses must be reached, and off Type-2 singularities: there the tip is not held at all"
+        )
     if len(q) * samples > 2e7:
         raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
     p, columns = values_of(robot), np.array([PLACE[name] for name in names])
@@ -140,7 +157,12 @@ def tip_error(
     impossible = (robots[:4] <= 0).any(axis=0) | (robots[PLACE["scale"]] <= 0)
     drawn = np.empty((len(q), samples, 2))
     for k in range(len(q)):
-        drawn[k] = seen(robots, np.tile(q[k], (samples, 1)), np.full(samples, assembly[k]), derive=False)[0] - at[k]
+        drawn[k] = (
+            seen(robots, np.tile(q[k], (samples, 1)), np.full(samples, assembly[k]), derive=False)[
+                0
+            ]
+            - at[k]
+        )
     drawn[:, impossible] = np.nan
     return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
 
@@ -148,5 +170,7 @@ def tip_error(
 def _points(poses):
     found = finite_numbers(poses, "poses") if not is_symbolic(poses) else np.empty(0)
     if found.ndim not in (1, 2) or found.shape[-1] != 2:
-        raise ValueError(f"poses must be a Pose, or points of shape (2,) or (n, 2), not {shown(poses)}")
+        raise ValueError(
+            f"poses must be a Pose, or points of shape (2,) or (n, 2), not {shown(poses)}"
+        )
     return found

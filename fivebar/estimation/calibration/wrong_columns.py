@@ -66,7 +66,10 @@ PLACES = {
 STATED = {
     ("q1",): ("q1 in rad, not in the unit that is stated", _readings(lambda q: q / (DEG, 1.0))),
     ("q2",): ("q2 in rad, not in the unit that is stated", _readings(lambda q: q / (1.0, DEG))),
-    ("q1", "q2"): ("q1 and q2 in rad, not in the unit that is stated", _readings(lambda q: q / DEG)),
+    ("q1", "q2"): (
+        "q1 and q2 in rad, not in the unit that is stated",
+        _readings(lambda q: q / DEG),
+    ),
     ("x", "y"): ("x and y in m, not in the unit that is stated", _points(lambda xi: xi * 1e3)),
 }
 
@@ -79,13 +82,18 @@ def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
         if not more:
             continue
         free = np.concatenate([task.free, more])
-        wider = replace(task, free=free, size=np.concatenate([task.size, np.where(np.array(more) > 10, 1.0, task.bar)]))
+        wider = replace(
+            task,
+            free=free,
+            size=np.concatenate([task.size, np.where(np.array(more) > 10, 1.0, task.bar)]),
+        )
         p = begin(wider)
         if doubt(wider, p) < min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
-            said = f"(the bars miss the points by {mm(miss(wider, p))} then, by {mm(miss(task, before))} as it is)"
+            notes = f"(the bars miss the points by {mm(miss(wider, p))} then, by {mm(miss(task, before))} as it is)"
             added = ", ".join(UNKNOWNS[k] for k in more)
             return Mistake(
-                f"{added} should be unknown, too: the points are in another frame, or zeros elsewhere {said}", None
+                f"{added} should be unknown, too: the points are in another frame, or zeros elsewhere {notes}",
+                None,
             )
     return None
 
@@ -126,15 +134,17 @@ def crudely(task: Task) -> list[Mistake]:
     best = min(after, key=lambda words: after[words])
     if after[best] > min(FALLS * before, CRUDE * task.bar):
         return []
-    said = f"(misses, in the median, {mm(after[best])} then, {mm(before)} as it is, before anything is fitted)"
-    return [Mistake(f"column {best}? {said}", tried[best])]
+    notes = f"(misses, in the median, {mm(after[best])} then, {mm(before)} as it is, before anything is fitted)"
+    return [Mistake(f"column {best}? {notes}", tried[best])]
 
 
 def single(task: Task) -> list:
     """Changes of columns by their words, in groups, and how many of each are worth a fit."""
     stated = dict(change for names, change in STATED.items() if task.rows.stated.issuperset(names))
     groups = (PLACES | ANGLES | stated, 20), (_counts(task), 6)
-    return [({(words,): (change,) for words, change in group.items()}, most) for group, most in groups]
+    return [
+        ({(words,): (change,) for words, change in group.items()}, most) for group, most in groups
+    ]
 
 
 def double(task: Task) -> list:
@@ -158,7 +168,9 @@ def columns(task: Task, before: np.ndarray, groups: list) -> list[Mistake]:
                 rows = change(rows)
             tasks[words] = remade(task, rows)
         starts = {words: first(tasks[words]) for words in group}
-        near = sorted(group, key=lambda words, starts=starts: doubt(tasks[words], starts[words]))[:most]
+        near = sorted(group, key=lambda words, starts=starts: doubt(tasks[words], starts[words]))[
+            :most
+        ]
         promising += [(words, starts[words]) for words in group if words in near]
     ends = {words: settled(tasks[words], start) for words, start in promising}
     doubts = {words: doubt(tasks[words], p) for words, p in ends.items()}
@@ -172,9 +184,9 @@ def columns(task: Task, before: np.ndarray, groups: list) -> list[Mistake]:
     if turned[best] > MUCH_TURNED and doubt(task, begin(task)) < limit:
         return []  # motors and a frame may lie anywhere: no mistake
     after = miss(tasks[best], ends[best])
-    said = f"(the bars miss the points by {mm(after)} then, by {mm(miss(task, before))} as it is; medians)"
-    said += f", or {' or '.join(others)}, which looks the same" if others else ""
-    return [Mistake(f"column {words}? {said}", change) for words, change in zip(best, tried[best])]
+    notes = f"(the bars miss the points by {mm(after)} then, by {mm(miss(task, before))} as it is; medians)"
+    notes += f", or {' or '.join(others)}, which looks the same" if others else ""
+    return [Mistake(f"column {words}? {notes}", change) for words, change in zip(best, tried[best])]
 
 
 def _turned_by(task, p):

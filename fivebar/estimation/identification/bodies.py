@@ -28,7 +28,9 @@ def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarra
     scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
     p = casadi.SX.sym("p", len(names))
     own = {name: scale[k] * p[k] for k, name in enumerate(names)}
-    chol = np.linalg.cholesky(np.linalg.pinv(cov / np.outer(scale, scale), hermitian=True) + 1e-12 * np.eye(len(names)))
+    chol = np.linalg.cholesky(
+        np.linalg.pinv(cov / np.outer(scale, scale), hermitian=True) + 1e-12 * np.eye(len(names))
+    )
     objective = casadi.sumsqr(casadi.DM(chol.T) @ (p - casadi.DM(theta / scale)))
     extra, bounds, payload = [], [], own.get("m", 0.0)
     inertias = robot.words.inertias
@@ -46,9 +48,10 @@ def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarra
         about = zz + at_end * bar * bar
         bounds += [
             (about * m2 - (at_end * bar) ** 2 - my * my) / (mass * mass * bar * bar),
-            both[0], about / (mass * bar * bar),
+            both[0],
+            about / (mass * bar * bar),
             (size - (m2 - at_end) * drive.length**2) / (mass * drive.length**2),
-        ]  # fmt: skip
+        ]
         payload = payload - at_end
     bounds.append(payload / mass)
     bounds += [p[k] for k, name in enumerate(names) if name[0] == "f"]
@@ -56,7 +59,11 @@ def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarra
     g = casadi.vertcat(*bounds)
     start = np.concatenate([np.maximum(theta / scale, 0.1), np.tile([0.2, 0.1], len(extra))])
     problem = {"x": x, "f": objective, "g": g}
-    found, stats = minimized("bodies", problem, {"ipopt.tol": 1e-10}, x0=start, lbg=SLACK, ubg=np.inf)
+    found, stats = minimized(
+        "bodies", problem, {"ipopt.tol": 1e-10}, x0=start, lbg=SLACK, ubg=np.inf
+    )
     if not stats["success"]:
-        raise ArithmeticError(f"no bodies with these parameters were found: {stats['return_status']}")
+        raise ArithmeticError(
+            f"no bodies with these parameters were found: {stats['return_status']}"
+        )
     return np.array(found["x"]).ravel()[: len(names)] * scale

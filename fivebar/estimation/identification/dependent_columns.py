@@ -10,11 +10,16 @@ from ...models.geometry import dgm
 from ...models.robots import Robot
 from .regressor import linear_names, regressor
 
-EXACT, NEARLY = 1e-7, 2e-4  # of a column, less than which is its own: of any motion, and of this log
+EXACT, NEARLY = (
+    1e-7,
+    2e-4,
+)  # of a column, less than which is its own: of any motion, and of this log
 POSES, ENOUGH, SEED, AWAY = 400, 40, 16, 0.05  # AWAY: of a sine from Type 1
 
 
-def independent(W: np.ndarray, columns: list[int], tolerance: float) -> tuple[list[int], dict[int, dict[int, float]]]:
+def independent(
+    W: np.ndarray, columns: list[int], tolerance: float
+) -> tuple[list[int], dict[int, dict[int, float]]]:
     """(columns that are told, {column that is not: {column: factor} whose sum it is}) of W (n, 2, p), in this order.
 
     The first of the columns that depend on each other is told, with the others' shares in it.
@@ -57,24 +62,30 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarra
             break
     q = np.concatenate(found)[:POSES]
     if len(q) < ENOUGH:
-        raise ValueError(f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode {assembly:+d}")
+        raise ValueError(
+            f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode {assembly:+d}"
+        )
     return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
 
 
 def words(robot: Robot, folded: dict[int, dict[int, float]], everywhere: bool) -> list[str]:
     """Sentences on what is folded."""
-    names, said = linear_names(robot), []
+    names, notes = linear_names(robot), []
     motion = "no motion of this robot shows" if everywhere else "this log does not show"
     still = [names[k] for k, shares in folded.items() if not shares]
     weights = [name for name in still if name[0] == "m"]
     if weights and not any(robot.gravity):
-        said.append(f"{', '.join(weights)}: {motion} them, as without gravity they put no torque on a motor")
+        notes.append(
+            f"{', '.join(weights)}: {motion} them, as without gravity they put no torque on a motor"
+        )
         still = [name for name in still if name not in weights]
     if still:
-        said.append(f"{', '.join(still)}: {motion} {'it' if len(still) == 1 else 'them'} at all")
+        notes.append(f"{', '.join(still)}: {motion} {'it' if len(still) == 1 else 'them'} at all")
     for k, shares in folded.items():
         if shares:
             sums = ", ".join(f"{names[j]} {factor:+.6g} {names[k]}" for j, factor in shares.items())
             called = ", ".join(names[j] for j in shares)
-            said.append(f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its share")
-    return said
+            notes.append(
+                f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its share"
+            )
+    return notes

@@ -56,8 +56,13 @@ class Excitation(Trajectory):
     def __repr__(self) -> str:
         words = self.robot.words
         rate, torque = (max(self.peaks[name]) for name in ("rate", "torque"))
-        limits = f"rates to {rate:.3g} {words.unit}/s", f"{words.effort}s to {torque:.3g} {words.effort_unit}"
-        return one_line("Excitation", f"{self.duration:g} s", f"condition {self.condition:.3g}", *limits)
+        limits = (
+            f"rates to {rate:.3g} {words.unit}/s",
+            f"{words.effort}s to {torque:.3g} {words.effort_unit}",
+        )
+        return one_line(
+            "Excitation", f"{self.duration:g} s", f"condition {self.condition:.3g}", *limits
+        )
 
     def to_csv(self, path: TextFile, step: float = 0.01) -> None:
         """Write it in rows `step` s apart: t, x, y, the joints, and their rates; SI. `fb.from_csv` reads it."""
@@ -66,7 +71,9 @@ class Excitation(Trajectory):
         left, right = self.robot.words.joints
         about = {"robot": self.robot.parameters, "working": self.working, "assembly": self.assembly}
         rows = np.column_stack([t, xi, xi_dot, self.joints(t)[0]]).tolist()
-        write(path, "exciting trajectory", about, ("t", "x", "y", "x_dot", "y_dot", left, right), rows)
+        write(
+            path, "exciting trajectory", about, ("t", "x", "y", "x_dot", "y_dot", left, right), rows
+        )
 
 
 class _Series:
@@ -97,16 +104,35 @@ def _waves(t, omega, harmonics):
 
 
 @takes(
-    robot=must_be_robot, period=seconds, cycles=whole(1, 1000), harmonics=whole(2, 20), rate=optional(positive),
-    acceleration=optional(positive), torque=optional(positive), assembly=modes(1), working=modes(2),
-    unknown=optional(strings), seed=whole(0, 2**32 - 1), starts=whole(1, 10_000),
-)  # fmt: skip
+    robot=must_be_robot,
+    period=seconds,
+    cycles=whole(1, 1000),
+    harmonics=whole(2, 20),
+    rate=optional(positive),
+    acceleration=optional(positive),
+    torque=optional(positive),
+    assembly=modes(1),
+    working=modes(2),
+    unknown=optional(strings),
+    seed=whole(0, 2**32 - 1),
+    starts=whole(1, 10_000),
+)
 def exciting_trajectory(
-    robot: Robot, *, period: float = 10.0, cycles: int = 1, harmonics: int = 5, rate: float | None = None,
-    acceleration: float | None = None, torque: float | None = None, margin: float = 0.25,
-    working: tuple[int, int] = (-1, -1), assembly: int = -1, unknown: list[str] | None = None, seed: int = 0,
+    robot: Robot,
+    *,
+    period: float = 10.0,
+    cycles: int = 1,
+    harmonics: int = 5,
+    rate: float | None = None,
+    acceleration: float | None = None,
+    torque: float | None = None,
+    margin: float = 0.25,
+    working: tuple[int, int] = (-1, -1),
+    assembly: int = -1,
+    unknown: list[str] | None = None,
+    seed: int = 0,
     starts: int = STARTS,
-) -> Excitation:  # fmt: skip
+) -> Excitation:
     """The motion of least condition number of `identify`'s regression, within limits; gives an Excitation.
 
     period: s, of the Fourier series with so many harmonics, repeated `cycles` times. rate, acceleration: rad/s, rad/s^2
@@ -117,11 +143,17 @@ def exciting_trajectory(
     margin = number(margin, "margin", 0.01, 0.9)
     names = linear_names(robot)
     told, _ = independent(
-        any_motion(robot, assembly, working), [names.index(n) for n in sought_names(robot, unknown)], EXACT
+        any_motion(robot, assembly, working),
+        [names.index(n) for n in sought_names(robot, unknown)],
+        EXACT,
     )
-    search = _Search(robot, period, harmonics, (rate, acceleration, torque), margin, working, assembly, told)
+    search = _Search(
+        robot, period, harmonics, (rate, acceleration, torque), margin, working, assembly, told
+    )
     rng = np.random.default_rng(seed)
-    with progress(total=starts + BEST * STEPS, desc="exciting", unit=" motions", delay=2, leave=False) as search.bar:
+    with progress(
+        total=starts + BEST * STEPS, desc="exciting", unit=" motions", delay=2, leave=False
+    ) as search.bar:
         best = _best(search, [search.random(rng) for _ in range(starts)])
     if best is None:
         raise ValueError(
@@ -143,9 +175,17 @@ def exciting_trajectory(
     }
     least = float(min(np.abs(each).min() for each in (*pose.sines, pose.det_A)))
     return Excitation(
-        0.0, period * cycles, series, robot=robot, working=working, assembly=assembly,
-        condition=search.condition(q, q_dot, q_ddot), peaks=peaks, margin=least, joints=series.joints,
-    )  # fmt: skip
+        0.0,
+        period * cycles,
+        series,
+        robot=robot,
+        working=working,
+        assembly=assembly,
+        condition=search.condition(q, q_dot, q_ddot),
+        peaks=peaks,
+        margin=least,
+        joints=series.joints,
+    )
 
 
 @lru_cache(maxsize=16)
@@ -167,7 +207,9 @@ def _best(search, shapes):
 
 
 def _improved(search, shape):
-    found = minimize(search.cost, shape, method="Nelder-Mead", options={"maxfev": STEPS, "adaptive": True})
+    found = minimize(
+        search.cost, shape, method="Nelder-Mead", options={"maxfev": STEPS, "adaptive": True}
+    )
     return min((shape, found.x), key=search.cost)
 
 
@@ -190,12 +232,16 @@ class _Search:
             centre = rng.uniform(-reach, reach, 2)
             if self.keeps(centre[None], np.zeros((1, 2)), np.zeros((1, 2))):
                 break
-        return np.concatenate([centre, rng.normal(size=2 * sum(each.shape[1] for each in self.free))])
+        return np.concatenate(
+            [centre, rng.normal(size=2 * sum(each.shape[1] for each in self.free))]
+        )
 
     def series(self, shape, amplitude):
         centre, rest = shape[:2], shape[2:].reshape(2, -1)
         cut = self.free[0].shape[1]
-        own = np.concatenate([rest[:, :cut] @ self.free[0].T, rest[:, cut:] @ self.free[1].T], axis=1)
+        own = np.concatenate(
+            [rest[:, :cut] @ self.free[0].T, rest[:, cut:] @ self.free[1].T], axis=1
+        )
         k = np.tile(np.arange(1, own.shape[1] // 2 + 1), 2)
         size = np.linalg.norm(own / np.sqrt(k)) + 1e-300
         return _Series(self.robot, self.assembly, self.period, centre, amplitude * own / size)
@@ -208,7 +254,9 @@ class _Search:
         shape = -(-len(q) // SAMPLES), SAMPLES, 2
         for part in zip(*(np.resize(each, shape) for each in (q, q_dot, q_ddot))):
             (found,) = self.call(*part)
-            if not (found[:, 0] * -self.assembly >= self.margin).all():  # nan too, where it does not close
+            if not (
+                found[:, 0] * -self.assembly >= self.margin
+            ).all():  # nan too, where it does not close
                 return False
             if not (-found[:, 1:3] * self.working >= self.margin).all():
                 return False
@@ -233,7 +281,9 @@ class _Search:
         return low
 
     def condition(self, q, q_dot, q_ddot):
-        W = regressor(self.robot, q, q_dot, q_ddot, self.assembly)[:, :, self.told].reshape(-1, len(self.told))
+        W = regressor(self.robot, q, q_dot, q_ddot, self.assembly)[:, :, self.told].reshape(
+            -1, len(self.told)
+        )
         sizes = np.linalg.norm(W, axis=0)
         return float(np.linalg.cond(W / sizes)) if sizes.all() else np.inf
 

@@ -15,7 +15,12 @@ from scipy.ndimage import median_filter
 from scipy.signal import firwin, upfirdn
 
 PASS, RATE, RIPPLE = 1.25, 2.5, 60.0  # of the cut-off: the filter's own, and rows per second; dB
-AROUND, OUT, OF_RANGE, FEW = 7, 30.0, 0.25, 0.01  # rows; of their usual distance, of the range; of all rows
+AROUND, OUT, OF_RANGE, FEW = (
+    7,
+    30.0,
+    0.25,
+    0.01,
+)  # rows; of their usual distance, of the range; of all rows
 COVERED = 0.2  # of a row's weight that must be of samples that count
 
 
@@ -41,15 +46,23 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     width = min(0.75 * cutoff * step * 2, 0.9)
     # Kaiser's estimate of the length
     half = int(np.ceil((RIPPLE - 7.95) / (2.285 * np.pi * width) / 2))
-    kernel = firwin(2 * half + 1, min(PASS * cutoff * step * 2, 0.95), window=("kaiser", 0.1102 * (RIPPLE - 8.7)))
+    kernel = firwin(
+        2 * half + 1,
+        min(PASS * cutoff * step * 2, 0.95),
+        window=("kaiser", 0.1102 * (RIPPLE - 8.7)),
+    )
     parts, breaks, rows = [], [], 0
     used, total = np.zeros(2), 0
     for t, W, tau, counts in pieces:
         n = len(t)
         inside = counts[..., None]
-        both = np.where(inside, np.concatenate([W, tau[..., None], inside.astype(float)], axis=2), 0.0)
+        both = np.where(
+            inside, np.concatenate([W, tau[..., None], inside.astype(float)], axis=2), 0.0
+        )
         first = -half % down  # so that a kept row is at a sample
-        out = upfirdn(kernel, np.concatenate([np.zeros((first, *both.shape[1:])), both]), 1, down, axis=0)
+        out = upfirdn(
+            kernel, np.concatenate([np.zeros((first, *both.shape[1:])), both]), 1, down, axis=0
+        )
         at = np.arange(len(out)) * down - half - first
         good = (at >= 0) & (at < n)
         out, at = out[good], at[good]
@@ -63,7 +76,14 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     W, tau, keep, t, cover = (np.concatenate(each) for each in zip(*parts))
     share = used / max(total, 1)
     return Rows(
-        W, tau, keep, t, cover, tuple(breaks), (float(share[0]), float(share[1])), float(np.linalg.norm(kernel))
+        W,
+        tau,
+        keep,
+        t,
+        cover,
+        tuple(breaks),
+        (float(share[0]), float(share[1])),
+        float(np.linalg.norm(kernel)),
     )
 
 

@@ -23,19 +23,37 @@ from .result import Identification, Validation
 from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 
-BIASED, LOWERED, LOWER, ENOUGH = 0.3, 0.7, 8, 8  # sd; of the cut-off, so often; rows of a motor for each unknown
+BIASED, LOWERED, LOWER, ENOUGH = (
+    0.3,
+    0.7,
+    8,
+    8,
+)  # sd; of the cut-off, so often; rows of a motor for each unknown
 SURE = 4.0  # standard deviations, below 0 by which no friction and no mass can be
 
 
 @takes(
-    robot=must_be_robot, unknown=optional(strings), assembly=modes(1), cutoff=optional(positive), consistent=flag,
-)  # fmt: skip
+    robot=must_be_robot,
+    unknown=optional(strings),
+    assembly=modes(1),
+    cutoff=optional(positive),
+    consistent=flag,
+)
 def identify(
-    robot: Robot, log: object, *, validate: object | None = None, unknown: Sequence[str] | None = None,
-    assembly: int = -1, cutoff: float | None = None, consistent: bool = False, units: Mapping[str, str] | None = None,
-    counts_per_turn: object = None, gear_ratio: object = 1.0, offset: object = (0.0, 0.0),
+    robot: Robot,
+    log: object,
+    *,
+    validate: object | None = None,
+    unknown: Sequence[str] | None = None,
+    assembly: int = -1,
+    cutoff: float | None = None,
+    consistent: bool = False,
+    units: Mapping[str, str] | None = None,
+    counts_per_turn: object = None,
+    gear_ratio: object = 1.0,
+    offset: object = (0.0, 0.0),
     torque_constant: object = None,
-) -> Identification:  # fmt: skip
+) -> Identification:
     """Inertial parameters and friction of a robot from logs of its motion and torques; gives an Identification.
 
     robot: of known lengths and gravity; its masses and friction count where they are not unknown.
@@ -51,7 +69,10 @@ def identify(
     ValueError for a log that says nothing or is not of this robot: what is wrong with it, as far as it can be told.
     """
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
-    logs = [log_of(each, robot, units, gauges) for each in (log if isinstance(log, (list, tuple)) else [log])]
+    logs = [
+        log_of(each, robot, units, gauges)
+        for each in (log if isinstance(log, (list, tuple)) else [log])
+    ]
     if not logs:
         raise ValueError("identify needs at least one log")
     names = linear_names(robot)
@@ -69,17 +90,27 @@ def identify(
     found = prepared(cutoff)
     rows = joined(found)
     _must_say(rows, found, 2 * len(sought))
-    base, folded = independent(any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT)
+    base, folded = independent(
+        any_motion(robot, assembly, _working(robot, found[0])), columns, EXACT
+    )
     sentences = words(robot, folded, everywhere=True)
     told, more = independent(rows.W, base, NEARLY)
-    full, said, by_hold = fit(rows, told), [], False
+    full, notes, by_hold = fit(rows, told), [], False
     if full.misfit < POOR and not all(held for _, held in logs):
         as_held = [each.as_held() for each in found]
         others = joined(as_held)
         better, count = fit(others, told), rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
-            logs, found, rows, full, by_hold = [(own, True) for own, _ in logs], as_held, others, better, True
-            said = ["each torque is taken as held from its row to the next: so it fits the motion better"]
+            logs, found, rows, full, by_hold = (
+                [(own, True) for own, _ in logs],
+                as_held,
+                others,
+                better,
+                True,
+            )
+            notes = [
+                "each torque is taken as held from its row to the next: so it fits the motion better"
+            ]
     for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
             break
@@ -96,7 +127,9 @@ def identify(
     optional_ = [k for k, column in enumerate(told) if names[column] not in own]
     never = [k for k in optional_ if names[told[k]][0] == "f" and full.theta[k] < 0]
     while True:
-        kept = smallest(full.theta, full.cov, optional_, price(int(rows.counts.sum()), len(optional_)), never)
+        kept = smallest(
+            full.theta, full.cov, optional_, price(int(rows.counts.sum()), len(optional_)), never
+        )
         out = [k for k in optional_ if k not in kept]
         chosen = [column for k, column in enumerate(told) if k not in out]
         last = fit(rows, chosen)
@@ -113,20 +146,33 @@ def identify(
     cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
     sd = np.sqrt(np.diag(cov))
     values = dict(zip(labels, map(float, theta)))
-    said += [sentence for each in found for sentence in each.said]
-    said += beyond_the_model(robot, result, found, known, labels, theta, last)
+    notes += [sentence for each in found for sentence in each.notes]
+    notes += beyond_the_model(robot, result, found, known, labels, theta, last)
     identified = Identification(
-        robot=result, given=robot, values=values, sd=dict(zip(labels, map(float, sd))), chosen=tuple(labels),
-        rejected={names[told[k]]: _why(names[told[k]], full, k) for k in out}, indistinguishable=tuple(sentences),
-        said=tuple(dict.fromkeys(said)), noise=tuple(map(float, last.sigma)), misfit=last.misfit, p_value=p_value,
-        cutoff=min(each.cutoff for each in found), correlation=cov / np.outer(sd, sd), t=rows.t,
+        robot=result,
+        given=robot,
+        values=values,
+        sd=dict(zip(labels, map(float, sd))),
+        chosen=tuple(labels),
+        rejected={names[told[k]]: _why(names[told[k]], full, k) for k in out},
+        indistinguishable=tuple(sentences),
+        notes=tuple(dict.fromkeys(notes)),
+        noise=tuple(map(float, last.sigma)),
+        misfit=last.misfit,
+        p_value=p_value,
+        cutoff=min(each.cutoff for each in found),
+        correlation=cov / np.outer(sd, sd),
+        t=rows.t,
         tau=_shown(rows, rows.tau + rows.W @ known),
-        predicted=_shown(rows, rows.W @ known + rows.W[:, :, chosen] @ theta), bodies=consistent,
-    )  # fmt: skip
+        predicted=_shown(rows, rows.W @ known + rows.W[:, :, chosen] @ theta),
+        bodies=consistent,
+    )
     if validate is None:
         return identified
     second, held = log_of(validate, robot, units, gauges)
-    return replace(identified, validation=_validated(identified, second, held or by_hold, assembly, cutoff))
+    return replace(
+        identified, validation=_validated(identified, second, held or by_hold, assembly, cutoff)
+    )
 
 
 def sought_names(robot, unknown):
@@ -155,14 +201,17 @@ def _joined(parts: Iterable[Rows]) -> Rows:
         breaks += [n + k for k in each.breaks]
         n += len(each.t)
     share = np.mean([each.share for each in parts], axis=0)
-    whole = (np.concatenate([getattr(each, name) for each in parts]) for name in ("W", "tau", "counts", "t", "cover"))
+    whole = (
+        np.concatenate([getattr(each, name) for each in parts])
+        for name in ("W", "tau", "counts", "t", "cover")
+    )
     return Rows(*whole, tuple(breaks), (float(share[0]), float(share[1])), parts[0].gain)
 
 
 def _must_say(rows, found, least):
     count = rows.counts.sum(axis=0)
     if count.min() < least:
-        why = " ".join(s for each in found for s in each.said)
+        why = " ".join(s for each in found for s in each.notes)
         raise ValueError(
             f"only {count[0]} and {count[1]} independent rows of the two motors are left, and at least "
             f"{least} of each are needed: log longer, or faster motions{'. ' + why if why else ''}"
@@ -176,9 +225,10 @@ def _impossible(robot, labels, found):
     own = () if heavy and len(labels) > 5 else ladder(robot)["masses"]
     own = own or ladder(robot)["masses"][:2]
     return [
-        name for name, value, each in zip(labels, found.theta, sd)
+        name
+        for name, value, each in zip(labels, found.theta, sd)
         if (name in own or name[0] == "f") and value < -SURE * each
-    ]  # fmt: skip
+    ]
 
 
 def _why(name, full, k):
@@ -206,7 +256,9 @@ def _shown(rows, values):
 
 
 def _validated(found: Identification, log, held, assembly, cutoff) -> Validation:
-    rows = samples(log, held, found.given, assembly, found.cutoff if cutoff is None else cutoff).rows
+    rows = samples(
+        log, held, found.given, assembly, found.cutoff if cutoff is None else cutoff
+    ).rows
     theta = np.array([getattr(found.robot, name) for name in linear_names(found.given)])
     predicted = rows.W @ theta
     missed = np.where(rows.counts, rows.tau - predicted, 0.0)
@@ -215,5 +267,9 @@ def _validated(found: Identification, log, held, assembly, cutoff) -> Validation
     misfit = float(np.sqrt(np.mean((missed**2).sum(axis=0) / size)))
     ratio = np.sqrt((missed**2).sum(axis=0) / count) / np.array(found.noise)
     return Validation(
-        misfit, (float(ratio[0]), float(ratio[1])), rows.t, _shown(rows, rows.tau), _shown(rows, predicted)
+        misfit,
+        (float(ratio[0]), float(ratio[1])),
+        rows.t,
+        _shown(rows, rows.tau),
+        _shown(rows, predicted),
     )

@@ -17,7 +17,9 @@ from scipy.linalg import cho_factor, cho_solve
 from .filtering import Rows
 
 BLOCK = 64  # rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine
-FINEST = 1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
+FINEST = (
+    1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +38,17 @@ def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
     """Least squares of these columns; each motor's weight by its own residuals. tau: in place of the rows' own."""
     tau = rows.tau if tau is None else tau
     W = rows.W[:, :, columns]
-    size = np.maximum(np.sqrt((tau**2).sum(axis=0) / np.maximum(rows.counts.sum(axis=0), 1)), 1e-300)
+    size = np.maximum(
+        np.sqrt((tau**2).sum(axis=0) / np.maximum(rows.counts.sum(axis=0), 1)), 1e-300
+    )
     sigma = size.copy()
     free = np.maximum(rows.counts.sum(axis=0) - len(columns) / 2, 1)
     # each motor's rows as a triangle: weights are put on that
     halves = [triangle(np.column_stack([W[:, k], tau[:, k]])) for k in (0, 1)]
     for _ in range(3):
-        theta, R, scales = _solve(np.concatenate([half / each for half, each in zip(halves, sigma)]))
+        theta, R, scales = _solve(
+            np.concatenate([half / each for half, each in zip(halves, sigma)])
+        )
         missed = np.array([np.linalg.norm(half[:, -1] - half[:, :-1] @ theta) for half in halves])
         sigma = np.maximum(missed / np.sqrt(free), FINEST * size)
     residual = np.where(rows.counts, tau - W @ theta, 0.0)
@@ -52,7 +58,9 @@ def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
     robust = bread @ _meat(scores, rows.breaks) @ bread * (free.sum() + len(columns)) / free.sum()
     more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
     cov = bread * np.outer(more, more)
-    misfit = float(np.sqrt(np.mean((residual**2).sum(axis=0) / np.maximum((tau**2).sum(axis=0), 1e-300))))
+    misfit = float(
+        np.sqrt(np.mean((residual**2).sum(axis=0) / np.maximum((tau**2).sum(axis=0), 1e-300)))
+    )
     return Fit(theta, cov, residual, sigma, misfit)
 
 
@@ -93,7 +101,9 @@ def price(rows: int, candidates: int) -> float:
     return float(np.log(max(rows, 2)) + 3 * np.log(max(candidates, 1)))
 
 
-def smallest(theta: np.ndarray, cov: np.ndarray, optional: list[int], each: float, forbidden=()) -> list[int]:
+def smallest(
+    theta: np.ndarray, cov: np.ndarray, optional: list[int], each: float, forbidden=()
+) -> list[int]:
     """Which of the optional columns the lowest cost keeps: by leaving out, taking in again, and exchanging one by one.
 
     each: the price of one; forbidden: columns that never stay.

@@ -36,7 +36,13 @@ def _ladder(kind):
     for f in fields(kind)[kind.lab :]:
         if f.name == "gravity" or f.name in kind.turning_names:
             continue
-        rung = "gravity" if f.name[0] == "m" else "dry friction" if f.name[:2] == "fs" else "viscous friction"
+        rung = (
+            "gravity"
+            if f.name[0] == "m"
+            else "dry friction"
+            if f.name[:2] == "fs"
+            else "viscous friction"
+        )
         rungs["elbows' friction" if len(f.name) == 4 and f.name[0] == "f" else rung] += (f.name,)
     return rungs
 
@@ -67,14 +73,19 @@ def _function(robot, assembly, block):
     return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(block)
 
 
-def regressor(robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int) -> np.ndarray:
+def regressor(
+    robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int
+) -> np.ndarray:
     """W (n, 2, p) of motions q, q_dot, q_ddot (n, 2), columns as `linear_names`; nan where the robot does not close.
 
     Of the robot, only its lengths and gravity count.
     """
     plain = replace(robot, **dict.fromkeys(linear_names(robot), 0.0))
     block = FEW if len(q) <= FEW else BLOCK
-    call, W = Buffered(_function(plain, int(assembly), block)), np.empty((len(q), 2, len(linear_names(robot))))
+    call, W = (
+        Buffered(_function(plain, int(assembly), block)),
+        np.empty((len(q), 2, len(linear_names(robot)))),
+    )
     for first in range(0, len(q), block):
         part = slice(first, first + block)
         count = len(q[part])

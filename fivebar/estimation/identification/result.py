@@ -33,7 +33,8 @@ class Validation:
 
     def __repr__(self) -> str:
         return one_line(
-            "Validation", f"misses {100 * self.misfit:.3g} % of the torque, {max(self.ratio):.3g} times the noise"
+            "Validation",
+            f"misses {100 * self.misfit:.3g} % of the torque, {max(self.ratio):.3g} times the noise",
         )
 
 
@@ -56,7 +57,7 @@ class Identification(Plotted):
     chosen: tuple[str, ...]
     rejected: dict[str, str]
     indistinguishable: tuple[str, ...]
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
     noise: tuple[float, float]
     misfit: float
     p_value: float
@@ -69,12 +70,19 @@ class Identification(Plotted):
     bodies: bool = False
 
     def __repr__(self) -> str:
-        second = "" if self.validation is None else f"{max(self.validation.ratio):.3g} times the noise in a second run"
+        second = (
+            ""
+            if self.validation is None
+            else f"{max(self.validation.ratio):.3g} times the noise in a second run"
+        )
         missed = f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s"
         return one_line("Identification", " ".join(self.chosen), missed, second)
 
     def _repr_html_(self) -> str:
-        rows = {name: f"{value:.6g} ± {self.sd[name]:.2g} {self._unit(name)}" for name, value in self.values.items()}
+        rows = {
+            name: f"{value:.6g} ± {self.sd[name]:.2g} {self._unit(name)}"
+            for name, value in self.values.items()
+        }
         return table(repr(self), rows)
 
     def __str__(self) -> str:
@@ -109,7 +117,7 @@ class Identification(Plotted):
         )
         found += [f"left out: {name}: {why}" for name, why in self.rejected.items()]
         found += [f"not told apart: {sentence}" for sentence in self.indistinguishable]
-        found += [f"of the log: {sentence}" for sentence in self.said]
+        found += [f"of the log: {sentence}" for sentence in self.notes]
         return found
 
     @property
@@ -122,7 +130,10 @@ class Identification(Plotted):
             "correlation": self.correlation.tolist(),
         }
         if self.validation is not None:
-            found["validation"] = {"misfit": self.validation.misfit, "ratio": list(self.validation.ratio)}
+            found["validation"] = {
+                "misfit": self.validation.misfit,
+                "ratio": list(self.validation.ratio),
+            }
         return found
 
     def to_json(self, path: TextFile) -> None:
@@ -142,15 +153,20 @@ class Identification(Plotted):
             table["validation"] = _read_validation(table.get("validation"))
             for key in ("robot", "given"):
                 table[key] = robot_of(table[key])
-            for key in ("chosen", "indistinguishable", "said"):
+            for key in ("chosen", "indistinguishable", "notes"):
                 table[key] = tuple(strings(table[key], key))
             for key, rule in {"values": number, "sd": number, "rejected": words}.items():
                 table[key] = table_of(rule)(table[key], key)
             for key in ("misfit", "p_value", "cutoff"):
                 table[key] = number(table[key], key)
-            table["noise"], table["bodies"] = two_numbers(table["noise"], "noise"), flag(table["bodies"], "bodies")
+            table["noise"], table["bodies"] = (
+                two_numbers(table["noise"], "noise"),
+                flag(table["bodies"], "bodies"),
+            )
             if not set(table["chosen"]) == set(table["values"]) == set(table["sd"]):
-                raise ValueError("what is chosen, its values and their sd are not of the same names")
+                raise ValueError(
+                    "what is chosen, its values and their sd are not of the same names"
+                )
             table["correlation"] = np.array(table["correlation"], dtype=float)
             return cls(**table, t=np.zeros(0), tau=np.zeros((0, 2)), predicted=np.zeros((0, 2)))
         except STRANGE as error:
@@ -164,12 +180,25 @@ class Identification(Plotted):
             out.write("# identified by fivebar; SI units\n")
             for name, value in self.robot.parameters.items():
                 shown_value = f"[{value[0]!r}, {value[1]!r}]" if name == "gravity" else repr(value)
-                out.write(f"{name} = {shown_value}" + (f"  # ± {self.sd[name]:.2g}\n" if name in self.sd else "\n"))
+                out.write(
+                    f"{name} = {shown_value}"
+                    + (f"  # ± {self.sd[name]:.2g}\n" if name in self.sd else "\n")
+                )
 
 
 _PLAIN = (
-    "values", "sd", "chosen", "rejected", "indistinguishable", "said", "noise", "misfit", "p_value", "cutoff", "bodies",
-)  # fmt: skip
+    "values",
+    "sd",
+    "chosen",
+    "rejected",
+    "indistinguishable",
+    "notes",
+    "noise",
+    "misfit",
+    "p_value",
+    "cutoff",
+    "bodies",
+)
 
 
 def _read_validation(table):

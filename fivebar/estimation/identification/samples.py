@@ -22,7 +22,10 @@ from .regressor import linear_names, regressor
 
 MARGIN = 0.1  # of det A, below which a singularity makes torques of errors
 CREEPING = 0.03  # of the rms of a motor's rate: below, what dry friction does is not known
-LONG_AT_LIMIT, AT_LIMIT = 3, 1e-9  # rows in a row whose torque is one of the two extremes: cut off there
+LONG_AT_LIMIT, AT_LIMIT = (
+    3,
+    1e-9,
+)  # rows in a row whose torque is one of the two extremes: cut off there
 BRIDGED = 3  # rows that may be missing without a stretch ending
 TAKEN = "q", "tau", "q_dot", "q_ddot"  # of a log
 STILL = 10.0  # times what the encoders' noise looks like: less acceleration is no motion
@@ -58,25 +61,36 @@ class Samples:
     def pieces(self) -> list[tuple]:
         """(t, W, tau, counts) as `filtering.filtered` has them."""
         parts = zip(self.parts, self.torques[self.held], self._cut_off, self._spikes)
-        return [(t, W, tau, good & ~cut & ~spike & np.isfinite(tau)) for (t, W, good), tau, cut, spike in parts]
+        return [
+            (t, W, tau, good & ~cut & ~spike & np.isfinite(tau))
+            for (t, W, good), tau, cut, spike in parts
+        ]
 
     @cached_property
     def _spikes(self):
         """Per part where (n, 2) a torque leaves its neighbours."""
-        return [np.stack([spikes(tau[:, k]) for k in (0, 1)], axis=1) for tau in self.torques[self.held]]
+        return [
+            np.stack([spikes(tau[:, k]) for k in (0, 1)], axis=1) for tau in self.torques[self.held]
+        ]
 
     @cached_property
     def _extremes(self):
-        return [(np.nanmin(column), np.nanmax(column)) for column in np.concatenate(self.torques[self.held]).T]
+        return [
+            (np.nanmin(column), np.nanmax(column))
+            for column in np.concatenate(self.torques[self.held]).T
+        ]
 
     @cached_property
     def _cut_off(self):
         """Per part where (n, 2) each torque stays at one of its extremes."""
         torques = self.torques[self.held]
-        return [np.stack([_at_limit(tau[:, k], *self._extremes[k]) for k in (0, 1)], axis=1) for tau in torques]
+        return [
+            np.stack([_at_limit(tau[:, k], *self._extremes[k]) for k in (0, 1)], axis=1)
+            for tau in torques
+        ]
 
     @property
-    def said(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """Sentences on the log."""
         limits = [
             f"tau{k + 1} stays at its largest value in {rows} rows ({self._extremes[k][1]:.4g} or "
@@ -105,7 +119,9 @@ class Samples:
         for column in max(self.torques[self.held], key=len).T:
             rough = np.diff(column[np.isfinite(column)], 4)
             # of white noise their variance is 70 times its own; the median, as jumps are not noise
-            found.append(float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0)
+            found.append(
+                float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(70.0)) if len(rough) else 0.0
+            )
         return found[0], found[1]
 
 
@@ -116,7 +132,9 @@ def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) 
     if not isinstance(source, Run):
         return read_log(source, robot, units, gauges), False
     if type(source.robot) is not type(robot):
-        raise ValueError(f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}")
+        raise ValueError(
+            f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
+        )
     own = {"t": source.t, "q": source.q, "tau": source.tau}
     if source.measured is not None and source.measured.rates:
         own["q_dot"] = source.q_dot
@@ -135,16 +153,22 @@ def _is_a_run(path):
 def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
     """The Samples of a log. held: a torque stays from its row to the next; cutoff: Hz, None: `spectrum` says."""
     if log.tau is None:
-        raise ValueError("the log has no torques (tau1, tau2): without them nothing can be said of masses or friction")
-    said, stretches = list(log.said), []
-    for part in _bridged(log, said):
+        raise ValueError(
+            "the log has no torques (tau1, tau2): without them nothing can be said of masses or friction"
+        )
+    notes, stretches = list(log.notes), []
+    for part in _bridged(log, notes):
         pairs = {name: getattr(log, name)[part] for name in TAKEN if getattr(log, name) is not None}
         tau = pairs["tau"]
-        pairs["tau_held"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])  # the mean about each row
+        pairs["tau_held"] = np.concatenate(
+            [tau[:1], (tau[1:] + tau[:-1]) / 2]
+        )  # the mean about each row
         stretches.append(evenly(log.t[part], pairs, log.step))
     uneven = max(away for _, _, away in stretches)
     if uneven > 0.01:
-        said.append(f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by cubic splines")
+        notes.append(
+            f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by cubic splines"
+        )
     found = spectrum([pairs["q"] for _, pairs, _ in stretches], log.step)
     rate = 1 / log.step
     if found.fast > 0.02:
@@ -173,15 +197,22 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             f"ask for {2 * n + 3}: log longer, or give a higher cutoff"
         )
     if lost:
-        said.append(f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives")
+        notes.append(
+            f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives"
+        )
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
     _must_move(motion, found.noise, cutoff, log.step, robot)
-    parts = _parts([t for t, _ in long], motion, robot, assembly, n, said)
-    torques = {as_held: [pairs[name] for _, pairs in long] for as_held, name in ((False, "tau"), (True, "tau_held"))}
-    return Samples(robot, parts, motion, torques, held, log.step, cutoff, found.noise, tuple(said), assembly)
+    parts = _parts([t for t, _ in long], motion, robot, assembly, n, notes)
+    torques = {
+        as_held: [pairs[name] for _, pairs in long]
+        for as_held, name in ((False, "tau"), (True, "tau_held"))
+    }
+    return Samples(
+        robot, parts, motion, torques, held, log.step, cutoff, found.noise, tuple(notes), assembly
+    )
 
 
-def _bridged(log, said):
+def _bridged(log, notes):
     """The stretches of a log, over gaps of a few rows, whose torques do not count."""
     parts, bridged = [log.stretches[0]], 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
@@ -190,7 +221,9 @@ def _bridged(log, said):
         else:
             parts.append(part)
     if bridged:
-        said.append(f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques")
+        notes.append(
+            f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques"
+        )
     return parts
 
 
@@ -215,7 +248,9 @@ def _must_move(motion, noise, cutoff, step, robot):
         q, _, second = (np.concatenate([part[:, k] for part in parts]) for parts in zip(*motion))
         moves = np.sqrt(np.nanmean(second**2))
         looks = noise[k] * rough(step, cutoff)
-        if not moves > max(STILL * looks, 1e-9 * (2 * np.pi * cutoff) ** 2 * max(np.nanmax(np.abs(q)), 1e-6)):
+        if not moves > max(
+            STILL * looks, 1e-9 * (2 * np.pi * cutoff) ** 2 * max(np.nanmax(np.abs(q)), 1e-6)
+        ):
             span = np.nanmax(q) - np.nanmin(q)
             raise ValueError(
                 f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of {moves:.3g} "
@@ -223,7 +258,7 @@ def _must_move(motion, noise, cutoff, step, robot):
             )
 
 
-def _parts(times, motion, robot, assembly, n, said):
+def _parts(times, motion, robot, assembly, n, notes):
     """(t, W, where (n, 2) a motor's row may count) of each stretch."""
     names, parts, total, near, open_, first_near = linear_names(robot), [], 0, 0, 0, None
     dry = [names.index(name) for name in ("fs1", "fs2")]
@@ -236,7 +271,11 @@ def _parts(times, motion, robot, assembly, n, said):
         singular = known & closes & (np.abs(det) < MARGIN)
         if first_near is None and singular.any():
             first_near = t[int(np.argmax(singular))]
-        total, near, open_ = total + known.sum(), near + singular.sum(), open_ + (known & ~closes).sum()
+        total, near, open_ = (
+            total + known.sum(),
+            near + singular.sum(),
+            open_ + (known & ~closes).sum(),
+        )
         W = regressor(robot, q, q_dot, q_ddot, assembly)
         good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
         creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n + 1, 1)))
@@ -246,9 +285,11 @@ def _parts(times, motion, robot, assembly, n, said):
     if open_ > 0.02 * total:
         refuse_open_log(motion, robot, assembly, open_, total)
     if open_:
-        said.append(f"{open_} of {total} rows do not close the loop of this robot's bars and do not count")
+        notes.append(
+            f"{open_} of {total} rows do not close the loop of this robot's bars and do not count"
+        )
     if near:
-        said.append(
+        notes.append(
             f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
             f"{first_near:.6g} s) and do not count: there, errors become torques; before and after, "
             f"the assembly mode is taken to be {assembly:+d}: if the robot crossed, cut the log there"
@@ -261,15 +302,21 @@ def refuse_open_log(motion, robot, assembly, open_, total):
     q = np.concatenate([rates[0] for rates in motion])
     q = q[np.isfinite(q).all(axis=1)]
     message = f"{open_} of {total} rows do not close the loop: the bars of this robot do not reach"
-    unit, factor, most = ("deg", np.pi / 180, 2 * np.pi) if robot.turns else ("mm", 1e-3, 4 * max(robot.distal))
+    unit, factor, most = (
+        ("deg", np.pi / 180, 2 * np.pi) if robot.turns else ("mm", 1e-3, 4 * max(robot.distal))
+    )
 
     def closes(q):
         return np.isfinite(dgm(robot, q, assembly, unreachable="nan").xi).all(axis=1).mean() > 0.999
 
     if np.abs(q).max() > most and closes(factor * q):
-        raise ValueError(f'{message}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}')
+        raise ValueError(
+            f'{message}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}'
+        )
     if closes(q[:, ::-1]):
-        raise ValueError(f"{message}; with {' and '.join(robot.words.joints)} exchanged all of them do")
+        raise ValueError(
+            f"{message}; with {' and '.join(robot.words.joints)} exchanged all of them do"
+        )
     raise ValueError(
         f"{message}: are its lengths, and the zeros of q (offset), those of the robot on the table? fb.calibrate tells"
     )

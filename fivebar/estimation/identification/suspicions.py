@@ -27,21 +27,31 @@ G = 9.81  # m/s^2
 JOINTS = "q", "q_dot", "q_ddot"  # fields of a log
 HOPELESS = 0.3  # of the torque
 NOISY, POORER = 3.0, 0.01  # times the noise; of the torque
-POOR = 0.05  # of the torque: where a model misses more, what may be wrong with the log is looked for
+POOR = (
+    0.05  # of the torque: where a model misses more, what may be wrong with the log is looked for
+)
 RELEVANT = 2e-3  # of the torque's rms, less than which no effect is worth a word
 
 
 def explain(
-    robot: Robot, logs: list, assembly: int, cutoff: float | None, columns: list[int], known: np.ndarray, misfit: float,
+    robot: Robot,
+    logs: list,
+    assembly: int,
+    cutoff: float | None,
+    columns: list[int],
+    known: np.ndarray,
+    misfit: float,
     impossible: Callable,
-) -> None:  # fmt: skip
+) -> None:
     """Raise the ValueError that names what is wrong with the log, if one suspicion stands out.
 
     columns, known: which parameters are unknown, and the values of the others. impossible(robot, names, fit): names of
     what comes out as it cannot be.
     """
     log, held = max(logs, key=lambda each: len(each[0].t))
-    bound = CLEARER * misfit if misfit > POOR else 1.6 * misfit  # else it fits, but with masses or friction below 0
+    bound = (
+        CLEARER * misfit if misfit > POOR else 1.6 * misfit
+    )  # else it fits, but with masses or friction below 0
     best, why = bound, None
     for words, mode, own_robot, names, change in _suspicions(robot, assembly):
         changed = {name: change(pair) for name in names if (pair := getattr(log, name)) is not None}
@@ -55,7 +65,9 @@ def explain(
             named = words + _signs(signs)
             if not named:
                 continue
-            own = fit(rows, told, np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0))
+            own = fit(
+                rows, told, np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0)
+            )
             score = own.misfit * (1 + 0.5 * len(named))
             if score < best and not impossible(robot, labels, own):
                 best, why = score, (" and ".join(named), own.misfit)
@@ -74,7 +86,13 @@ def _suspicions(robot, assembly):
     yield [f"the {efforts} of the two motors are exchanged"], assembly, robot, ("tau",), _swapped
     yield [f"the assembly mode is {-assembly:+d}"], -assembly, robot, (), None
     yield [f"{joints} are exchanged"], assembly, robot, JOINTS, _swapped
-    yield [f"{joints} and both {efforts} are exchanged"], assembly, robot, (*JOINTS, "tau"), _swapped
+    yield (
+        [f"{joints} and both {efforts} are exchanged"],
+        assembly,
+        robot,
+        (*JOINTS, "tau"),
+        _swapped,
+    )
     if robot.turns:
         yield ["q is in degrees"], assembly, robot, JOINTS, np.radians
         yield [f"{joints} turn the other way"], assembly, robot, JOINTS, np.negative
@@ -94,16 +112,25 @@ def _signs(signs):
 
 
 def beyond_the_model(
-    robot: Robot, result: Robot, found: list, known: np.ndarray, labels: list, theta: np.ndarray, last
+    robot: Robot,
+    result: Robot,
+    found: list,
+    known: np.ndarray,
+    labels: list,
+    theta: np.ndarray,
+    last,
 ) -> list[str]:
     """Sentences on effects beside the model that the log shows."""
     if last.misfit > HOPELESS:
         missed = f"the model misses {100 * last.misfit:.3g} % of the {robot.words.effort}s"
         return [f"{missed}, and nothing that was tried explains it"]
-    chosen, said, whole = [linear_names(robot).index(name) for name in labels], [], known.copy()
+    chosen, notes, whole = [linear_names(robot).index(name) for name in labels], [], known.copy()
     whole[chosen] = theta
     sample = max(found, key=lambda each: len(each.pieces[0][0]))
-    extra = [_effects(result, sample, piece, rates, whole) for piece, rates in zip(sample.pieces, sample.motion)]
+    extra = [
+        _effects(result, sample, piece, rates, whole)
+        for piece, rates in zip(sample.pieces, sample.motion)
+    ]
     pieces = [
         (t, np.concatenate([W[:, :, chosen], more], axis=2), tau - W @ known, counts)
         for (t, W, tau, counts), more in zip(sample.pieces, extra)
@@ -122,23 +149,27 @@ def beyond_the_model(
         value, sd = each.theta[-1], np.sqrt(each.cov[-1, -1])
         brings = abs(value) * np.sqrt((column**2).sum() / max(rows.counts.sum(), 1))
         if abs(value) > SURE * sd and brings > RELEVANT * size:
-            said.append(word(robot, value, sd))
+            notes.append(word(robot, value, sd))
     above = last.sigma / np.maximum(_noise(result, sample, rows.gain), 1e-300)
     if last.misfit > POORER and above.max() > NOISY:
         times = " and ".join(f"{each:.3g}" for each in above)
-        said.append(
+        notes.append(
             f"what the model misses is {times} times the noise of this log: it does not have all of this robot "
             "(lengths, zeros of q, backlash, a bend)"
         )
-    return said
+    return notes
 
 
 def _noise(robot, sample, gain):
     """N m, of a row of each motor: what its torque's and the encoders' noise make."""
-    q = np.concatenate([rates[0][counts.any(axis=1)] for rates, (*_, counts) in zip(sample.motion, sample.pieces)])
+    q = np.concatenate(
+        [rates[0][counts.any(axis=1)] for rates, (*_, counts) in zip(sample.motion, sample.pieces)]
+    )
     pose = dgm(robot, q[:: max(len(q) // 100, 1)], sample.assembly)
     M, _ = dynamic_model(dkm(pose, (0.0, 0.0)))
-    inertia = np.sqrt(np.mean(M**2, axis=0)) @ (np.array(sample.noise) * rough(sample.step, sample.cutoff))
+    inertia = np.sqrt(np.mean(M**2, axis=0)) @ (
+        np.array(sample.noise) * rough(sample.step, sample.cutoff)
+    )
     return np.hypot(np.array(sample.tau_noise) * gain, inertia)
 
 
@@ -177,7 +208,8 @@ def _effects(robot, sample, piece, rates, theta):
     used = counts.any(axis=1)
     pose = dgm(robot, rates[0][used], sample.assembly)
     held = [
-        gravity_torques(replace(pose, robot=replace(robot, gravity=g))) for g in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+        gravity_torques(replace(pose, robot=replace(robot, gravity=g)))
+        for g in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     ]
     columns[used, :, 3], columns[used, :, 4] = held[1] - held[0], held[2] - held[0]
     return columns

@@ -18,13 +18,19 @@ from ...base.columns import (
 )
 from ...models.robots import Robot
 
-SHUFFLED, SEVERAL = 0.02, 10  # share and number of the rows that go back in time: more than a log restarts
+SHUFFLED, SEVERAL = (
+    0.02,
+    10,
+)  # share and number of the rows that go back in time: more than a log restarts
 NEAR = 5.0  # sampling periods, by which one row overtakes another on a network
 
 
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """The columns of a log, with the names they go by."""
-    turns, stamp = robot.turns, r"(?:.*[./])?stamp[._]?"  # of ROS: whole seconds, and beside them nanoseconds
+    turns, stamp = (
+        robot.turns,
+        r"(?:.*[./])?stamp[._]?",
+    )  # of ROS: whole seconds, and beside them nanoseconds
     found = {"t": replace(TIME, pattern=stamp + "secs?")}
     q = {**RADIANS, **COUNTS} if turns else {**METRES, **COUNTS}
     rate = RADIANS_PER_SECOND if turns else {"m/s": 1.0, "mm/s": 1e-3}
@@ -32,37 +38,76 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
     effort = {**(NEWTON_METRES if turns else {"n": 1.0, "mn": 1e-3}), "a": 1.0, "ma": 1e-3}
     for k, side in (("1", "left"), ("2", "right")):
 
-        def joint_state(kind, k=k, side=side):  # as ROS's tools export them: from 0, or by the joints' names
+        def joint_state(
+            kind, k=k, side=side
+        ):  # as ROS's tools export them: from 0, or by the joints' names
             at = int(k) - 1
             own = f"{side}|{side}_joint|joint_?{k}|motor_?{k}|{robot.words.joints[at]}"
-            return rf"(?:.*[./])?{kind}(?:\[{at}\]|\.{at})|field\.{kind}{at}|.*[./](?:{own})[./]{kind}"
+            return (
+                rf"(?:.*[./])?{kind}(?:\[{at}\]|\.{at})|field\.{kind}{at}|.*[./](?:{own})[./]{kind}"
+            )
 
         j = robot.words.joints[int(k) - 1]
-        base = (j, f"theta{k}", f"theta{k}1", f"angle{k}", f"pos{k}", f"position{k}", f"joint{k}", f"enc{k}",
-                f"encoder{k}", f"motor{k}", f"q_{side}", f"{side}")  # fmt: skip
+        base = (
+            j,
+            f"theta{k}",
+            f"theta{k}1",
+            f"angle{k}",
+            f"pos{k}",
+            f"position{k}",
+            f"joint{k}",
+            f"enc{k}",
+            f"encoder{k}",
+            f"motor{k}",
+            f"q_{side}",
+            f"{side}",
+        )
         found[f"q{k}"] = Quantity(base, q, pattern=joint_state("position"))
         found[f"tau{k}"] = Quantity(
-            (f"torque{k}", f"tau{k}1", f"effort{k}", f"force{k}", f"current{k}", f"i{k}", f"tau_{side}",
-             f"torque_{side}", f"couple{k}"), effort, False, joint_state("effort"),
-        )  # fmt: skip
-        dots = (f"{j}_dot", f"dq{k}", f"qd{k}", f"vel{k}", f"velocity{k}", f"speed{k}", f"omega{k}", f"qdot{k}",
-                f"vitesse{k}")  # fmt: skip
+            (
+                f"torque{k}",
+                f"tau{k}1",
+                f"effort{k}",
+                f"force{k}",
+                f"current{k}",
+                f"i{k}",
+                f"tau_{side}",
+                f"torque_{side}",
+                f"couple{k}",
+            ),
+            effort,
+            False,
+            joint_state("effort"),
+        )
+        dots = (
+            f"{j}_dot",
+            f"dq{k}",
+            f"qd{k}",
+            f"vel{k}",
+            f"velocity{k}",
+            f"speed{k}",
+            f"omega{k}",
+            f"qdot{k}",
+            f"vitesse{k}",
+        )
         found[f"q{k}_dot"] = Quantity(dots, rate, False, joint_state("velocity"))
         twice = (f"{j}_ddot", f"ddq{k}", f"qdd{k}", f"acc{k}", f"acceleration{k}", f"qddot{k}")
         found[f"q{k}_ddot"] = Quantity(twice, second, False)
     for axis in "xy":
         found[axis] = Quantity((), METRES, False)
-        found[f"{axis}_ref"] = Quantity((f"{axis}_desired", f"{axis}d", f"ref_{axis}"), METRES, False)
+        found[f"{axis}_ref"] = Quantity(
+            (f"{axis}_desired", f"{axis}d", f"ref_{axis}"), METRES, False
+        )
     found["t_ns"] = Quantity((), {"ns": 1e-9}, False, stamp + "(?:nanosec|nsecs?)")
     return found
 
 
-def since_1970(t, stated, said):
+def since_1970(t, stated, notes):
     """Times of a clock in ms, us or ns, whose unit nobody names, in s: of these years only one can be meant."""
     first, last = np.nanmin(t, initial=np.inf), np.nanmax(t, initial=0.0)
     for unit, factor in () if stated else (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if 5e8 < first * factor <= last * factor < 5e9:
-            said.append(f"t is read in {unit} since 1970")
+            notes.append(f"t is read in {unit} since 1970")
             return t * factor
     return t
 

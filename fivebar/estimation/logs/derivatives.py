@@ -21,8 +21,13 @@ from numpy.polynomial import chebyshev
 
 DEGREE, FIDELITY, MOST = 6, 1e-3, 500  # MOST: rows on either side
 ABOVE = 6.0  # times the floor
-HIGHEST = 1 / 12  # of the sampling rate: what a cut-off may be at most, and more than it is too fast for the sampling
-NEARLY, WIDER = 1 - 1e-4, 4.0  # of the acceleration's power; times the frequency below which that is
+HIGHEST = (
+    1 / 12
+)  # of the sampling rate: what a cut-off may be at most, and more than it is too fast for the sampling
+NEARLY, WIDER = (
+    1 - 1e-4,
+    4.0,
+)  # of the acceleration's power; times the frequency below which that is
 PARTS = 8  # of a log, over which its spectrum is averaged
 
 
@@ -56,9 +61,13 @@ def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
     clear = (power > ABOVE * floor * shape[:, None]) & (f < 0.3 * rate)[:, None] & (f > 0)[:, None]
     # of neighbours two of three: one alone may be chance
     clear[1:-1] &= clear[:-2] | clear[2:]
-    highest = max((f[np.flatnonzero(column)[-1]] for column in clear.T if column.any()), default=0.0)
+    highest = max(
+        (f[np.flatnonzero(column)[-1]] for column in clear.T if column.any()), default=0.0
+    )
     signal = np.where(clear, power, 0.0)
-    beyond = signal[f > HIGHEST * rate].sum(axis=0) / np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
+    beyond = signal[f > HIGHEST * rate].sum(axis=0) / np.maximum(
+        signal.sum(axis=0), np.finfo(float).tiny
+    )
     share = np.cumsum(signal, axis=0) / np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
     nearly = max((f[np.argmax(column >= NEARLY)] for column in share.T), default=0.0)
     cutoff = float(np.clip(min(1.2 * highest, WIDER * nearly), 4 * f[1], HIGHEST * rate))
@@ -74,7 +83,9 @@ def kernels(cutoff_rows: float) -> tuple[np.ndarray, ...]:
     n = DEGREE // 2
     while n <= MOST:
         rows = np.arange(-n, n + 1)
-        fit = np.linalg.pinv(np.vander(rows / n, DEGREE + 1, increasing=True))  # in rows / n it is well conditioned
+        fit = np.linalg.pinv(
+            np.vander(rows / n, DEGREE + 1, increasing=True)
+        )  # in rows / n it is well conditioned
         found = fit[0], fit[1] / n, 2 * fit[2] / n**2
         wave = np.exp(1j * omega * rows)
         errors = (abs(found[order] @ wave / (1j * omega) ** order - 1) for order in range(3))
@@ -82,7 +93,9 @@ def kernels(cutoff_rows: float) -> tuple[np.ndarray, ...]:
             break
         best, n = found, n + max(1, n // 16)
     if best is None:
-        raise ValueError(f"a cut-off of {cutoff_rows:g} of the sampling rate is too high: at most {HIGHEST:g}")
+        raise ValueError(
+            f"a cut-off of {cutoff_rows:g} of the sampling rate is too high: at most {HIGHEST:g}"
+        )
     return best
 
 
@@ -106,13 +119,20 @@ def derivatives(
     for order, weights in enumerate(rows):
         out = np.full(q.shape, np.nan)
         if len(q) > 2 * n:
-            out[n : len(q) - n] = np.stack([correlate(column, weights, "valid") for column in q.T], axis=1)
+            out[n : len(q) - n] = np.stack(
+                [correlate(column, weights, "valid") for column in q.T], axis=1
+            )
         found.append(out / step**order)
     if ends and len(q) > 2 * n:
         window = np.arange(-n, n + 1) / n
-        for outer, inner in ((slice(0, n), slice(0, 2 * n + 1)), (slice(-n, None), slice(-2 * n - 1, None))):
+        for outer, inner in (
+            (slice(0, n), slice(0, 2 * n + 1)),
+            (slice(-n, None), slice(-2 * n - 1, None)),
+        ):
             basis = chebyshev.chebfit(window, q[inner], DEGREE)
             for order, out in enumerate(found):
                 at = window[:n] if outer.start == 0 else window[-n:]
-                out[outer] = chebyshev.chebval(at, chebyshev.chebder(basis, order)).T / (n * step) ** order
+                out[outer] = (
+                    chebyshev.chebval(at, chebyshev.chebder(basis, order)).T / (n * step) ** order
+                )
     return tuple(found)

@@ -19,9 +19,13 @@ from .columns import order, since_1970, wanted
 LATE = 1.5  # sampling periods from row to row: from there on rows are missing
 UNEVEN = 0.01  # of a period, by which times may be off an even grid
 PAIRS = {  # of columns
-    "q": ("q1", "q2"), "tau": ("tau1", "tau2"), "q_dot": ("q1_dot", "q2_dot"), "q_ddot": ("q1_ddot", "q2_ddot"),
-    "xi": ("x", "y"), "xi_ref": ("x_ref", "y_ref"),
-}  # fmt: skip
+    "q": ("q1", "q2"),
+    "tau": ("tau1", "tau2"),
+    "q_dot": ("q1_dot", "q2_dot"),
+    "q_ddot": ("q1_ddot", "q2_ddot"),
+    "xi": ("x", "y"),
+    "xi_ref": ("x_ref", "y_ref"),
+}
 
 
 class Cut(NamedTuple):
@@ -49,7 +53,7 @@ class Log:
     xi_ref: np.ndarray | None
     step: float
     cuts: tuple[Cut, ...]
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def stretches(self) -> list[slice]:
@@ -71,25 +75,31 @@ AT_THE_JOINTS = Gauges()
 
 
 def read_log(
-    source: TextFile | Mapping, robot: Robot, units: Mapping[str, str] | None = None, gauges: Gauges = AT_THE_JOINTS
+    source: TextFile | Mapping,
+    robot: Robot,
+    units: Mapping[str, str] | None = None,
+    gauges: Gauges = AT_THE_JOINTS,
 ) -> Log:
     """The Log in a CSV file or a mapping of arrays with the columns of `wanted`: t, q1, q2, ..."""
     if units is not None and not (
-        isinstance(units, Mapping) and all(isinstance(each, str) for pair in units.items() for each in pair)
+        isinstance(units, Mapping)
+        and all(isinstance(each, str) for pair in units.items() for each in pair)
     ):
         raise TypeError(f"units must be a dict {{name: unit}}, not {shown(units)}")
     if isinstance(source, Mapping):
-        values, said, name, lines = _arrays(source, robot, units or {}), (), "the log", None
+        values, notes, name, lines = _arrays(source, robot, units or {}), (), "the log", None
     elif isinstance(source, (str, os.PathLike)) or hasattr(source, "read"):
         found = read(source, wanted(robot), units or {})
-        values, said, name, lines = found.values, list(found.said), found.name, found.lines
-        values["t"] = since_1970(values["t"], "t" in found.stated, said)
+        values, notes, name, lines = found.values, list(found.notes), found.name, found.lines
+        values["t"] = since_1970(values["t"], "t" in found.stated, notes)
     else:
-        raise TypeError(f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}")
+        raise TypeError(
+            f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}"
+        )
     values["t"] = values["t"] + values.pop("t_ns", 0.0)
     with named(name):
         pairs = {name: _pair(values, *columns) for name, columns in PAIRS.items()}
-        return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, said, name, lines)
+        return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, notes, name, lines)
 
 
 def _pair(values, left, right):
@@ -152,17 +162,21 @@ def _gauged(pairs, gauges, robot):
         raise ValueError(f"gear_ratio must not be 0, but is {ratio.tolist()}")
     scale = 1 / ratio
     if counts is not None:
-        counts = np.array([positive(abs(each), "counts_per_turn") for each in _both(counts, "counts_per_turn")])
+        counts = np.array(
+            [positive(abs(each), "counts_per_turn") for each in _both(counts, "counts_per_turn")]
+        )
         scale = scale * (2 * np.pi if robot.turns else 1.0) / counts
-    found = {name: pairs[name] * scale for name in ("q", "q_dot", "q_ddot") if pairs[name] is not None}
+    found = {
+        name: pairs[name] * scale for name in ("q", "q_dot", "q_ddot") if pairs[name] is not None
+    }
     found["q"] += np.array(_both(offset, "offset"))
     if pairs["tau"] is not None and constant is not None:
         found["tau"] = pairs["tau"] * np.array(_both(constant, "torque_constant")) * ratio
     return pairs | found
 
 
-def _cleaned(t, pairs, robot, said, name, lines):
-    said, n = list(said), len(t)
+def _cleaned(t, pairs, robot, notes, name, lines):
+    notes, n = list(notes), len(t)
     if n < 2:
         raise ValueError(f"{name} has {n} rows: a motion needs more")
 
@@ -171,52 +185,69 @@ def _cleaned(t, pairs, robot, said, name, lines):
 
     empty = ~np.isfinite(t)
     if empty.any():
-        said.append(f"{empty.sum()} rows without a time were left out, the first {at(int(np.argmax(empty)))}")
+        notes.append(
+            f"{empty.sum()} rows without a time were left out, the first {at(int(np.argmax(empty)))}"
+        )
     lost = ~empty & ~np.isfinite(pairs["q"]).all(axis=1)
     if lost.any():
-        said.append(
+        notes.append(
             f"{lost.sum()} rows without both joints' positions were left out, the first {at(int(np.argmax(lost)))}"
         )
     for key in ("q_dot", "q_ddot"):  # as some drivers fill what they do not know
-        if pairs[key] is not None and not np.nan_to_num(pairs[key]).any() and np.ptp(pairs["q"][~lost], axis=0).any():
-            said.append(f"{' and '.join(PAIRS[key])} are 0 throughout, though the joints move: not used")
+        if (
+            pairs[key] is not None
+            and not np.nan_to_num(pairs[key]).any()
+            and np.ptp(pairs["q"][~lost], axis=0).any()
+        ):
+            notes.append(
+                f"{' and '.join(PAIRS[key])} are 0 throughout, though the joints move: not used"
+            )
             pairs = pairs | {key: None}
     rows = np.flatnonzero(~empty & ~lost)
     if len(rows) < 2:
-        raise ValueError(f"{name} has {len(rows)} rows with a time and both joints: a motion needs more")
+        raise ValueError(
+            f"{name} has {len(rows)} rows with a time and both joints: a motion needs more"
+        )
     if (rank := order(t[rows])) is not None:
         late = int(np.sum(np.diff(t[rows]) < 0))
-        said.append(f"{late} rows come later than rows of later times: all are put in the order of their times")
+        notes.append(
+            f"{late} rows come later than rows of later times: all are put in the order of their times"
+        )
         rows = rows[rank]
     again = np.concatenate([[False], np.diff(t[rows]) == 0])
     if again.any():
-        said.append(
+        notes.append(
             f"{again.sum()} rows repeat the time of the row before and were left out, the first "
             f"{at(rows[np.argmax(again)])}"
         )
         rows = rows[~again]
-    t, pairs = t[rows].copy(), {key: None if pair is None else pair[rows] for key, pair in pairs.items()}
+    t, pairs = (
+        t[rows].copy(),
+        {key: None if pair is None else pair[rows] for key, pair in pairs.items()},
+    )
     forward = np.diff(t)[np.diff(t) > 0]
     if not len(forward):
         raise ValueError(f"{name}: its times never increase")
     step = float(np.median(forward))
     if (far := np.abs(t) > 2.0**53 * step).any():  # no digit of it is left for a step
         k = int(np.argmax(far))
-        raise ValueError(f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s")
-    cuts = _cuts(t, step, rows, at, said)
+        raise ValueError(
+            f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s"
+        )
+    cuts = _cuts(t, step, rows, at, notes)
     if robot.turns:
-        _unwrap(pairs["q"], rows, at, said)
-    return Log(t, **pairs, step=step, cuts=tuple(cuts), said=tuple(said))
+        _unwrap(pairs["q"], rows, at, notes)
+    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes))
 
 
-def _cuts(t, step, rows, at, said):
+def _cuts(t, step, rows, at, notes):
     """Where rows are missing, or time begins again: then the times after it are moved on."""
     cuts = []
     for k in np.flatnonzero((np.diff(t) < 0) | (np.diff(t) > LATE * step)) + 1:
         if t[k] < t[k - 1]:
             shift = t[k - 1] + 2 * step - t[k]
             why = f"time jumps back from {t[k - 1]:.6g} to {t[k]:.6g} s at {at(rows[k])}"
-            said.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
+            notes.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
             t[k:] += shift
             lack = 0
         else:
@@ -226,22 +257,28 @@ def _cuts(t, step, rows, at, said):
     gaps = [cut for cut in cuts if cut.missing]
     if gaps:
         where = ", ".join(f"{cut.start:.6g} to {cut.end:.6g} s" for cut in gaps[:3])
-        said.append(f"{len(gaps)} gaps in time are not bridged: {where}{' and more' if len(gaps) > 3 else ''}")
+        notes.append(
+            f"{len(gaps)} gaps in time are not bridged: {where}{' and more' if len(gaps) > 3 else ''}"
+        )
     return cuts
 
 
-def _unwrap(q, rows, at, said):
+def _unwrap(q, rows, at, notes):
     """Take the jumps of an angle that was kept within a turn out of it, in place; over gaps too, as whole turns are
     the same pose."""
     jumps = np.abs(np.diff(q, axis=0)) > np.pi
     if jumps.any():
         k = int(np.argmax(jumps.any(axis=1))) + 1
         first = f"the first at {at(rows[k])}"
-        said.append(f"q jumps by more than half a turn {jumps.sum()} times, {first}: taken for whole turns")
+        notes.append(
+            f"q jumps by more than half a turn {jumps.sum()} times, {first}: taken for whole turns"
+        )
         q[:] = np.unwrap(q, axis=0)
 
 
-def evenly(t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float) -> tuple[np.ndarray, dict, float]:
+def evenly(
+    t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float
+) -> tuple[np.ndarray, dict, float]:
     """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on an even grid.
 
     Where its times are off it, positions and the like by cubic splines through them, torques (tau, ...) linearly; nan

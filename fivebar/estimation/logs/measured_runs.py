@@ -22,20 +22,22 @@ from .logs import Gauges, Log, evenly, read_log
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-APART = 0.02  # of the bars, by which a logged end-effector and the joints' may be apart without a word
+APART = (
+    0.02  # of the bars, by which a logged end-effector and the joints' may be apart without a word
+)
 NEAR = 1e-6  # of det A, below which no rate of the end-effector is told
 
 
 def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
     """{field: value} of the Run of a log, but for its robot. assembly None: the mode that fits x and y, or -1."""
-    said = list(log.said)
+    notes = list(log.notes)
     q_dot = log.q_dot if log.q_dot is not None else rates_of(log)
-    assembly, xi = _placed(log, robot, assembly, said)
+    assembly, xi = _placed(log, robot, assembly, notes)
     pose = dgm(robot, log.q, assembly, unreachable="nan")
     closes = np.isfinite(pose.xi).all(axis=1)
     if not closes.all():
         first = int(np.argmin(closes))
-        said.append(
+        notes.append(
             f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars, the first at "
             f"{log.t[first]:.6g} s, q = ({log.q[first, 0]:.5g}, {log.q[first, 1]:.5g}) {robot.words.unit}"
         )
@@ -45,15 +47,25 @@ def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
     if moves.any():
         kinetic[moves] = energy(dkm(dgm(robot, log.q[moves], assembly), q_dot[moves]))
     tau = np.full_like(log.q, np.nan) if log.tau is None else log.tau
-    rows = {"t": log.t, "q": log.q, "q_dot": q_dot, "xi": xi, "tau": tau, "energy": kinetic, "xi_ref": log.xi_ref}
+    rows = {
+        "t": log.t,
+        "q": log.q,
+        "q_dot": q_dot,
+        "xi": xi,
+        "tau": tau,
+        "energy": kinetic,
+        "xi_ref": log.xi_ref,
+    }
     events = _crossings(log, robot, pose, closes)
     gaps = tuple((cut.start, cut.end, cut.why) for cut in log.cuts)
-    return {**_with_gaps(rows, log), "events": events, "gaps": gaps, "said": tuple(said)}
+    return {**_with_gaps(rows, log), "events": events, "gaps": gaps, "notes": tuple(notes)}
 
 
 def rates_of(log: Log) -> np.ndarray:
     """q' (n, 2) of a log without: zero-phase derivatives between its gaps, at their ends of the last whole window."""
-    stretches = [(part, *evenly(log.t[part], {"q": log.q[part]}, log.step)[:2]) for part in log.stretches]
+    stretches = [
+        (part, *evenly(log.t[part], {"q": log.q[part]}, log.step)[:2]) for part in log.stretches
+    ]
     cutoff = spectrum([pairs["q"] for _, _, pairs in stretches], log.step).cutoff
     found = np.full(log.q.shape, np.nan)
     for part, even, pairs in stretches:
@@ -65,21 +77,28 @@ def rates_of(log: Log) -> np.ndarray:
         else:
             own = derivatives(q, log.step, high, ends=True)[1]
         t = log.t[part]
-        found[part] = np.stack([np.interp(t, even, column) for column in own.T], axis=1) if len(t) > 1 else own
+        found[part] = (
+            np.stack([np.interp(t, even, column) for column in own.T], axis=1)
+            if len(t) > 1
+            else own
+        )
     return found
 
 
-def _placed(log, robot, assembly, said):
+def _placed(log, robot, assembly, notes):
     """(mode, end-effector (n, 2)): as logged, or by the joints."""
     modes = (-1, 1) if assembly is None else (assembly,)
     found = {mode: dgm(robot, log.q, mode, unreachable="nan").xi for mode in modes}
     if log.xi is None:
         return modes[0], found[modes[0]]
     away = {mode: np.hypot(*(xi - log.xi).T) for mode, xi in found.items()}
-    mode = min(modes, key=lambda each: np.nanmedian(away[each]) if np.isfinite(away[each]).any() else np.inf)
+    mode = min(
+        modes,
+        key=lambda each: np.nanmedian(away[each]) if np.isfinite(away[each]).any() else np.inf,
+    )
     typical = float(np.nanmedian(away[mode])) if np.isfinite(away[mode]).any() else 0.0
     if typical > APART * max(robot.distal):
-        said.append(
+        notes.append(
             f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly mode {mode:+d}: "
             "another mode, frame or other lengths; fb.calibrate tells"
         )
@@ -97,16 +116,23 @@ def _crossings(log, robot, pose, closes) -> list[tuple]:
             continue
         share = sines[k, leg] / (sines[k, leg] - sines[k + 1, leg])
         t = float(log.t[k] + share * (log.t[k + 1] - log.t[k]))
-        before, after = ((*map(int, -np.sign(sines[row])), int(-np.sign(pose.det_A[row]))) for row in (k, k + 1))
+        before, after = (
+            (*map(int, -np.sign(sines[row])), int(-np.sign(pose.det_A[row]))) for row in (k, k + 1)
+        )
         found.append((t, Singularity.SERIAL, robot.words.sines[leg], before, after))
     return found
 
 
 def _with_gaps(rows, log):
     """The rows with one of nan in the middle of each cut."""
-    at, given = [cut.row for cut in log.cuts], {name: values for name, values in rows.items() if values is not None}
+    at, given = (
+        [cut.row for cut in log.cuts],
+        {name: values for name, values in rows.items() if values is not None},
+    )
     between = {"t": [(cut.start + cut.end) / 2 for cut in log.cuts]}
-    return rows | {name: np.insert(v, at, between.get(name, np.nan), axis=0) for name, v in given.items()}
+    return rows | {
+        name: np.insert(v, at, between.get(name, np.nan), axis=0) for name, v in given.items()
+    }
 
 
 def from_log(
@@ -161,13 +187,21 @@ def from_log(
         The columns are no motion.
     """
     source = t
-    if q1 is not None or q2 is not None or not (isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")):
+    if (
+        q1 is not None
+        or q2 is not None
+        or not (isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read"))
+    ):
         source = {"t": t, "q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
     elif more or tau1 is not None or tau2 is not None:
-        raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join([*more, 'tau1', 'tau2'])}")
+        raise ValueError(
+            f"from_log: columns beside a file or a mapping: {', '.join([*more, 'tau1', 'tau2'])}"
+        )
     robot = FiveBar() if robot is None else must_be_robot(robot, "robot")
-    log = read_log(source, robot, units, Gauges(counts_per_turn, gear_ratio, offset, torque_constant))
+    log = read_log(
+        source, robot, units, Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
+    )
     fields = run_fields(log, robot, None if assembly is None else modes(1)(assembly, "assembly"))
     events = tuple(Event(*each) for each in fields.pop("events"))
-    measured = Measured(fields.pop("gaps"), fields.pop("said"), log.q_dot is not None)
+    measured = Measured(fields.pop("gaps"), fields.pop("notes"), log.q_dot is not None)
     return Run(robot=robot, **fields, events=events, measured=measured)

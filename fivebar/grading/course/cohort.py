@@ -47,9 +47,17 @@ class Cohort:
 
     def job(self, entry: Entry) -> Job:
         return Job(
-            entry.path, entry.student, self.seed, self.robot(entry), self.isolate, self.limit, entry.trouble,
-            entry.member, entry.siblings, self.hints_from,
-        )  # fmt: skip
+            entry.path,
+            entry.student,
+            self.seed,
+            self.robot(entry),
+            self.isolate,
+            self.limit,
+            entry.trouble,
+            entry.member,
+            entry.siblings,
+            self.hints_from,
+        )
 
     def file(self, entry: Entry, suffix: str) -> Path:
         return self.out / "students" / (file_name(entry.student) + suffix)
@@ -57,12 +65,25 @@ class Cohort:
     def done(self, entry: Entry) -> Report | None:
         """The Report of an earlier run on the same file, lab, seed and robot; else None."""
         try:
-            report = Report.from_json(json.loads(self.file(entry, ".json").read_text(encoding="utf-8")))
+            report = Report.from_json(
+                json.loads(self.file(entry, ".json").read_text(encoding="utf-8"))
+            )
         except (OSError, *STRANGE):
             return None  # none yet, or no result: graded again
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = entry.student, job_hash(self.job(entry)), self.lab.hash(), self.seed, self.robot(entry).parameters
-        kept = key == now and report.submission_hash and not report.faults and report.hints_from == self.hints_from
+        now = (
+            entry.student,
+            job_hash(self.job(entry)),
+            self.lab.hash(),
+            self.seed,
+            self.robot(entry).parameters,
+        )
+        kept = (
+            key == now
+            and report.submission_hash
+            and not report.faults
+            and report.hints_from == self.hints_from
+        )
         return report if kept else None
 
 
@@ -83,7 +104,9 @@ def begin(
             known = json.loads(state.read_text(encoding="utf-8"))
             earlier, known_seed = str(known["lab"]), str(known["seed"])
         except STRANGE:
-            raise UsageError(f"{state} is not what an earlier run left there: give another --out") from None
+            raise UsageError(
+                f"{state} is not what an earlier run left there: give another --out"
+            ) from None
         if earlier != lab.name:
             raise UsageError(f"{out} holds results of {earlier}: give another --out")
         seed = seed or known_seed
@@ -92,7 +115,9 @@ def begin(
     return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
 
 
-def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int, executor: Executor | None = None) -> list[Report]:
+def run_cohort(
+    cohort: Cohort, entries: list[Entry], jobs: int, executor: Executor | None = None
+) -> list[Report]:
     """Reports in the order of the entries; those of an earlier run are kept.
 
     executor: whose processes grade, on machines that see the same files; None: processes of our own.
@@ -120,7 +145,9 @@ class _Shown:
         self.bar, self.troubles, self.full, self.seen = bar, 0, 0, set()
 
     def add(self, entry, report):
-        for warning in report.warnings:  # the machine is the same for all, though each has a user of its own
+        for (
+            warning
+        ) in report.warnings:  # the machine is the same for all, though each has a user of its own
             if (kind := re.sub(r"\d+", "", warning)) not in self.seen:
                 self.bar.write(warning, file=sys.stderr)
                 self.seen.add(kind)
@@ -142,7 +169,9 @@ def _grade_all(cohort, entries, jobs, reports, shown, executor):
             reports[futures[future]] = future.result()
             shown.add(futures[future], future.result())
     except KeyboardInterrupt:
-        raise RuntimeError(f"interrupted: {len(reports)} are graded; the same command goes on from there") from None
+        raise RuntimeError(
+            f"interrupted: {len(reports)} are graded; the same command goes on from there"
+        ) from None
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         workers.stop()
@@ -176,4 +205,6 @@ def _one(cohort, entry, workers):
         write_whole(cohort.file(entry, ".html"), answer["page"])
         write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
         return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
-    return Report(cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}")
+    return Report(
+        cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}"
+    )

@@ -43,7 +43,9 @@ TELLS = (
 )
 
 
-def write_summary(out: Path, lab: str, entries: list[Entry], reports: list[Report], left: list[Left]) -> None:
+def write_summary(
+    out: Path, lab: str, entries: list[Entry], reports: list[Report], left: list[Left]
+) -> None:
     """checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html in the folder `out`.
 
     left: what was found and is nobody's. Who was not graded has no points in scores.csv, and is in none of the others.
@@ -51,22 +53,51 @@ def write_summary(out: Path, lab: str, entries: list[Entry], reports: list[Repor
     all_reports, reports = reports, [report for report in reports if not report.ungraded]
     rows = [row for report in reports for row in check_rows(report)]
     write_whole(out / "checks.csv", csv_text(CHECK_COLUMNS, rows))
-    columns = "student", "submission", "points", "max_points", "percent", "word", "trouble", "not graded"
+    columns = (
+        "student",
+        "submission",
+        "points",
+        "max_points",
+        "percent",
+        "word",
+        "trouble",
+        "not graded",
+    )
     rows = [
         (*_score(report), word_of(entry, report), trouble_of(report), left_text(entry.left))
         for entry, report in zip(entries, all_reports)
     ]
     rows += [("", item.name, None, None, None, "ignored", item.word, "") for item in left]
     write_whole(out / "scores.csv", csv_text(columns, rows))
-    columns = "check", "title", "max_points", "students", "pass_rate", "mean_share", "discrimination"
+    columns = (
+        "check",
+        "title",
+        "max_points",
+        "students",
+        "pass_rate",
+        "mean_share",
+        "discrimination",
+    )
     rows = [
-        (i.name, i.title, i.max_points, i.n, round(i.pass_rate, 4), round(i.mean, 4), _or_none(i.discrimination))
+        (
+            i.name,
+            i.title,
+            i.max_points,
+            i.n,
+            round(i.pass_rate, 4),
+            round(i.mean, 4),
+            _or_none(i.discrimination),
+        )
         for i in items(reports)
     ]
     write_whole(out / "items.csv", csv_text(columns, rows))
     rows = [(*key, count) for key, count in misconceptions(reports)]
-    write_whole(out / "misconceptions.csv", csv_text(("function", "misconception", "students"), rows))
-    beside = [(entry.student, item) for entry in entries for item in entry.left] + [("", item) for item in left]
+    write_whole(
+        out / "misconceptions.csv", csv_text(("function", "misconception", "students"), rows)
+    )
+    beside = [(entry.student, item) for entry in entries for item in entry.left] + [
+        ("", item) for item in left
+    ]
     ungraded = [report for report in all_reports if report.ungraded]
     body = _body(lab, reports) if reports else f"<h1>{text(lab)}</h1>"
     body += _ungraded(ungraded) + _left(beside)
@@ -85,12 +116,22 @@ def left_text(left: Iterable[Left]) -> str:
 def _score(report):
     if report.ungraded:
         return report.student, report.submission, None, None, None
-    return report.student, report.submission, report.points, report.max_points, round(report.percent, 2)
+    return (
+        report.student,
+        report.submission,
+        report.points,
+        report.max_points,
+        round(report.percent, 2),
+    )
 
 
 def _ungraded(reports):
     rows = [f"<tr><td>{text(r.student)}</td><td>{text(r.ungraded)}</td></tr>" for r in reports]
-    return f"<h2>Not graded: run it again</h2>{_table((('Student', ''), ('', '')), rows)}" if rows else ""
+    return (
+        f"<h2>Not graded: run it again</h2>{_table((('Student', ''), ('', '')), rows)}"
+        if rows
+        else ""
+    )
 
 
 def _left(beside):
@@ -144,14 +185,20 @@ def _bar(share):
 def _items(reports):
     rows = []
     for item in items(reports):
-        tells = "–" if math.isnan(item.discrimination) else f"{item.discrimination:.2f}".replace("-", "−")
+        tells = (
+            "–"
+            if math.isnan(item.discrimination)
+            else f"{item.discrimination:.2f}".replace("-", "−")
+        )
         low = " low" if item.discrimination < 0.1 else ""
         rows.append(
             f'<tr><td class="name">{text(item.title)}</td>{_bar(item.pass_rate)}'
             f'<td class="n">{100 * item.pass_rate:.0f} %</td><td class="n">{100 * item.mean:.0f} %</td>'
             f'<td class="n{low}">{tells}</td></tr>'
         )
-    return _table((("Check", ""), ("", "bar"), ("passed", "n"), ("mean", "n"), ("tells", "n")), rows)
+    return _table(
+        (("Check", ""), ("", "bar"), ("passed", "n"), ("mean", "n"), ("tells", "n")), rows
+    )
 
 
 def _misconceptions(reports):
@@ -161,7 +208,9 @@ def _misconceptions(reports):
         for (function, name), count in misconceptions(reports)
     ]
     return (
-        _table((("Misconception", ""), ("", "bar"), ("students", "n")), rows) if rows else "<p>None was recognised.</p>"
+        _table((("Misconception", ""), ("", "bar"), ("students", "n")), rows)
+        if rows
+        else "<p>None was recognised.</p>"
     )
 
 

@@ -19,8 +19,22 @@ from ..report.text import number
 from ..results import Report
 from ..variants import id_key
 
-GRADE = {"grade", "note", "bewertung", "calificación", "valutazione", "nota", "cijfer"}  # of Moodle's worksheet
-MOST = {"maximum grade", "note maximale", "bestwertung", "calificación máxima", "valutazione massima"}
+GRADE = {
+    "grade",
+    "note",
+    "bewertung",
+    "calificación",
+    "valutazione",
+    "nota",
+    "cijfer",
+}  # of Moodle's worksheet
+MOST = {
+    "maximum grade",
+    "note maximale",
+    "bestwertung",
+    "calificación máxima",
+    "valutazione massima",
+}
 POSSIBLE = "points possible"  # Canvas' row
 _NUMBER = re.compile(r"\D*(\d+)")
 _COMMA = re.compile(r"\d+,\d+")
@@ -52,12 +66,16 @@ def fill_gradebook(
     except csv.Error as error:
         raise UsageError(f"{path} is no sheet of marks: {error}") from None
     if len(rows) < 2 or len(rows[0]) < 2:
-        raise UsageError(f"{path} is no sheet of marks: a line of titles and a line per student are asked")
+        raise UsageError(
+            f"{path} is no sheet of marks: a line of titles and a line per student are asked"
+        )
     titles = rows[0]
     rows = [row + [""] * (len(titles) - len(row)) if row else row for row in rows]
     mark = _column(path, titles, lab, column)
     most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
-    possible = next((row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), "")
+    possible = next(
+        (row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), ""
+    )
     cells = [row[k] for row in rows[1:] if row for k in (mark, most) if k is not None]
     comma = (
         any(_COMMA.fullmatch(cell.strip()) for cell in cells) or sign == ";"
@@ -72,13 +90,19 @@ def fill_gradebook(
         elif not report.ungraded:
             row = rows[found[0]]
             limit = _float(row[most]) if most is not None else _float(possible)
-            points = number(report.points if limit is None else report.points * limit / report.max_points)
+            points = number(
+                report.points if limit is None else report.points * limit / report.max_points
+            )
             row[mark] = points.replace(".", ",") if comma else points
             count += 1
         touched |= set(found)
-    students = [k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE]
+    students = [
+        k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE
+    ]
     file = io.StringIO(newline="")
-    csv.writer(file, delimiter=sign, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(rows)
+    csv.writer(file, delimiter=sign, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(
+        rows
+    )
     return Filled(file.getvalue(), count, no_row, no_program, len(set(students) - touched))
 
 
@@ -96,10 +120,14 @@ def _column(path, titles, lab, wanted):
         found = [k for k, title in enumerate(plain) if title == wanted.strip().casefold()]
     else:
         found = [k for k, title in enumerate(plain) if title in GRADE]
-        found = found or [k for k, title in enumerate(plain) if re.search(rf"{short}\b", title.replace(" ", ""))]
+        found = found or [
+            k for k, title in enumerate(plain) if re.search(rf"{short}\b", title.replace(" ", ""))
+        ]
     if len(found) != 1:
         name = f"{wanted!r}" if wanted is not None else f"for {lab.name}"
-        raise UsageError(f"{path} has {len(found)} columns {name}: give --column one of {', '.join(titles)}")
+        raise UsageError(
+            f"{path} has {len(found)} columns {name}: give --column one of {', '.join(titles)}"
+        )
     return found[0]
 
 
@@ -109,7 +137,11 @@ def _rows_of(entry, rows):
         found = [
             k
             for k, row in enumerate(rows)
-            if k and any((cell := _NUMBER.fullmatch(part.strip())) and cell[1] == entry.number for part in row[:2])
+            if k
+            and any(
+                (cell := _NUMBER.fullmatch(part.strip())) and cell[1] == entry.number
+                for part in row[:2]
+            )
         ]
         if found:
             return found

@@ -31,7 +31,9 @@ class Elsewhere:
         siblings = tuple(replace(file, path=file.path.resolve()) for file in job.siblings)
         job = replace(job, path=job.path.resolve(), siblings=siblings)
         try:
-            answer = self._executor.submit(_answer_there, request_line(job, replace(lab, folder=lab.folder.resolve())))
+            answer = self._executor.submit(
+                _answer_there, request_line(job, replace(lab, folder=lab.folder.resolve()))
+            )
             answer = answer.result()
         except Exception as error:
             of_cluster = type(error).__module__.startswith("distributed")
@@ -100,9 +102,13 @@ class Workers:
             if self._stopped:
                 raise GraderError("stopped")
             process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True,
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                encoding="utf-8",
+                start_new_session=True,
                 env=os.environ | {"PYTHONPATH": path},
-            )  # fmt: skip
+            )
             self._all.append(process)
         return process
 

@@ -40,10 +40,15 @@ def items(reports: list[Report]) -> list[Item]:
         varies = min(passed) < max(passed) and min(rest) < max(rest)
         found.append(
             Item(
-                check.name, check.title, check.max_points, len(mine), fmean(passed), fmean(c.share for c in mine),
+                check.name,
+                check.title,
+                check.max_points,
+                len(mine),
+                fmean(passed),
+                fmean(c.share for c in mine),
                 correlation(passed, rest) if varies else math.nan,
             )
-        )  # fmt: skip
+        )
     return found
 
 
@@ -51,7 +56,13 @@ def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
     """((function, misconception), number of students), the most frequent first."""
     met = Counter()
     for report in reports:
-        met.update({(check.function, check.misconception) for check in report.checks if check.misconception})
+        met.update(
+            {
+                (check.function, check.misconception)
+                for check in report.checks
+                if check.misconception
+            }
+        )
     return sorted(met.items(), key=lambda pair: (-pair[1], pair[0]))
 
 
@@ -59,7 +70,12 @@ def scores(reports: list[Report]) -> dict[str, float]:
     """Number of students, mean, median, and how many have all points, in per cent of the points."""
     percent = [report.percent for report in reports]
     full = sum(all(check.outcome == "right" for check in report.checks) for report in reports)
-    return {"students": len(percent), "mean": fmean(percent), "median": median(percent), "full": full}
+    return {
+        "students": len(percent),
+        "mean": fmean(percent),
+        "median": median(percent),
+        "full": full,
+    }
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:
@@ -79,7 +95,9 @@ def summary_text(lab: str, reports: list[Report]) -> str:
         lines.append(f"{100 * item.pass_rate:4.0f} %  {100 * item.mean:4.0f} %  {tells}  {title}")
     lines += ["", "students  misconception"]
     met = misconceptions(reports)
-    lines += [f"{count:8d}  {function}: {name}" for (function, name), count in met[:10]] or ["          none"]
+    lines += [f"{count:8d}  {function}: {name}" for (function, name), count in met[:10]] or [
+        "          none"
+    ]
     low = sorted(reports, key=lambda report: report.points)[:5]
     lines += ["", "lowest: " + ", ".join(f"{printable(r.student)} {number(r.points)}" for r in low)]
     return "\n".join(lines)

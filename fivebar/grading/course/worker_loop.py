@@ -31,7 +31,10 @@ def main() -> None:
 
 def request_line(job: Job, lab: Lab) -> str:
     """A job as the line that `main` reads."""
-    request = {f.name: getattr(job, f.name) for f in fields(job)} | {"lab": _hex(lab.folder), "path": _hex(job.path)}
+    request = {f.name: getattr(job, f.name) for f in fields(job)} | {
+        "lab": _hex(lab.folder),
+        "path": _hex(job.path),
+    }
     request["robot"] = job.robot.parameters
     request["siblings"] = [(_hex(file.path), file.member, file.name) for file in job.siblings]
     return json.dumps(request) + "\n"
@@ -40,10 +43,16 @@ def request_line(job: Job, lab: Lab) -> str:
 def _graded(request):
     lab = Lab(_path(request.pop("lab")))
     try:
-        request["siblings"] = tuple(ProgramFile(_path(path), *rest) for path, *rest in request["siblings"])
+        request["siblings"] = tuple(
+            ProgramFile(_path(path), *rest) for path, *rest in request["siblings"]
+        )
         robot = replace(lab.robot(), **request.pop("robot"))
         report = grade(lab, Job(_path(request.pop("path")), robot=robot, **request))
-        return {"report": report.as_json(), "page": report_page(withheld(report)), "warnings": report.warnings}
+        return {
+            "report": report.as_json(),
+            "page": report_page(withheld(report)),
+            "warnings": report.warnings,
+        }
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}
     except KilledError as error:

@@ -59,12 +59,21 @@ def find_submissions(
         else:
             left.append(Left(name, "no program"))
     short = {key: _student(paths[0])[0] for key, paths in groups.items()}
-    count = Counter(name for key, paths in groups.items() for name in {id_key(short[key]), id_key(paths[0].name)})
+    count = Counter(
+        name
+        for key, paths in groups.items()
+        for name in {id_key(short[key]), id_key(paths[0].name)}
+    )
     entries = []
     for key, paths in groups.items():
         unique = count[id_key(short[key])] == 1
         if must_be_told_apart and not unique:
-            same = [path.name for k, p in groups.items() for path in p if id_key(short[k]) == id_key(short[key])]
+            same = [
+                path.name
+                for k, p in groups.items()
+                for path in p
+                if id_key(short[k]) == id_key(short[key])
+            ]
             raise UsageError(
                 f"{', '.join(same)} have the same id, {short[key]!r}: which robot is whose? Leave one, or name each by "
                 "its student's id as it was at --hand-out"
@@ -76,7 +85,11 @@ def find_submissions(
 
 def _student(path):
     """(id, the number that Moodle or Canvas gives or "") in the name of a file or folder."""
-    name = path.stem if path.suffix.lower() in (*PROGRAMS, ARCHIVE) and not path.is_dir() else path.name
+    name = (
+        path.stem
+        if path.suffix.lower() in (*PROGRAMS, ARCHIVE) and not path.is_dir()
+        else path.name
+    )
     found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
     return (found["name"], found["number"]) if found else (name, "")
 
@@ -97,4 +110,6 @@ def _entry(student, number, paths, lab, file):
         left += [Left(str(other), "not graded") for other in programs]
         return Entry(student, paths[0], trouble, number=number, left=tuple(left))
     left += [Left(str(other), "not graded") for other in programs if other != program]
-    return Entry(student, program.path, "", program.member, number, tuple(left), beside(program, programs))
+    return Entry(
+        student, program.path, "", program.member, number, tuple(left), beside(program, programs)
+    )

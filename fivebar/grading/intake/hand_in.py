@@ -88,7 +88,9 @@ def _look(path, name, depth, programs, left):
 def _look_into_zip(path, name, programs, left):
     try:
         with opened_archive(path) as archive:
-            members = {info.filename: info for info in archive.infolist() if info.filename.strip("/")}
+            members = {
+                info.filename: info for info in archive.infolist() if info.filename.strip("/")
+            }
             members = {name: info for name, info in members.items() if not info.is_dir()}
     except SubmissionError as error:
         left.append(Left(name, str(error)))
@@ -133,20 +135,26 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
     if wanted is not None:
         named = [program for program in programs if _is_called(program, wanted)]
         if not named:
-            raise SubmissionError(f"none of the programs there ({_listed(programs)}) is called {wanted}")
+            raise SubmissionError(
+                f"none of the programs there ({_listed(programs)}) is called {wanted}"
+            )
         programs = named
     if len(programs) == 1:
         return programs[0]
     asked, untouched = functions_of(lab), lab.folder / "student.py"
     sources = {program: _source(program) for program in programs[:MOST_READ]}
-    defined = {program: len(asked & set(_DEFINED.findall(source))) for program, source in sources.items()}
+    defined = {
+        program: len(asked & set(_DEFINED.findall(source))) for program, source in sources.items()
+    }
     most = max(defined.values())
     if most == 0:
         raise SubmissionError(
             f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this lab: leave one, or "
             "name it with --file"
         )
-    best = {source: program for program, source in reversed(sources.items()) if defined[program] == most}
+    best = {
+        source: program for program, source in reversed(sources.items()) if defined[program] == most
+    }
     if len(best) > 1 and untouched.is_file():
         best.pop(_source(ProgramFile(untouched)), None)
     if len({found["number"] for found in map(_person, programs) if found}) > 1:
@@ -173,7 +181,9 @@ def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[Progr
     return tuple(
         other
         for other in programs
-        if other != program and PurePosixPath(other.name).parent == folder and other.name.lower().endswith(".py")
+        if other != program
+        and PurePosixPath(other.name).parent == folder
+        and other.name.lower().endswith(".py")
     )
 
 

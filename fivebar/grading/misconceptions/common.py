@@ -47,7 +47,11 @@ def with_one_length(kind: Kind, model: Callable, hint: str = "") -> Misconceptio
 def legs_exchanged(kind: Kind, model: Callable, hint: str = "") -> Misconception:
     """hint: for cranks; that for sliders is always the same."""
     sliding = "The left leg comes first, in the arguments and in what you return. Move one foot alone: what changes?"
-    return Misconception("legs exchanged", words_for(kind)(hint, sliding), lambda robot, *row: model(robot, *row)[::-1])
+    return Misconception(
+        "legs exchanged",
+        words_for(kind)(hint, sliding),
+        lambda robot, *row: model(robot, *row)[::-1],
+    )
 
 
 def passive_misread(kind: Kind, model: Callable) -> Misconception:
@@ -59,7 +63,9 @@ def passive_misread(kind: Kind, model: Callable) -> Misconception:
             "Which angle does the distal bar make with the x axis? q12 alone is measured from the proximal bar.",
             "q11 is in metres here, q12 in radians. Which angle does the bar make with the x axis?",
         ),
-        lambda robot, q11, q12, q21, q22, *row: model(robot, q11, q12 + sign * q11, q21, q22 + sign * q21, *row),
+        lambda robot, q11, q12, q21, q22, *row: model(
+            robot, q11, q12 + sign * q11, q21, q22 + sign * q21, *row
+        ),
     )
 
 
@@ -72,7 +78,10 @@ def of_bars(model: Callable, change: Callable) -> Callable:
     def wrong(robot, *row):
         own = row[4:6] if len(row) == 8 else row[8:10]
         legs = zip(robot.drives, robot.distal, model(robot, *row), own)
-        return tuple(drive.relative(change(drive.absolute(value, q), bar), q) for drive, bar, value, q in legs)
+        return tuple(
+            drive.relative(change(drive.absolute(value, q), bar), q)
+            for drive, bar, value, q in legs
+        )
 
     return wrong
 
@@ -83,6 +92,9 @@ def length_forgotten(kind: Kind, model: Callable, hint: str) -> Misconception:
 
 
 def c_forgotten(kind: Kind, model: Callable) -> Misconception:
-    speed, effort = words_for(kind)("motor speed", "speed of the feet"), words_for(kind)("torque", "effort")
+    speed, effort = (
+        words_for(kind)("motor speed", "speed of the feet"),
+        words_for(kind)("torque", "effort"),
+    )
     hint = f"At constant {speed} the end-effector still accelerates. Which {effort} does that need?"
     return Misconception("c forgotten", hint, model)

@@ -61,7 +61,11 @@ def over_h(
     span = np.abs(left - right)
     along = (left - right) / span
     to_h = foot(robot, span) * along
-    return xy(right + to_h + assembly_mode * root(robot.distal[1] ** 2 - np.abs(to_h) ** 2) * normal(along, to_h))
+    return xy(
+        right
+        + to_h
+        + assembly_mode * root(robot.distal[1] ** 2 - np.abs(to_h) ** 2) * normal(along, to_h)
+    )
 
 
 def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
@@ -92,7 +96,9 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
             lambda robot, *row: (dgm(robot, *row)[0] + robot.d / 2, dgm(robot, *row)[1]),
         ),
         Misconception(
-            f"{base}s at -d and d", f"How far apart are your two {base}s, and what is d?", partial(dgm, apart=0.5)
+            f"{base}s at -d and d",
+            f"How far apart are your two {base}s, and what is d?",
+            partial(dgm, apart=0.5),
         ),
         Misconception(
             "stops at H",
@@ -128,7 +134,9 @@ def bars(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> Columns:
     return end - left, end - right
 
 
-def dgm_passive(robot: Robot, *row: Array, read: Callable = np.angle, off: Callable | None = None) -> Columns:
+def dgm_passive(
+    robot: Robot, *row: Array, read: Callable = np.angle, off: Callable | None = None
+) -> Columns:
     """read: the angle of a bar; off(robot, *row): by how much both pivots are off."""
     found = bars(robot, *row)
     if off:
@@ -176,7 +184,9 @@ def wrong_dgm_passive(kind: Kind) -> tuple[Misconception, ...]:
             ),
             partial(dgm_passive, off=lambda robot, *row: (robot.d / 2, -robot.d / 2)),
         ),
-        legs_exchanged(kind, dgm_passive, "In which order does the signature ask for the two angles?"),
+        legs_exchanged(
+            kind, dgm_passive, "In which order does the signature ask for the two angles?"
+        ),
         Misconception(
             "angles returned in degrees",
             say(

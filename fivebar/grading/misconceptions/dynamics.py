@@ -23,7 +23,9 @@ def with_model(name: str, hint: str, change: Callable) -> Misconception:
 
     def model(robot, *row):
         rates = motion(robot, *row)
-        M, c = change(np.diag(robot.inertias), robot.m, rates.pose.A, rates.pose.B, rates.d[..., None])
+        M, c = change(
+            np.diag(robot.inertias), robot.m, rates.pose.A, rates.pose.B, rates.d[..., None]
+        )
         return np.broadcast_to(M, (len(row[0]), 2, 2)), c[..., 0]
 
     return Misconception(name, hint, model)
@@ -55,10 +57,14 @@ def wrong_dynamic_model(kind: Kind) -> tuple[Misconception, ...]:
         ),
         with_model(
             f"{mass} forgotten in M",
-            "Take the " + say("bars' inertia", "feet's masses") + " away: is there nothing left to accelerate?",
+            "Take the "
+            + say("bars' inertia", "feet's masses")
+            + " away: is there nothing left to accelerate?",
             lambda Z, m, *rest: (Z, c_of(Z, m, *rest)),
         ),
-        c_forgotten(kind, lambda robot, *row: (dynamic_model(robot, *row)[0], np.zeros((len(row[0]), 2)))),
+        c_forgotten(
+            kind, lambda robot, *row: (dynamic_model(robot, *row)[0], np.zeros((len(row[0]), 2)))
+        ),
         with_model(
             "c of the wrong sign",
             "Insert xi'' = A^-1 (B q'' + d) once more, sign by sign.",
@@ -86,7 +92,10 @@ def wrong_dynamic_model(kind: Kind) -> tuple[Misconception, ...]:
         with_model(
             "J J^T instead of J^T J",
             "xi' = J q'. Write the kinetic energy m |xi'|^2 / 2 with q'.",
-            lambda Z, m, A, B, d: (Z + m * (inverse(A) @ B) @ turned(inverse(A) @ B), c_of(Z, m, A, B, d)),
+            lambda Z, m, A, B, d: (
+                Z + m * (inverse(A) @ B) @ turned(inverse(A) @ B),
+                c_of(Z, m, A, B, d),
+            ),
         ),
         with_model(
             "J = B^-1 A",
@@ -105,7 +114,10 @@ def wrong_dynamic_model(kind: Kind) -> tuple[Misconception, ...]:
         ),
         Misconception(
             say("one inertia for both legs", "one mass for both feet"),
-            say(f"{first} and {second}", "The feet's masses") + " may differ. Where does each of them stand?",
-            lambda robot, *row: dynamic_model(replace(robot, **{second: getattr(robot, first)}), *row),
+            say(f"{first} and {second}", "The feet's masses")
+            + " may differ. Where does each of them stand?",
+            lambda robot, *row: dynamic_model(
+                replace(robot, **{second: getattr(robot, first)}), *row
+            ),
         ),
     )

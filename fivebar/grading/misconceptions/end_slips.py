@@ -19,22 +19,41 @@ def solved(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
 STAR = "* multiplies arrays element by element. How does one write the product of two matrices?"
 DKM_ENDS = solved(
     ("A and B exchanged", "Solve A xi' = B q' for xi'.", lambda A, B: inverse(B) @ A),
-    ("A not inverted", "A stands beside xi'. What brings it to the other side?", lambda A, B: A @ B),
+    (
+        "A not inverted",
+        "A stands beside xi'. What brings it to the other side?",
+        lambda A, B: A @ B,
+    ),
     ("A transposed in place of inverted", "Is A orthogonal?", lambda A, B: turned(A) @ B),
-    ("matrices in the wrong order", "Which of them must act on q' first?", lambda A, B: B @ inverse(A)),
+    (
+        "matrices in the wrong order",
+        "Which of them must act on q' first?",
+        lambda A, B: B @ inverse(A),
+    ),
     ("elementwise product of A^-1 and B", STAR, lambda A, B: inverse(A) * B),
-    ("elementwise inverse of A", "1/A and A**-1 invert the numbers one by one, not the matrix.", lambda A,
-     B: (1 / A) @ B),
+    (
+        "elementwise inverse of A",
+        "1/A and A**-1 invert the numbers one by one, not the matrix.",
+        lambda A, B: (1 / A) @ B,
+    ),
     ("B forgotten", "Solve A xi' = B q' for xi'.", lambda A, B: inverse(A)),
     ("A forgotten", "Solve A xi' = B q' for xi'.", lambda A, B: B + 0 * A),
     ("the other sign", "Solve A xi' = B q' for xi'.", lambda A, B: -inverse(A) @ B),
-)  # fmt: skip
+)
 IKM_ENDS = solved(
     ("A and B exchanged", "Solve A xi' = B q' for q'.", lambda A, B: inverse(A) @ B),
     ("B not inverted", "B stands beside q'. What brings it to the other side?", lambda A, B: B @ A),
-    ("matrices in the wrong order", "Which of them must act on xi' first?", lambda A, B: A @ inverse(B)),
+    (
+        "matrices in the wrong order",
+        "Which of them must act on xi' first?",
+        lambda A, B: A @ inverse(B),
+    ),
     ("elementwise product of B^-1 and A", STAR, lambda A, B: inverse(B) * A),
-    ("elementwise inverse of B", "1/B inverts the numbers one by one, not the matrix.", lambda A, B: (1 / B) @ A),
+    (
+        "elementwise inverse of B",
+        "1/B inverts the numbers one by one, not the matrix.",
+        lambda A, B: (1 / B) @ A,
+    ),
     ("A forgotten", "Solve A xi' = B q' for q'.", lambda A, B: inverse(B)),
     ("B forgotten", "Solve A xi' = B q' for q'.", lambda A, B: A),
 )
@@ -44,54 +63,88 @@ def ended(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
     return tuple(Slip(name, hint, {"finish": finish}) for name, hint, finish in cases)
 
 
-SOLVE_DKM2, SOLVE_IKM2 = "A xi'' = B q'' + d: solve it for xi''.", "A xi'' = B q'' + d: solve it for q''."
+SOLVE_DKM2, SOLVE_IKM2 = (
+    "A xi'' = B q'' + d: solve it for xi''.",
+    "A xi'' = B q'' + d: solve it for q''.",
+)
 DKM2_ENDS = ended(
     ("d not multiplied by the inverse of A", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ B @ q + d),
     ("A not inverted", SOLVE_DKM2, lambda A, B, d, q: A @ (B @ q + d)),
     ("A forgotten", SOLVE_DKM2, lambda A, B, d, q: B @ q + d),
     ("A and B exchanged", SOLVE_DKM2, lambda A, B, d, q: inverse(B) @ (A @ q + d)),
-    ("the inverse model in place of the direct one", SOLVE_DKM2, lambda A, B, d, q: inverse(B) @ (A @ q - d)),
+    (
+        "the inverse model in place of the direct one",
+        SOLVE_DKM2,
+        lambda A, B, d, q: inverse(B) @ (A @ q - d),
+    ),
     ("B forgotten", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ (q + d)),
     ("B q'' forgotten: only d", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ d),
     ("B multiplied with d, too", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ B @ (q + d)),
-    ("A transposed in place of inverted", "Is A orthogonal?", lambda A, B, d, q: turned(A) @ (B @ q + d)),
-    ("elementwise product of A^-1 and B", STAR, lambda A, B, d, q: (inverse(A) * B) @ q + inverse(A) @ d),
-    ("matrices in the wrong order", SOLVE_DKM2, lambda A, B, d, q: B @ inverse(A) @ q + inverse(A) @ d),
-)  # fmt: skip
-DKM2_ENDS += (Slip("rates in place of accelerations", SOLVE_DKM2, {"given": lambda row: (row[4], row[6])}),)
+    (
+        "A transposed in place of inverted",
+        "Is A orthogonal?",
+        lambda A, B, d, q: turned(A) @ (B @ q + d),
+    ),
+    (
+        "elementwise product of A^-1 and B",
+        STAR,
+        lambda A, B, d, q: (inverse(A) * B) @ q + inverse(A) @ d,
+    ),
+    (
+        "matrices in the wrong order",
+        SOLVE_DKM2,
+        lambda A, B, d, q: B @ inverse(A) @ q + inverse(A) @ d,
+    ),
+)
+DKM2_ENDS += (
+    Slip("rates in place of accelerations", SOLVE_DKM2, {"given": lambda row: (row[4], row[6])}),
+)
 IKM2_ENDS = ended(
     ("d not divided by B", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ x - d),
     ("d added instead of subtracted", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (A @ x + d)),
     ("B not inverted", SOLVE_IKM2, lambda A, B, d, x: B @ (A @ x - d)),
     ("B forgotten", SOLVE_IKM2, lambda A, B, d, x: A @ x - d),
     ("A and B exchanged", SOLVE_IKM2, lambda A, B, d, x: inverse(A) @ (B @ x - d)),
-    ("the direct model in place of the inverse one", SOLVE_IKM2, lambda A, B, d, x: inverse(A) @ (B @ x + d)),
+    (
+        "the direct model in place of the inverse one",
+        SOLVE_IKM2,
+        lambda A, B, d, x: inverse(A) @ (B @ x + d),
+    ),
     ("A forgotten", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (x - d)),
     ("A xi'' forgotten: only d", SOLVE_IKM2, lambda A, B, d, x: -inverse(B) @ d),
     ("A multiplied with d, too", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ (x - d)),
-    ("elementwise product of B^-1 and A", STAR, lambda A, B, d, x: (inverse(B) * A) @ x - inverse(B) @ d),
-)  # fmt: skip
+    (
+        "elementwise product of B^-1 and A",
+        STAR,
+        lambda A, B, d, x: (inverse(B) * A) @ x - inverse(B) @ d,
+    ),
+)
 
 
 def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
     jacobian = "J gives the end-effector's velocity from that of the drives. Solve A xi' = B q'."
-    energy, power = "xi' = J q'. Write the kinetic energy with q'.", "m (A^-1 d) is a force. Which efforts is it worth?"
+    energy, power = (
+        "xi' = J q'. Write the kinetic energy with q'.",
+        "m (A^-1 d) is a force. Which efforts is it worth?",
+    )
     inertias = " and ".join(kind.words.inertias)
     Js = (
-        ("J = B^-1 A", lambda A, B: inverse(B) @ A), ("J = B A^-1", lambda A, B: B @ inverse(A)),
-        ("J = A B", lambda A, B: A @ B), ("J = A^T B", lambda A, B: turned(A) @ B), ("J = A^-1", lambda A,
-         B: inverse(A)),
+        ("J = B^-1 A", lambda A, B: inverse(B) @ A),
+        ("J = B A^-1", lambda A, B: B @ inverse(A)),
+        ("J = A B", lambda A, B: A @ B),
+        ("J = A^T B", lambda A, B: turned(A) @ B),
+        ("J = A^-1", lambda A, B: inverse(A)),
         ("elementwise product of A^-1 and B in J", lambda A, B: inverse(A) * B),
         ("J transposed", lambda A, B: turned(inverse(A) @ B)),
         ("elementwise inverse of A in J", lambda A, B: (1 / A) @ B),
-    )  # fmt: skip
+    )
     Ms = (
-        (f"{inertias} forgotten in M", lambda Z, m, J: m * turned(J) @ J), ("mass forgotten in M", lambda Z, m,
-            J: Z + turned(J) @ J),
-        ("only the inertias in M", lambda Z, m, J: Z + 0 * J), ("J J^T instead of J^T J in M", lambda Z, m,
-         J: Z + m * J @ turned(J)),
-        ("J J instead of J^T J in M", lambda Z, m, J: Z + m * J @ J), ("J in place of J^T J in M", lambda Z, m,
-         J: Z + m * J),
+        (f"{inertias} forgotten in M", lambda Z, m, J: m * turned(J) @ J),
+        ("mass forgotten in M", lambda Z, m, J: Z + turned(J) @ J),
+        ("only the inertias in M", lambda Z, m, J: Z + 0 * J),
+        ("J J^T instead of J^T J in M", lambda Z, m, J: Z + m * J @ turned(J)),
+        ("J J instead of J^T J in M", lambda Z, m, J: Z + m * J @ J),
+        ("J in place of J^T J in M", lambda Z, m, J: Z + m * J),
         ("elementwise product in J^T J", lambda Z, m, J: Z + m * turned(J) * J),
         ("elementwise square of J in M", lambda Z, m, J: Z + m * J * J),
         ("only the diagonal of M", lambda Z, m, J: (Z + m * turned(J) @ J) * np.eye(2)),
@@ -100,47 +153,61 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("half of the mass in M", lambda Z, m, J: Z + m / 2 * turned(J) @ J),
         ("mass twice in M", lambda Z, m, J: Z + 2 * m * turned(J) @ J),
         ("mass squared in M", lambda Z, m, J: Z + m * m * turned(J) @ J),
-        ("inertias in all four places of M", lambda Z, m, J: Z @ np.ones((2, 2)) + m * turned(J) @ J),
+        (
+            "inertias in all four places of M",
+            lambda Z, m, J: Z @ np.ones((2, 2)) + m * turned(J) @ J,
+        ),
         ("inertias exchanged in M", lambda Z, m, J: Z[::-1, ::-1] + m * turned(J) @ J),
-    )  # fmt: skip
+    )
     cs = (
-        ("c forgotten", lambda m, J, A, B, d, M: 0 * d), ("c of the wrong sign", lambda m, J, A, B, d,
-         M: -m * turned(J) @ inverse(A) @ d),
-        ("c without J^T A^-1", lambda m, J, A, B, d, M: m * d), ("c without A^-1", lambda m, J, A, B, d,
-         M: m * turned(J) @ d),
+        ("c forgotten", lambda m, J, A, B, d, M: 0 * d),
+        ("c of the wrong sign", lambda m, J, A, B, d, M: -m * turned(J) @ inverse(A) @ d),
+        ("c without J^T A^-1", lambda m, J, A, B, d, M: m * d),
+        ("c without A^-1", lambda m, J, A, B, d, M: m * turned(J) @ d),
         ("c without J^T", lambda m, J, A, B, d, M: m * inverse(A) @ d),
         ("c with J instead of its transpose", lambda m, J, A, B, d, M: m * J @ inverse(A) @ d),
         ("mass forgotten in c", lambda m, J, A, B, d, M: turned(J) @ inverse(A) @ d),
         ("c with J^T m J d", lambda m, J, A, B, d, M: m * turned(J) @ J @ d),
         ("c with J^T M J d", lambda m, J, A, B, d, M: turned(J) @ M @ J @ d),
-        ("c with J^T M d", lambda m, J, A, B, d, M: turned(J) @ M @ d), ("c with M d", lambda m, J, A, B, d, M: M @ d),
+        ("c with J^T M d", lambda m, J, A, B, d, M: turned(J) @ M @ d),
+        ("c with M d", lambda m, J, A, B, d, M: M @ d),
         ("c with J^T M A^-1 d", lambda m, J, A, B, d, M: turned(J) @ M @ inverse(A) @ d),
         ("c with M A^-1 d", lambda m, J, A, B, d, M: M @ inverse(A) @ d),
         ("c with A in place of its inverse", lambda m, J, A, B, d, M: m * turned(J) @ A @ d),
         ("c with A^T in place of A^-1", lambda m, J, A, B, d, M: m * turned(J) @ turned(A) @ d),
         ("c with B^-1 in place of A^-1", lambda m, J, A, B, d, M: m * turned(J) @ inverse(B) @ d),
-        ("c with J^T B d", lambda m, J, A, B, d, M: m * turned(J) @ B @ d), ("c with J d", lambda m, J, A, B, d,
-         M: m * J @ d),
+        ("c with J^T B d", lambda m, J, A, B, d, M: m * turned(J) @ B @ d),
+        ("c with J d", lambda m, J, A, B, d, M: m * J @ d),
         ("c with J^-1 in place of J^T", lambda m, J, A, B, d, M: m * inverse(J) @ inverse(A) @ d),
         ("elementwise product in c", lambda m, J, A, B, d, M: m * (turned(J) * inverse(A)) @ d),
         ("mass squared in c", lambda m, J, A, B, d, M: m * m * turned(J) @ inverse(A) @ d),
-        ("c = d", lambda m, J, A, B, d, M: d), ("c with J^T J A^-1 d", lambda m, J, A, B, d,
-         M: m * turned(J) @ J @ inverse(A) @ d),
+        ("c = d", lambda m, J, A, B, d, M: d),
+        ("c with J^T J A^-1 d", lambda m, J, A, B, d, M: m * turned(J) @ J @ inverse(A) @ d),
         ("c with M B^-1 d", lambda m, J, A, B, d, M: M @ inverse(B) @ d),
-    )  # fmt: skip
+    )
     height = np.array([[0.0], [9.81]])
     weights = [
         ("gravity added in c", lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d + height)),
-        ("gravity subtracted in c", lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d - height)),
+        (
+            "gravity subtracted in c",
+            lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d - height),
+        ),
     ]
     moved = Slip(
         "the end-effector's mass at the elbows, too: m l^2 added to the inertias",
         "J^T J holds all of the end-effector. What is left for the motors' own inertias?",
-        {"Z": lambda robot: np.diag(robot.inertias) + robot.m * np.diag([bar.length**2 for bar in robot.drives])},
+        {
+            "Z": lambda robot: (
+                np.diag(robot.inertias) + robot.m * np.diag([bar.length**2 for bar in robot.drives])
+            )
+        },
     )
     return (
         *((moved,) if kind.turns else ()),
-        *(Slip(name, "The robot's plane lies flat. Which way does its weight pull?", {"c": c}) for name, c in weights),
+        *(
+            Slip(name, "The robot's plane lies flat. Which way does its weight pull?", {"c": c})
+            for name, c in weights
+        ),
         *(Slip(name, STAR if "element" in name else jacobian, {"J": J}) for name, J in Js),
         *(Slip(name, STAR if "element" in name else energy, {"M": M}) for name, M in Ms),
         *(Slip(name, STAR if "element" in name else power, {"c": c}) for name, c in cs),

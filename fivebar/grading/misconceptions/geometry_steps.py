@@ -23,7 +23,10 @@ def own(step: Callable | tuple, leg: int, usual: Callable) -> Callable:
 def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
     """The slip in both legs, in the left one, in the right one."""
     one = [{key: (value, None)[:: 1 - 2 * leg] for key, value in steps.items()} for leg in (0, 1)]
-    return (Slip(name, hint, steps), *(Slip(f"{name}, in the {at}", hint, s) for at, s in zip(LEGS, one)))
+    return (
+        Slip(name, hint, steps),
+        *(Slip(f"{name}, in the {at}", hint, s) for at, s in zip(LEGS, one)),
+    )
 
 
 def right(thing: object, *_: object) -> object:
@@ -58,15 +61,30 @@ def height(bar: float, along: Array) -> Array:
 
 
 def dgm_steps(
-    robot: Robot, q11: Array, q21: Array, mode: Array, robot_of: Callable = right, base: Callable = base_x,
-    bars: Callable = proximal, span: Callable = right, begin: Callable = lambda left, rightwards, robot: rightwards,
-    to_h: Callable = right, foot: Callable = foot, ahead: Callable = lambda half, a, e: (half, half / a),
-        height: Callable = height, scale: Callable = right,
-    turn: Callable = lambda e: 1j * e, sign: Callable = right, end: Callable = lambda h, up: h + up,
-) -> Columns:  # fmt: skip
+    robot: Robot,
+    q11: Array,
+    q21: Array,
+    mode: Array,
+    robot_of: Callable = right,
+    base: Callable = base_x,
+    bars: Callable = proximal,
+    span: Callable = right,
+    begin: Callable = lambda left, rightwards, robot: rightwards,
+    to_h: Callable = right,
+    foot: Callable = foot,
+    ahead: Callable = lambda half, a, e: (half, half / a),
+    height: Callable = height,
+    scale: Callable = right,
+    turn: Callable = lambda e: 1j * e,
+    sign: Callable = right,
+    end: Callable = lambda h, up: h + up,
+) -> Columns:
     """AMORO eq. 1 to 3: from A22 along the line of the pivots to H, and from there up."""
     robot = robot_of(robot)
-    points = [own(base, k, base_x)(robot, k) + own(bars, k, proximal)(robot, k, q) for k, q in enumerate((q11, q21))]
+    points = [
+        own(base, k, base_x)(robot, k) + own(bars, k, proximal)(robot, k, q)
+        for k, q in enumerate((q11, q21))
+    ]
     line = span(points[0] - points[1], robot, q11, q21)
     size, a = np.abs(line), foot(robot, 1, line)
     half, direction = ahead(_foot(robot, 1, line) * line / size, a, line / size)
@@ -77,55 +95,123 @@ def dgm_steps(
 
 # (name, hint, root) of what becomes of sqrt(bar^2 - along^2).
 SQUARES = (
-    ("a factor 2 in place of the square in the root", "l**2 is the square of l. What is l*2?",
-     lambda bar, along: np.sqrt(bar * 2 - along * 2)),
-    ("a factor 2 in place of the square of the bar", "l**2 is the square of l. What is l*2?",
-     lambda bar, along: np.sqrt(bar * 2 - along**2)),
-    ("a factor 2 in place of the square of the distance", "a**2 is the square of a. What is a*2?",
-     lambda bar, along: np.sqrt(bar**2 - along * 2)),
-    ("sum of squares in the root", "Which side of the right-angled triangle is the longest one?",
-     lambda bar, along: np.sqrt(bar**2 + along**2)),
-    ("root forgotten", "Which unit does your height have? Pythagoras gives its square.",
-     lambda bar, along: bar**2 - along**2),
-    ("root of the lengths instead of their squares", "Pythagoras is about squares: which unit is under your root?",
-     lambda bar, along: np.sqrt(bar - along)),
-    ("difference of lengths in place of Pythagoras", "The height is the third side of a right-angled triangle.",
-     lambda bar, along: bar - along),
-    ("root of the square of the difference", "(l - a)^2 is not l^2 - a^2.",
-     lambda bar, along: np.abs(bar - along)),
-)  # fmt: skip
+    (
+        "a factor 2 in place of the square in the root",
+        "l**2 is the square of l. What is l*2?",
+        lambda bar, along: np.sqrt(bar * 2 - along * 2),
+    ),
+    (
+        "a factor 2 in place of the square of the bar",
+        "l**2 is the square of l. What is l*2?",
+        lambda bar, along: np.sqrt(bar * 2 - along**2),
+    ),
+    (
+        "a factor 2 in place of the square of the distance",
+        "a**2 is the square of a. What is a*2?",
+        lambda bar, along: np.sqrt(bar**2 - along * 2),
+    ),
+    (
+        "sum of squares in the root",
+        "Which side of the right-angled triangle is the longest one?",
+        lambda bar, along: np.sqrt(bar**2 + along**2),
+    ),
+    (
+        "root forgotten",
+        "Which unit does your height have? Pythagoras gives its square.",
+        lambda bar, along: bar**2 - along**2,
+    ),
+    (
+        "root of the lengths instead of their squares",
+        "Pythagoras is about squares: which unit is under your root?",
+        lambda bar, along: np.sqrt(bar - along),
+    ),
+    (
+        "difference of lengths in place of Pythagoras",
+        "The height is the third side of a right-angled triangle.",
+        lambda bar, along: bar - along,
+    ),
+    (
+        "root of the square of the difference",
+        "(l - a)^2 is not l^2 - a^2.",
+        lambda bar, along: np.abs(bar - along),
+    ),
+)
 
 
 def feet_of(word: str) -> tuple[tuple[str, str, Callable], ...]:
     """(name, hint, foot(right foot, line)) of what becomes of the distance from a pivot to the foot of the height."""
     pythagoras = "A distance in the plane has two components. What did Pythagoras say?"
     return (
-        (f"distance of {word} taken along x only", pythagoras, lambda along, line: np.abs(line.real) / 2),
-        (f"distance of {word} taken along x only, with its sign", pythagoras, lambda along, line: line.real / 2),
-        (f"distance of {word} taken along y only", pythagoras, lambda along, line: np.abs(line.imag) / 2),
-        (f"distance of {word} taken along y only, with its sign", pythagoras, lambda along, line: line.imag / 2),
-        (f"distance of {word} as a sum of components", pythagoras,
-         lambda along, line: (np.abs(line.real) + np.abs(line.imag)) / 2),
-        (f"root forgotten in the distance of {word}", "Which unit does your distance have? It is a square still.",
-         lambda along, line: np.abs(line / 2) ** 2),
-        (f"difference of squares in the distance of {word}", pythagoras,
-         lambda along, line: np.sqrt(np.abs((line.real**2 - line.imag**2) / 4))),
-        (f"{word} not in the middle: the factor 1/2 forgotten in its distance", f"How far is {word} from either end?",
-         lambda along, line: np.abs(line)),
-        (f"{word} at a quarter: the factor 1/2 twice in its distance", f"How far is {word} from either end?",
-         lambda along, line: np.abs(line) / 4),
-    )  # fmt: skip
+        (
+            f"distance of {word} taken along x only",
+            pythagoras,
+            lambda along, line: np.abs(line.real) / 2,
+        ),
+        (
+            f"distance of {word} taken along x only, with its sign",
+            pythagoras,
+            lambda along, line: line.real / 2,
+        ),
+        (
+            f"distance of {word} taken along y only",
+            pythagoras,
+            lambda along, line: np.abs(line.imag) / 2,
+        ),
+        (
+            f"distance of {word} taken along y only, with its sign",
+            pythagoras,
+            lambda along, line: line.imag / 2,
+        ),
+        (
+            f"distance of {word} as a sum of components",
+            pythagoras,
+            lambda along, line: (np.abs(line.real) + np.abs(line.imag)) / 2,
+        ),
+        (
+            f"root forgotten in the distance of {word}",
+            "Which unit does your distance have? It is a square still.",
+            lambda along, line: np.abs(line / 2) ** 2,
+        ),
+        (
+            f"difference of squares in the distance of {word}",
+            pythagoras,
+            lambda along, line: np.sqrt(np.abs((line.real**2 - line.imag**2) / 4)),
+        ),
+        (
+            f"{word} not in the middle: the factor 1/2 forgotten in its distance",
+            f"How far is {word} from either end?",
+            lambda along, line: np.abs(line),
+        ),
+        (
+            f"{word} at a quarter: the factor 1/2 twice in its distance",
+            f"How far is {word} from either end?",
+            lambda along, line: np.abs(line) / 4,
+        ),
+    )
 
 
 TURNS = (
-    ("rotation by 90 degrees forgotten", "Is your height perpendicular to the line that it stands on?", lambda e: e),
-    ("rotation matrix without its minus sign", "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
-     lambda e: 1j * e.conj()),
-    ("rotation matrix with two minus signs", "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
-     lambda e: -1j * e.conj()),
-    ("diagonal matrix in place of the rotation", "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
-     lambda e: e.conj()),
-)  # fmt: skip
+    (
+        "rotation by 90 degrees forgotten",
+        "Is your height perpendicular to the line that it stands on?",
+        lambda e: e,
+    ),
+    (
+        "rotation matrix without its minus sign",
+        "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
+        lambda e: 1j * e.conj(),
+    ),
+    (
+        "rotation matrix with two minus signs",
+        "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
+        lambda e: -1j * e.conj(),
+    ),
+    (
+        "diagonal matrix in place of the rotation",
+        "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
+        lambda e: e.conj(),
+    ),
+)
 
 
 def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
@@ -139,22 +225,38 @@ def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
 
     which = "This robot has bars of several lengths. Which of them is it here?"
     if not kind.turns:
-        return (like("bars exchanged", which, l1="l2", l2="l1"), like("l1 for both bars", which, l2="l1"),
-                like("l2 for both bars", which, l1="l2"))  # fmt: skip
+        return (
+            like("bars exchanged", which, l1="l2", l2="l1"),
+            like("l1 for both bars", which, l2="l1"),
+            like("l2 for both bars", which, l1="l2"),
+        )
     return (
-        like("proximal and distal bars exchanged", which, l11="l12", l12="l11", l21="l22", l22="l21"),
-        like("lengths of the left and the right leg exchanged", which, l11="l21", l12="l22", l21="l11", l22="l12"),
+        like(
+            "proximal and distal bars exchanged", which, l11="l12", l12="l11", l21="l22", l22="l21"
+        ),
+        like(
+            "lengths of the left and the right leg exchanged",
+            which,
+            l11="l21",
+            l12="l22",
+            l21="l11",
+            l22="l12",
+        ),
         like("distal bars exchanged", which, l12="l22", l22="l12"),
         like("proximal bars exchanged", which, l11="l21", l21="l11"),
         like("l11 for l12 and l21 for l22", which, l12="l11", l22="l21"),
         like("l12 for l11 and l22 for l21", which, l11="l12", l21="l22"),
-        *(like(f"{old} for {new}", which, **{new: old}) for new in ("l11", "l12", "l21", "l22")
-          for old in ("l11", "l12", "l21", "l22") if new != old),
+        *(
+            like(f"{old} for {new}", which, **{new: old})
+            for new in ("l11", "l12", "l21", "l22")
+            for old in ("l11", "l12", "l21", "l22")
+            if new != old
+        ),
         like("the left leg's lengths for the right leg", which, l21="l11", l22="l12"),
         like("the right leg's lengths for the left leg", which, l11="l21", l12="l22"),
         like("one length for all bars", which, l12="l11", l21="l11", l22="l11"),
         like("one length for all bars", which, l11="l12", l21="l12", l22="l12"),
-    )  # fmt: skip
+    )
 
 
 def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
@@ -170,10 +272,13 @@ def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
         *each_leg(f"sign of the {word}'s x", where, **{key: at(-1)})[:1],
         Slip("the right arm's offset used for the left arm", where, {key: (at(-1), None)}),
         Slip("the left arm's offset used for the right arm", where, {key: (None, at(-1))}),
-        *each_leg("d instead of d/2", "Both bases together are d apart. How far is one of them from the middle?",
-                  **{key: at(2)}),
+        *each_leg(
+            "d instead of d/2",
+            "Both bases together are d apart. How far is one of them from the middle?",
+            **{key: at(2)},
+        ),
         *each_leg("d/4 instead of d/2", "Is d halved twice?", **{key: at(0.5)}),
-    )  # fmt: skip
+    )
 
 
 def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
@@ -186,48 +291,108 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
 
     slips = [
         Slip(f"d with the wrong sign between the {word}", line, {"span": d_times(1)}),
-        Slip(f"d missing between the {word} (as if both arms had the right one's {kind.words.base})", line,
-            {"span": d_times(0)}),
-        Slip(f"d/2 instead of d between the {word} (as if the left {kind.words.base} were at 0)", line,
-            {"span": d_times(-0.5)}),
+        Slip(
+            f"d missing between the {word} (as if both arms had the right one's {kind.words.base})",
+            line,
+            {"span": d_times(0)},
+        ),
+        Slip(
+            f"d/2 instead of d between the {word} (as if the left {kind.words.base} were at 0)",
+            line,
+            {"span": d_times(-0.5)},
+        ),
         Slip(f"2 d instead of d between the {word}", line, {"span": d_times(-2)}),
         Slip(f"line of the {word} the other way round", line, {"span": lambda span, *_: -span}),
         Slip("sign of y in the line of the " + word, line, {"span": lambda span, *_: span.conj()}),
-        Slip(f"begins at the left one of the {word}", "From which point do you go to H, and in which direction?",
-             {"begin": lambda left, rightwards, robot: left}),
-        Slip(f"begins at the {kind.words.base} in place of the {word}", "From which point do you go to H?",
-             {"begin": lambda left, rightwards, robot: robot.d / 2 + 0 * left}),
-        Slip("H counted from the origin", "You have the vector from A22 to H. Where does it begin?",
-             {"begin": lambda left, rightwards, robot: 0 * left}),
-        Slip("sign of d/2 where the sum begins", "What is the x of the right base?",
-             {"begin": lambda left, rightwards, robot: rightwards - robot.d}),
-        Slip("d/2 forgotten where the sum begins", "What is the x of the right base?",
-             {"begin": lambda left, rightwards, robot: rightwards - robot.d / 2}),
-        Slip("H forgotten in the sum", "The way leads over H: from A22 to H, from H to the end-effector.",
-             {"to_h": lambda h, line: 0 * h}),
-        Slip("H not in the middle: the factor 1/2 forgotten", "H is in the middle of what?",
-             {"to_h": lambda h, line: line}),
-        Slip("stops at H", "How far is your point from either of the " + word + "?", {"end": lambda h, up: h}),
-        Slip("without the sum: only the vector from H", "From H to the end-effector is the last part of the way.",
-             {"end": lambda h, up: up}),
-        Slip("height subtracted for the other assembly mode", "Which of the two points has assembly mode -1 at home?",
-             {"end": lambda h, up: h - up}),
-        Slip("assembly mode always +1", "Your answer does not change with assembly_mode.",
-             {"sign": lambda mode: 1 + 0 * mode}),
-        Slip("assembly mode never used", "Your answer does not change with assembly_mode.",
-             {"sign": lambda mode: -1 + 0 * mode}),
-        Slip("direction not of unit length", "A direction times h has length h only if the direction has length 1.",
-             {"scale": lambda h, a, size: h * a}),
-        Slip("direction not of unit length", "A direction times h has length h only if the direction has length 1.",
-             {"scale": lambda h, a, size: h * size}),
-        Slip("divided by the whole line in place of its half", "h / a times a vector of length a has length h.",
-             {"scale": lambda h, a, size: h * a / size}),
-        Slip("divided by the half in place of the whole line", "The direction must have length 1.",
-             {"scale": lambda h, a, size: h * size / a}),
-        Slip("a/h in place of h/a", "Which of h and a is the length that you have, and which the one that you want?",
-             {"scale": lambda h, a, size: a * a / h}),
-        Slip("a in place of h", "How high is the triangle?", {"scale": lambda h, a, size: a + 0 * h}),
-    ]  # fmt: skip
+        Slip(
+            f"begins at the left one of the {word}",
+            "From which point do you go to H, and in which direction?",
+            {"begin": lambda left, rightwards, robot: left},
+        ),
+        Slip(
+            f"begins at the {kind.words.base} in place of the {word}",
+            "From which point do you go to H?",
+            {"begin": lambda left, rightwards, robot: robot.d / 2 + 0 * left},
+        ),
+        Slip(
+            "H counted from the origin",
+            "You have the vector from A22 to H. Where does it begin?",
+            {"begin": lambda left, rightwards, robot: 0 * left},
+        ),
+        Slip(
+            "sign of d/2 where the sum begins",
+            "What is the x of the right base?",
+            {"begin": lambda left, rightwards, robot: rightwards - robot.d},
+        ),
+        Slip(
+            "d/2 forgotten where the sum begins",
+            "What is the x of the right base?",
+            {"begin": lambda left, rightwards, robot: rightwards - robot.d / 2},
+        ),
+        Slip(
+            "H forgotten in the sum",
+            "The way leads over H: from A22 to H, from H to the end-effector.",
+            {"to_h": lambda h, line: 0 * h},
+        ),
+        Slip(
+            "H not in the middle: the factor 1/2 forgotten",
+            "H is in the middle of what?",
+            {"to_h": lambda h, line: line},
+        ),
+        Slip(
+            "stops at H",
+            "How far is your point from either of the " + word + "?",
+            {"end": lambda h, up: h},
+        ),
+        Slip(
+            "without the sum: only the vector from H",
+            "From H to the end-effector is the last part of the way.",
+            {"end": lambda h, up: up},
+        ),
+        Slip(
+            "height subtracted for the other assembly mode",
+            "Which of the two points has assembly mode -1 at home?",
+            {"end": lambda h, up: h - up},
+        ),
+        Slip(
+            "assembly mode always +1",
+            "Your answer does not change with assembly_mode.",
+            {"sign": lambda mode: 1 + 0 * mode},
+        ),
+        Slip(
+            "assembly mode never used",
+            "Your answer does not change with assembly_mode.",
+            {"sign": lambda mode: -1 + 0 * mode},
+        ),
+        Slip(
+            "direction not of unit length",
+            "A direction times h has length h only if the direction has length 1.",
+            {"scale": lambda h, a, size: h * a},
+        ),
+        Slip(
+            "direction not of unit length",
+            "A direction times h has length h only if the direction has length 1.",
+            {"scale": lambda h, a, size: h * size},
+        ),
+        Slip(
+            "divided by the whole line in place of its half",
+            "h / a times a vector of length a has length h.",
+            {"scale": lambda h, a, size: h * a / size},
+        ),
+        Slip(
+            "divided by the half in place of the whole line",
+            "The direction must have length 1.",
+            {"scale": lambda h, a, size: h * size / a},
+        ),
+        Slip(
+            "a/h in place of h/a",
+            "Which of h and a is the length that you have, and which the one that you want?",
+            {"scale": lambda h, a, size: a * a / h},
+        ),
+        Slip(
+            "a in place of h", "How high is the triangle?", {"scale": lambda h, a, size: a + 0 * h}
+        ),
+    ]
     slips += [*bases_moved(kind), *lengths_changed(kind)]
     slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
     slips += [Slip(name, hint, {"height": root}) for name, hint, root in SQUARES]
@@ -239,15 +404,30 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
     if kind.turns:
         swapped = "The bar at angle 0 points along x: what does yours?"
         slips += [
-            *each_leg("sine and cosine exchanged in the proximal bar", swapped,
-                      bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj()),
-            *each_leg("sign of the proximal bar's y", swapped, bars=lambda robot, leg, q: proximal(robot, leg,
-                q).conj()),
-            *each_leg("sign of the proximal bar's x", swapped, bars=lambda robot, leg, q: -proximal(robot, leg,
-                q).conj()),
-            *each_leg("length of the proximal bar forgotten", "cos q11 has no unit.",
-                      bars=lambda robot, leg, q: np.exp(1j * q)),
-            *each_leg("angles taken as degrees", "What do sin and cos expect?",
-                      bars=lambda robot, leg, q: proximal(robot, leg, np.radians(q)))[:1],
-        ]  # fmt: skip
+            *each_leg(
+                "sine and cosine exchanged in the proximal bar",
+                swapped,
+                bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj(),
+            ),
+            *each_leg(
+                "sign of the proximal bar's y",
+                swapped,
+                bars=lambda robot, leg, q: proximal(robot, leg, q).conj(),
+            ),
+            *each_leg(
+                "sign of the proximal bar's x",
+                swapped,
+                bars=lambda robot, leg, q: -proximal(robot, leg, q).conj(),
+            ),
+            *each_leg(
+                "length of the proximal bar forgotten",
+                "cos q11 has no unit.",
+                bars=lambda robot, leg, q: np.exp(1j * q),
+            ),
+            *each_leg(
+                "angles taken as degrees",
+                "What do sin and cos expect?",
+                bars=lambda robot, leg, q: proximal(robot, leg, np.radians(q)),
+            )[:1],
+        ]
     return tuple(slips)

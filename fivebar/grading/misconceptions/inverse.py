@@ -23,7 +23,9 @@ def igm_with_bases(left: float, right: float) -> Callable:
     """The inverse model with the bases moved by so many distances d."""
 
     def model(robot, x, y, *modes):
-        return igm(robot, x - left * robot.d, y, *modes)[0], igm(robot, x - right * robot.d, y, *modes)[1]
+        return igm(robot, x - left * robot.d, y, *modes)[0], igm(
+            robot, x - right * robot.d, y, *modes
+        )[1]
 
     return model
 
@@ -63,7 +65,8 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
         ),
         Misconception(
             "working modes swapped",
-            "gamma1 belongs to the left leg. Change it alone: which of your " + say("angles changes?", "feet moves?"),
+            "gamma1 belongs to the left leg. Change it alone: which of your "
+            + say("angles changes?", "feet moves?"),
             lambda robot, x, y, gamma1, gamma2: igm(robot, x, y, gamma2, gamma1),
         ),
         Misconception(
@@ -73,7 +76,9 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
             lambda robot, x, y, gamma1, gamma2: igm(robot, x, y, -1, -1),
         ),
         legs_exchanged(
-            kind, igm, "Each leg has the other one's angle. Look at the order of the two, and at the signs of d / 2."
+            kind,
+            igm,
+            "Each leg has the other one's angle. Look at the order of the two, and at the signs of d / 2.",
         ),
         Misconception(
             say("base offset forgotten", "guides forgotten"),

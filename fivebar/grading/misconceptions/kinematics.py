@@ -35,7 +35,9 @@ def wrong_dkm(kind: Kind) -> tuple[Misconception, ...]:
     say = words_for(kind)
     return (
         passive_misread(kind, dkm),
-        with_matrix("A and B exchanged", "Solve A xi' = B q' for xi'.", lambda A, B, robot: inverse(B) @ A),
+        with_matrix(
+            "A and B exchanged", "Solve A xi' = B q' for xi'.", lambda A, B, robot: inverse(B) @ A
+        ),
         with_matrix(
             "A transposed",
             say(
@@ -45,7 +47,9 @@ def wrong_dkm(kind: Kind) -> tuple[Misconception, ...]:
             lambda A, B, robot: inverse(A).swapaxes(1, 2) @ B,
         ),
         with_matrix(
-            "A not inverted", "A stands beside xi'. What brings it to the other side?", lambda A, B, robot: A @ B
+            "A not inverted",
+            "A stands beside xi'. What brings it to the other side?",
+            lambda A, B, robot: A @ B,
         ),
         with_matrix(
             "matrices in the wrong order",
@@ -67,16 +71,21 @@ def wrong_ikm(kind: Kind) -> tuple[Misconception, ...]:
     say = words_for(kind)
     return (
         passive_misread(kind, ikm),
-        with_matrix("A and B exchanged", "Solve A xi' = B q' for q'.", lambda A, B, robot: inverse(A) @ B),
+        with_matrix(
+            "A and B exchanged", "Solve A xi' = B q' for q'.", lambda A, B, robot: inverse(A) @ B
+        ),
         with_matrix(
             "A transposed",
             say(
-                "Does the first row of your A xi' give u12 . xi'?", "Each scalar product with xi' is one row of A xi'."
+                "Does the first row of your A xi' give u12 . xi'?",
+                "Each scalar product with xi' is one row of A xi'.",
             ),
             lambda A, B, robot: inverse(B) @ A.swapaxes(1, 2),
         ),
         with_matrix(
-            "B not inverted", "B stands beside q'. What brings it to the other side?", lambda A, B, robot: B @ A
+            "B not inverted",
+            "B stands beside q'. What brings it to the other side?",
+            lambda A, B, robot: B @ A,
         ),
         with_matrix(
             say("+90 degrees turned the other way", "feet taken to move the other way"),
@@ -112,12 +121,16 @@ def wrong_dkm_passive(kind: Kind) -> tuple[Misconception, ...]:
             ),
         ),
         length_forgotten(
-            kind, dkm_passive, "A velocity in m/s is not a rate in rad/s. Which length lies between them?"
+            kind,
+            dkm_passive,
+            "A velocity in m/s is not a rate in rad/s. Which length lies between them?",
         ),
         Misconception(
             "+90 degrees turned the other way",
             "Turn (1, 0) by +90 degrees, counter-clockwise. Is it (0, 1) or (0, -1)?",
             of_bars(dkm_passive, lambda rate, bar: -rate),
         ),
-        legs_exchanged(kind, dkm_passive, "In which order does the signature ask for the two rates?"),
+        legs_exchanged(
+            kind, dkm_passive, "In which order does the signature ask for the two rates?"
+        ),
     )

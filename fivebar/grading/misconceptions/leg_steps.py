@@ -24,7 +24,7 @@ from .geometry_steps import (
     own,
     proximal,
     right,
-)  # fmt: skip
+)
 
 
 def leg_foot(robot: Robot, leg: int, line: Array) -> Array:
@@ -38,13 +38,24 @@ def own_mode(leg: int, gamma1: Array, gamma2: Array) -> Array:
 
 
 def igm_steps(
-    robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array, robot_of: Callable = right,
-    base: Callable = base_x, foot: Callable = leg_foot,
-    ahead: Callable = lambda half, a, e: (half, half / a), height: Callable = height, scale: Callable = right,
-    turn: Callable = lambda e: 1j * e, to_m: Callable = right, sign: Callable = own_mode,
-    elbow: Callable = lambda m, up, robot, leg: m + up, read: Callable = np.angle,
+    robot: Robot,
+    x: Array,
+    y: Array,
+    gamma1: Array,
+    gamma2: Array,
+    robot_of: Callable = right,
+    base: Callable = base_x,
+    foot: Callable = leg_foot,
+    ahead: Callable = lambda half, a, e: (half, half / a),
+    height: Callable = height,
+    scale: Callable = right,
+    turn: Callable = lambda e: 1j * e,
+    to_m: Callable = right,
+    sign: Callable = own_mode,
+    elbow: Callable = lambda m, up, robot, leg: m + up,
+    read: Callable = np.angle,
     lift: Callable = right,
-) -> Columns:  # fmt: skip
+) -> Columns:
     """AMORO eq. 7 to 9: by way of M, then up or down to the elbow; a foot is straight above or below."""
     robot, found = robot_of(robot), []
     for leg, bar in enumerate(robot.distal):
@@ -55,9 +66,13 @@ def igm_steps(
             found.append(lift(y) + mode * root(bar, line.real))
             continue
         size, a = np.abs(line), own(foot, leg, leg_foot)(robot, leg, line)
-        half, direction = own(ahead, leg, _ahead)(leg_foot(robot, leg, line) * line / size, a, line / size)
+        half, direction = own(ahead, leg, _ahead)(
+            leg_foot(robot, leg, line) * line / size, a, line / size
+        )
         up = mode * scale(root(robot.drives[leg].length, a), a, size) * turn(direction)
-        found.append(own(read, leg, np.angle)(own(elbow, leg, _sum)(to_m(half, line), up, robot, leg)))
+        found.append(
+            own(read, leg, np.angle)(own(elbow, leg, _sum)(to_m(half, line), up, robot, leg))
+        )
     return tuple(found)
 
 
@@ -73,82 +88,172 @@ def _sum(m, up, robot, leg):
 
 
 def igm_slips(kind: Kind) -> tuple[Slip, ...]:
-    gamma = "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
+    gamma = (
+        "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
+    )
     slips = [*bases_moved(kind), *lengths_changed(kind)]
     slips += [s for name, hint, root in SQUARES for s in each_leg(name, hint, height=root)]
     slips += [
-        Slip("the left leg's mode, gamma1, used for both legs", gamma, {"sign": lambda leg, g1, g2: g1}),
-        Slip("the right leg's mode, gamma2, used for both legs", gamma, {"sign": lambda leg, g1, g2: g2}),
+        Slip(
+            "the left leg's mode, gamma1, used for both legs",
+            gamma,
+            {"sign": lambda leg, g1, g2: g1},
+        ),
+        Slip(
+            "the right leg's mode, gamma2, used for both legs",
+            gamma,
+            {"sign": lambda leg, g1, g2: g2},
+        ),
         Slip("working modes swapped", gamma, {"sign": lambda leg, g1, g2: (g2, g1)[leg]}),
-        *each_leg("other working mode", "On which side of the line is the elbow when gamma = -1?",
-                  sign=lambda leg, g1, g2: -own_mode(leg, g1, g2)),
+        *each_leg(
+            "other working mode",
+            "On which side of the line is the elbow when gamma = -1?",
+            sign=lambda leg, g1, g2: -own_mode(leg, g1, g2),
+        ),
         *each_leg("working mode always -1", gamma, sign=lambda leg, g1, g2: -1 + 0 * g1),
         *each_leg("working mode always +1", gamma, sign=lambda leg, g1, g2: 1 + 0 * g1),
         Slip("product of both working modes", gamma, {"sign": lambda leg, g1, g2: g1 * g2}),
-    ]  # fmt: skip
+    ]
     if not kind.turns:
         up = "Lift the robot by 0.1 m: how do the feet move, and what do your answers do?"
-        return (*slips, Slip("height of the end-effector forgotten", up, {"lift": lambda y: 0 * y}),
-                Slip("height of the end-effector with the wrong sign", up, {"lift": lambda y: -y}))  # fmt: skip
+        return (
+            *slips,
+            Slip("height of the end-effector forgotten", up, {"lift": lambda y: 0 * y}),
+            Slip("height of the end-effector with the wrong sign", up, {"lift": lambda y: -y}),
+        )
     slips += [
-        s for name, hint, find in feet_of("M") for ahead in AHEAD
-        for s in each_leg(name, hint, foot=lambda robot, leg, line, find=find: find(None, line), **ahead)
-    ]  # fmt: skip
+        s
+        for name, hint, find in feet_of("M")
+        for ahead in AHEAD
+        for s in each_leg(
+            name, hint, foot=lambda robot, leg, line, find=find: find(None, line), **ahead
+        )
+    ]
     slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
     length = "A direction times b has length b only if the direction has length 1."
     once = "A11A12 begins in A11 already. What is the angle of that vector, and what do you put into atan2?"
     slips += [
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * c}),
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * size}),
-        Slip("divided by the whole line in place of its half", length, {"scale": lambda b, c, size: b * c / size}),
-        Slip("divided by the half in place of the whole line", length, {"scale": lambda b, c, size: b * size / c}),
+        Slip(
+            "divided by the whole line in place of its half",
+            length,
+            {"scale": lambda b, c, size: b * c / size},
+        ),
+        Slip(
+            "divided by the half in place of the whole line",
+            length,
+            {"scale": lambda b, c, size: b * size / c},
+        ),
         Slip("c/b in place of b/c", length, {"scale": lambda b, c, size: c * c / b}),
-        Slip("M not in the middle: the factor 1/2 forgotten", "How far is M from A11?",
-             {"to_m": lambda m, line: line}),
-        Slip("M forgotten in the sum", "The way to the elbow leads over M.", {"to_m": lambda m, line: 0 * m}),
-    ]  # fmt: skip
-    for factor, words in ((-1, "added again"), (1, "subtracted once more"), (-2, "added twice more"), (2, "d for d/2")):
+        Slip(
+            "M not in the middle: the factor 1/2 forgotten",
+            "How far is M from A11?",
+            {"to_m": lambda m, line: line},
+        ),
+        Slip(
+            "M forgotten in the sum",
+            "The way to the elbow leads over M.",
+            {"to_m": lambda m, line: 0 * m},
+        ),
+    ]
+    for factor, words in (
+        (-1, "added again"),
+        (1, "subtracted once more"),
+        (-2, "added twice more"),
+        (2, "d for d/2"),
+    ):
         slips += each_leg(
-            f"base offset counted again in the elbow ({words})", once,
+            f"base offset counted again in the elbow ({words})",
+            once,
             elbow=lambda m, up, robot, leg, factor=factor: m + up - factor * base_x(robot, leg),
-        )  # fmt: skip
+        )
     slips += [
-        *each_leg("direction of M instead of the elbow", "Which bar does the motor turn?",
-                  elbow=lambda m, up, robot, leg: m),
-        *each_leg("from M to the elbow instead of from the base joint", "Where does the proximal bar begin?",
-                  elbow=lambda m, up, robot, leg: up),
-        *each_leg("elbow's height subtracted", "On which side of the line is the elbow when gamma = -1?",
-                  elbow=lambda m, up, robot, leg: m - up),
-        *each_leg("atan for atan2", "Some of your angles are off by half a turn. What does y / x forget?",
-                  read=lambda z: np.arctan(z.imag / z.real)),
-        *each_leg("asin for atan2", "Where an elbow is left of its base joint: does its height alone tell the angle?",
-                  read=lambda z: np.arcsin(z.imag / np.abs(z))),
-        *each_leg("acos for atan2", "Where an elbow is below its base joint: does its x alone tell the angle?",
-                  read=lambda z: np.arccos(z.real / np.abs(z))),
-        *each_leg("atan2 with x before y", "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
-                  read=lambda z: np.pi / 2 - np.angle(z)),
-        *each_leg("sign of x in atan2", "Which way does your vector point?", read=lambda z: np.angle(-z.conj())),
-        *each_leg("sign of y in atan2", "Which way does your vector point?", read=lambda z: np.angle(z.conj())),
-        *each_leg("vector from the elbow to the base joint", "From which end to which do you read the bar?",
-                  read=lambda z: np.angle(-z)),
-    ]  # fmt: skip
+        *each_leg(
+            "direction of M instead of the elbow",
+            "Which bar does the motor turn?",
+            elbow=lambda m, up, robot, leg: m,
+        ),
+        *each_leg(
+            "from M to the elbow instead of from the base joint",
+            "Where does the proximal bar begin?",
+            elbow=lambda m, up, robot, leg: up,
+        ),
+        *each_leg(
+            "elbow's height subtracted",
+            "On which side of the line is the elbow when gamma = -1?",
+            elbow=lambda m, up, robot, leg: m - up,
+        ),
+        *each_leg(
+            "atan for atan2",
+            "Some of your angles are off by half a turn. What does y / x forget?",
+            read=lambda z: np.arctan(z.imag / z.real),
+        ),
+        *each_leg(
+            "asin for atan2",
+            "Where an elbow is left of its base joint: does its height alone tell the angle?",
+            read=lambda z: np.arcsin(z.imag / np.abs(z)),
+        ),
+        *each_leg(
+            "acos for atan2",
+            "Where an elbow is below its base joint: does its x alone tell the angle?",
+            read=lambda z: np.arccos(z.real / np.abs(z)),
+        ),
+        *each_leg(
+            "atan2 with x before y",
+            "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
+            read=lambda z: np.pi / 2 - np.angle(z),
+        ),
+        *each_leg(
+            "sign of x in atan2",
+            "Which way does your vector point?",
+            read=lambda z: np.angle(-z.conj()),
+        ),
+        *each_leg(
+            "sign of y in atan2",
+            "Which way does your vector point?",
+            read=lambda z: np.angle(z.conj()),
+        ),
+        *each_leg(
+            "vector from the elbow to the base joint",
+            "From which end to which do you read the bar?",
+            read=lambda z: np.angle(-z),
+        ),
+    ]
     return tuple(slips)
 
 
 def passive_steps(
-    robot: Robot, q11: Array, q21: Array, mode: Array, end: Columns | None = None, robot_of: Callable = right,
-    model: Callable = dgm, base: Callable = base_x, bars: Callable = proximal, read: Callable = np.angle,
-    off: Callable | None = None, sign: Callable = right,
+    robot: Robot,
+    q11: Array,
+    q21: Array,
+    mode: Array,
+    end: Columns | None = None,
+    robot_of: Callable = right,
+    model: Callable = dgm,
+    base: Callable = base_x,
+    bars: Callable = proximal,
+    read: Callable = np.angle,
+    off: Callable | None = None,
+    sign: Callable = right,
     rest: Callable = lambda point, base, bar, length: point - base - bar,
-) -> Columns:  # fmt: skip
+) -> Columns:
     """AMORO eq. 5 and 6. end: what the student's own dgm gave, x and y (n,)."""
     robot = robot_of(robot)
     x, y = model(robot, q11, q21, sign(mode)) if end is None else end
     found, both = [], (q11, q21)
     for leg, q in enumerate(both):
-        parts = own(base, leg, base_x)(robot, leg), own(bars, leg, proximal)(robot, leg, q), robot.distal[leg]
+        parts = (
+            own(base, leg, base_x)(robot, leg),
+            own(bars, leg, proximal)(robot, leg, q),
+            robot.distal[leg],
+        )
         angle = own(read, leg, np.angle)(own(rest, leg, _rest)(x + 1j * y, *parts))
-        found.append(own(off, leg, _relative)(robot, angle, q, both[1 - leg]) if off else _relative(robot, angle, q))
+        found.append(
+            own(off, leg, _relative)(robot, angle, q, both[1 - leg])
+            if off
+            else _relative(robot, angle, q)
+        )
     return tuple(found)
 
 
@@ -165,44 +270,112 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
     where = "The bar begins where the proximal one ends. Which point do you subtract?"
     slips = [*bases_moved(kind), *lengths_changed(kind)]
     slips += [
-        Slip("other assembly mode", "Does your dgm get the assembly mode as it came?", {"sign": lambda mode: -mode}),
-        Slip("assembly mode never used", "Does your dgm get the assembly mode?", {"sign": lambda mode: -1 + 0 * mode}),
-        Slip("assembly mode always +1", "Does your dgm get the assembly mode?", {"sign": lambda mode: 1 + 0 * mode}),
-        *each_leg("atan for atan2", "What does y / x forget?", read=lambda z: np.arctan(z.imag / z.real)),
-        *each_leg("atan2 with x before y", "atan2 of a point on the x axis is 0.",
-            read=lambda z: np.pi / 2 - np.angle(z)),
+        Slip(
+            "other assembly mode",
+            "Does your dgm get the assembly mode as it came?",
+            {"sign": lambda mode: -mode},
+        ),
+        Slip(
+            "assembly mode never used",
+            "Does your dgm get the assembly mode?",
+            {"sign": lambda mode: -1 + 0 * mode},
+        ),
+        Slip(
+            "assembly mode always +1",
+            "Does your dgm get the assembly mode?",
+            {"sign": lambda mode: 1 + 0 * mode},
+        ),
+        *each_leg(
+            "atan for atan2", "What does y / x forget?", read=lambda z: np.arctan(z.imag / z.real)
+        ),
+        *each_leg(
+            "atan2 with x before y",
+            "atan2 of a point on the x axis is 0.",
+            read=lambda z: np.pi / 2 - np.angle(z),
+        ),
         *each_leg("bar read from its end to its beginning", ends, read=lambda z: np.angle(-z)),
         *each_leg("sign of y in atan2", ends, read=lambda z: np.angle(z.conj())),
         *each_leg("sign of x in atan2", ends, read=lambda z: np.angle(-z.conj())),
-        *each_leg("x and y of the end-effector from the origin: the bar's beginning not subtracted", where,
-                  base=lambda robot, leg: 0.0, bars=lambda robot, leg, q: 0 * q),
-        *each_leg("direction from the base in place of the bar's", where, bars=lambda robot, leg, q: 0 * q),
-    ]  # fmt: skip
+        *each_leg(
+            "x and y of the end-effector from the origin: the bar's beginning not subtracted",
+            where,
+            base=lambda robot, leg: 0.0,
+            bars=lambda robot, leg, q: 0 * q,
+        ),
+        *each_leg(
+            "direction from the base in place of the bar's", where, bars=lambda robot, leg, q: 0 * q
+        ),
+    ]
     if not kind.turns:
         return tuple(slips)
     turn = "The distal bar's direction is q11 + q12. Solve that for q12."
     slips += [
-        *each_leg("passive angle absolute instead of relative", turn, off=lambda robot, angle, q, other: angle),
-        *each_leg("active angle added instead of subtracted", turn, off=lambda robot, angle, q, other: angle + q),
-        *each_leg("the other leg's active angle subtracted", turn, off=lambda robot, angle, q, other: angle - other),
-        *each_leg("half a turn too much", ends, off=lambda robot, angle, q, other: angle - q + np.pi),
-        *each_leg("sense of rotation reversed", "All angles grow counter-clockwise.",
-                  off=lambda robot, angle, q, other: q - angle),
-        *each_leg("sine and cosine exchanged in the proximal bar", "The bar at angle 0 points along x.",
-                  bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj()),
-        *each_leg("proximal bar added instead of subtracted", where, bars=lambda robot, leg, q: -proximal(robot, leg,
-            q)),
-        *each_leg("length of the proximal bar forgotten", "You subtract a number without unit from a length in metres.",
-                  bars=lambda robot, leg, q: np.exp(1j * q)),
-        *each_leg("base offset not divided by the length", "x / l has no unit. Which unit has d / 2?",
-                  base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length),
-        *each_leg("d / 2 * l in place of d / (2 l)", "Which operation does Python do first in d / 2 * l?",
-                  base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length ** 2),
-        *each_leg("y not divided by the length", "y / l - sin q11: which unit has what you subtract from?",
-                  rest=lambda p, base, bar, size: p.real - base - bar.real + 1j * (size * p.imag - bar.imag)),
-        *each_leg("x not divided by the length", "x / l - cos q11: which unit has what you subtract from?",
-                  rest=lambda p, base, bar, size: size * p.real - base - bar.real + 1j * (p.imag - bar.imag)),
-        *each_leg("x and y not divided by the length", "x / l - cos q11: which unit has what you subtract from?",
-                  rest=lambda p, base, bar, size: size * p - base - bar),
-    ]  # fmt: skip
+        *each_leg(
+            "passive angle absolute instead of relative",
+            turn,
+            off=lambda robot, angle, q, other: angle,
+        ),
+        *each_leg(
+            "active angle added instead of subtracted",
+            turn,
+            off=lambda robot, angle, q, other: angle + q,
+        ),
+        *each_leg(
+            "the other leg's active angle subtracted",
+            turn,
+            off=lambda robot, angle, q, other: angle - other,
+        ),
+        *each_leg(
+            "half a turn too much", ends, off=lambda robot, angle, q, other: angle - q + np.pi
+        ),
+        *each_leg(
+            "sense of rotation reversed",
+            "All angles grow counter-clockwise.",
+            off=lambda robot, angle, q, other: q - angle,
+        ),
+        *each_leg(
+            "sine and cosine exchanged in the proximal bar",
+            "The bar at angle 0 points along x.",
+            bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj(),
+        ),
+        *each_leg(
+            "proximal bar added instead of subtracted",
+            where,
+            bars=lambda robot, leg, q: -proximal(robot, leg, q),
+        ),
+        *each_leg(
+            "length of the proximal bar forgotten",
+            "You subtract a number without unit from a length in metres.",
+            bars=lambda robot, leg, q: np.exp(1j * q),
+        ),
+        *each_leg(
+            "base offset not divided by the length",
+            "x / l has no unit. Which unit has d / 2?",
+            base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length,
+        ),
+        *each_leg(
+            "d / 2 * l in place of d / (2 l)",
+            "Which operation does Python do first in d / 2 * l?",
+            base=lambda robot, leg: base_x(robot, leg) * robot.drives[leg].length ** 2,
+        ),
+        *each_leg(
+            "y not divided by the length",
+            "y / l - sin q11: which unit has what you subtract from?",
+            rest=lambda p, base, bar, size: (
+                p.real - base - bar.real + 1j * (size * p.imag - bar.imag)
+            ),
+        ),
+        *each_leg(
+            "x not divided by the length",
+            "x / l - cos q11: which unit has what you subtract from?",
+            rest=lambda p, base, bar, size: (
+                size * p.real - base - bar.real + 1j * (p.imag - bar.imag)
+            ),
+        ),
+        *each_leg(
+            "x and y not divided by the length",
+            "x / l - cos q11: which unit has what you subtract from?",
+            rest=lambda p, base, bar, size: size * p - base - bar,
+        ),
+    ]
     return tuple(slips)

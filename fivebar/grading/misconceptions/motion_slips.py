@@ -17,7 +17,7 @@ from .motion_steps import (
     parts_of,
     per_leg,
     turned,
-)  # fmt: skip
+)
 
 
 def usual(function: Callable, step: str) -> Callable:
@@ -31,40 +31,85 @@ def angle_slips(kind: Kind) -> tuple[Slip, ...]:
         return (Slip("passive angles taken as relative", hint, {"angles": wrong}),)
     hint = "Which angle does the distal bar make with the x axis? q12 alone is measured from the proximal bar."
     return (
-        Slip("passive angles taken as absolute", hint, {"angles": lambda q: (q[0], q[1] - q[0], q[2], q[3] - q[2])}),
-        Slip("passive angles taken as absolute, in the left leg", hint,
-             {"angles": lambda q: (q[0], q[1] - q[0], q[2], q[3])}),
-        Slip("passive angles taken as absolute, in the right leg", hint,
-             {"angles": lambda q: (q[0], q[1], q[2], q[3] - q[2])}),
-        Slip("passive angle subtracted instead of added", "The distal bar's direction is q11 + q12.",
-             {"angles": lambda q: (q[0], -q[1], q[2], -q[3])}),
-        Slip("angles of both legs mixed: q21 + q12 or q11 + q22",
+        Slip(
+            "passive angles taken as absolute",
+            hint,
+            {"angles": lambda q: (q[0], q[1] - q[0], q[2], q[3] - q[2])},
+        ),
+        Slip(
+            "passive angles taken as absolute, in the left leg",
+            hint,
+            {"angles": lambda q: (q[0], q[1] - q[0], q[2], q[3])},
+        ),
+        Slip(
+            "passive angles taken as absolute, in the right leg",
+            hint,
+            {"angles": lambda q: (q[0], q[1], q[2], q[3] - q[2])},
+        ),
+        Slip(
+            "passive angle subtracted instead of added",
+            "The distal bar's direction is q11 + q12.",
+            {"angles": lambda q: (q[0], -q[1], q[2], -q[3])},
+        ),
+        Slip(
+            "angles of both legs mixed: q21 + q12 or q11 + q22",
             "Which two angles make the direction of a distal bar?",
-             {"angles": lambda q: (q[0], q[2] + q[1] - q[0], q[2], q[0] + q[3] - q[2])}),
-        Slip("q12 in both legs", "The right leg has its own passive angle.", {"angles": lambda q: (q[0], q[1], q[2],
-            q[1])}),
-    )  # fmt: skip
+            {"angles": lambda q: (q[0], q[2] + q[1] - q[0], q[2], q[0] + q[3] - q[2])},
+        ),
+        Slip(
+            "q12 in both legs",
+            "The right leg has its own passive angle.",
+            {"angles": lambda q: (q[0], q[1], q[2], q[1])},
+        ),
+    )
 
 
 def A_slips(kind: Kind) -> tuple[Slip, ...]:
     row, rows = "Each scalar product with xi' is one row of A xi'.", usual(parts_of, "A")
     u1 = "Which bar's direction makes the passive rate disappear from its leg's equation?"
     slips = [
-        *per_leg("v instead of u in A", "Multiply with what is perpendicular to what shall disappear.", "A",
-                 lambda j: j.v2, rows),
-        *per_leg("sign of the row of A", "Which sign does u have on either side of its leg's equation?", "A",
-                 lambda j: -j.u2, rows)[1:],
-        *per_leg("sine and cosine exchanged in A", "A bar at angle 0 points along x: what does your row say?", "A",
-                 lambda j: j.u2[..., ::-1], rows),
-        *per_leg("sign of the y component in A", "A bar at angle +90 degrees points up: what does your row say?", "A",
-                 lambda j: j.u2 * [1, -1], rows),
-        Slip("legs exchanged in A", "The first row belongs to the left leg.", {"A": lambda j: j.u2[:, ::-1]}),
+        *per_leg(
+            "v instead of u in A",
+            "Multiply with what is perpendicular to what shall disappear.",
+            "A",
+            lambda j: j.v2,
+            rows,
+        ),
+        *per_leg(
+            "sign of the row of A",
+            "Which sign does u have on either side of its leg's equation?",
+            "A",
+            lambda j: -j.u2,
+            rows,
+        )[1:],
+        *per_leg(
+            "sine and cosine exchanged in A",
+            "A bar at angle 0 points along x: what does your row say?",
+            "A",
+            lambda j: j.u2[..., ::-1],
+            rows,
+        ),
+        *per_leg(
+            "sign of the y component in A",
+            "A bar at angle +90 degrees points up: what does your row say?",
+            "A",
+            lambda j: j.u2 * [1, -1],
+            rows,
+        ),
+        Slip(
+            "legs exchanged in A",
+            "The first row belongs to the left leg.",
+            {"A": lambda j: j.u2[:, ::-1]},
+        ),
         Slip("the left leg's row twice in A", row, {"A": copied(1, rows)}),
         Slip("the right leg's row twice in A", row, {"A": copied(0, rows)}),
-        Slip("rows of A as long as the distal bars", "Which length do the rows of A have when B is l u . v?",
-             {"A": lambda j: j.u2 * j.distal[:, None]}),
+        Slip(
+            "rows of A as long as the distal bars",
+            "Which length do the rows of A have when B is l u . v?",
+            {"A": lambda j: j.u2 * j.distal[:, None]},
+        ),
         Slip("A transposed", row, {"of_A": turned}),
-    ]  # fmt: skip
+    ]
     if kind.turns:
         slips += per_leg("proximal bars instead of distal bars in A", u1, "A", lambda j: j.u1, rows)
     return tuple(slips)
@@ -76,100 +121,274 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
     move = "In which direction does a foot move?"
     slips = [
         *per_leg("sign of B", v1 if kind.turns else move, "b", lambda j: -entry(j), entry),
-        Slip("legs exchanged in B", "The first row belongs to the left leg.", {"b": lambda j: entry(j)[:, ::-1]}),
-        Slip("the left leg's entry twice in B", "The right leg has an entry of its own.", {"b": copied(1, entry)}),
-        Slip("the right leg's entry twice in B", "The left leg has an entry of its own.", {"b": copied(0, entry)}),
-        Slip("entries of B off the diagonal", "Which motor's rate belongs to which leg's equation?",
-             {"B": lambda b, j: diagonal(b)[:, ::-1]}),
-        Slip("B full instead of diagonal", "Does the left leg's equation hold the right motor's rate?",
-             {"B": lambda b, j: b[..., None] * np.ones((2, 2))}),
-        *per_leg("B multiplied by the distal bar", "Which length did the vectors have that you multiplied with?", "b",
-                 lambda j: entry(j) * j.distal, entry)[:1],
-        *per_leg("absolute value in B", "Does B keep its sign in all working modes?", "b", lambda j: abs(entry(j)),
-            entry)[:1],
-    ]  # fmt: skip
+        Slip(
+            "legs exchanged in B",
+            "The first row belongs to the left leg.",
+            {"b": lambda j: entry(j)[:, ::-1]},
+        ),
+        Slip(
+            "the left leg's entry twice in B",
+            "The right leg has an entry of its own.",
+            {"b": copied(1, entry)},
+        ),
+        Slip(
+            "the right leg's entry twice in B",
+            "The left leg has an entry of its own.",
+            {"b": copied(0, entry)},
+        ),
+        Slip(
+            "entries of B off the diagonal",
+            "Which motor's rate belongs to which leg's equation?",
+            {"B": lambda b, j: diagonal(b)[:, ::-1]},
+        ),
+        Slip(
+            "B full instead of diagonal",
+            "Does the left leg's equation hold the right motor's rate?",
+            {"B": lambda b, j: b[..., None] * np.ones((2, 2))},
+        ),
+        *per_leg(
+            "B multiplied by the distal bar",
+            "Which length did the vectors have that you multiplied with?",
+            "b",
+            lambda j: entry(j) * j.distal,
+            entry,
+        )[:1],
+        *per_leg(
+            "absolute value in B",
+            "Does B keep its sign in all working modes?",
+            "b",
+            lambda j: abs(entry(j)),
+            entry,
+        )[:1],
+    ]
     if kind.turns:
         slips += [
             *per_leg("lengths forgotten in B", length, "b", lambda j: dot(j.u2, j.v1), entry),
-            *per_leg("u instead of v for the proximal bar in B", v1, "b", lambda j: j.proximal * dot(j.u2, j.u1),
-                entry),
-            *per_leg("minus sign of v forgotten in B", "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?", "b",
-                     lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]), entry),
-            *per_leg("length of the distal bar in B", "Which bar carries the elbow?", "b",
-                     lambda j: j.distal * dot(j.u2, j.v1), entry)[:1],
-            *per_leg("direction of the distal bar in place of the angle between the bars in B",
-                     "u12 . v11 depends on the angle between two bars only.", "b",
-                         lambda j: j.proximal * np.sin(j.phi), entry),
-            *per_leg("direction of the proximal bar in place of the angle between the bars in B",
-                     "u12 . v11 depends on the angle between two bars only.", "b", lambda j: j.proximal * np.sin(j.q),
-                         entry),
-            *per_leg("both bars' lengths added in B", "B holds the elbow's way alone.", "b",
-                     lambda j: (j.proximal + j.distal) * dot(j.u2, j.v1), entry)[:1],
-        ]  # fmt: skip
+            *per_leg(
+                "u instead of v for the proximal bar in B",
+                v1,
+                "b",
+                lambda j: j.proximal * dot(j.u2, j.u1),
+                entry,
+            ),
+            *per_leg(
+                "minus sign of v forgotten in B",
+                "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
+                "b",
+                lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]),
+                entry,
+            ),
+            *per_leg(
+                "length of the distal bar in B",
+                "Which bar carries the elbow?",
+                "b",
+                lambda j: j.distal * dot(j.u2, j.v1),
+                entry,
+            )[:1],
+            *per_leg(
+                "direction of the distal bar in place of the angle between the bars in B",
+                "u12 . v11 depends on the angle between two bars only.",
+                "b",
+                lambda j: j.proximal * np.sin(j.phi),
+                entry,
+            ),
+            *per_leg(
+                "direction of the proximal bar in place of the angle between the bars in B",
+                "u12 . v11 depends on the angle between two bars only.",
+                "b",
+                lambda j: j.proximal * np.sin(j.q),
+                entry,
+            ),
+            *per_leg(
+                "both bars' lengths added in B",
+                "B holds the elbow's way alone.",
+                "b",
+                lambda j: (j.proximal + j.distal) * dot(j.u2, j.v1),
+                entry,
+            )[:1],
+        ]
     else:
         slips += [
-            *per_leg("sine and cosine exchanged in B", "A foot moves along y. Which component of u is it?", "b",
-                     lambda j: j.u2[..., 0], entry),
-            *per_leg("length of the bars in B", "q' and xi' are both in m/s. Which unit must B have?", "b",
-                     lambda j: j.distal * entry(j), entry),
-            *per_leg("1 in B in place of the bar's direction", "Is a foot's whole velocity along its bar?", "b",
-                     lambda j: 1 + 0 * entry(j), entry),
-        ]  # fmt: skip
+            *per_leg(
+                "sine and cosine exchanged in B",
+                "A foot moves along y. Which component of u is it?",
+                "b",
+                lambda j: j.u2[..., 0],
+                entry,
+            ),
+            *per_leg(
+                "length of the bars in B",
+                "q' and xi' are both in m/s. Which unit must B have?",
+                "b",
+                lambda j: j.distal * entry(j),
+                entry,
+            ),
+            *per_leg(
+                "1 in B in place of the bar's direction",
+                "Is a foot's whole velocity along its bar?",
+                "b",
+                lambda j: 1 + 0 * entry(j),
+                entry,
+            ),
+        ]
     return (*slips, *angle_slips(kind))
 
 
 def d_slips(kind: Kind) -> tuple[Slip, ...]:
     near, far, turning = (usual(bias, step) for step in ("near", "far", "turning"))
-    square, unit_ = "Which unit has a length times a rate? An acceleration is asked.", "Which unit has rate^2?"
+    square, unit_ = (
+        "Which unit has a length times a rate? An acceleration is asked.",
+        "Which unit has rate^2?",
+    )
     sign = "The derivative of v is minus the rate times u. Which signs do the two terms get?"
     bar = "distal bar" if kind.turns else "bar"
     slips = [
-        Slip("d forgotten", "Let the motors run at constant speed: is the end-effector's acceleration 0?",
-             {"of_d": lambda near, far: 0 * far}),
+        Slip(
+            "d forgotten",
+            "Let the motors run at constant speed: is the end-effector's acceleration 0?",
+            {"of_d": lambda near, far: 0 * far},
+        ),
         Slip("d of the wrong sign", sign, {"of_d": lambda near, far: near + far}),
-        Slip("legs exchanged in d", "The first row belongs to the left leg.",
-             {"of_d": lambda near, far: (-near - far)[:, ::-1]}),
-        *per_leg(f"rate of the {bar} not squared in d", square, "far", lambda j, rate: j.distal * rate, far),
-        *per_leg(f"length of the {bar} forgotten in d", unit_, "far", lambda j, rate: rate**2 + 0 * j.distal, far),
-        *per_leg(f"length of the {bar} squared in d", "Which unit has l^2 times rate^2?", "far",
-                 lambda j, rate: (j.distal * rate) ** 2, far),
-        *per_leg(f"centripetal term of the {bar} missing", "What does u12 . u12 give?", "far",
-                 lambda j, rate: 0 * rate, far),
-        *per_leg("centripetal term of the distal bar of the wrong sign", sign, "far", lambda j, rate: -far(j, rate),
-            far),
-    ]  # fmt: skip
+        Slip(
+            "legs exchanged in d",
+            "The first row belongs to the left leg.",
+            {"of_d": lambda near, far: (-near - far)[:, ::-1]},
+        ),
+        *per_leg(
+            f"rate of the {bar} not squared in d",
+            square,
+            "far",
+            lambda j, rate: j.distal * rate,
+            far,
+        ),
+        *per_leg(
+            f"length of the {bar} forgotten in d",
+            unit_,
+            "far",
+            lambda j, rate: rate**2 + 0 * j.distal,
+            far,
+        ),
+        *per_leg(
+            f"length of the {bar} squared in d",
+            "Which unit has l^2 times rate^2?",
+            "far",
+            lambda j, rate: (j.distal * rate) ** 2,
+            far,
+        ),
+        *per_leg(
+            f"centripetal term of the {bar} missing",
+            "What does u12 . u12 give?",
+            "far",
+            lambda j, rate: 0 * rate,
+            far,
+        ),
+        *per_leg(
+            "centripetal term of the distal bar of the wrong sign",
+            sign,
+            "far",
+            lambda j, rate: -far(j, rate),
+            far,
+        ),
+    ]
     if not kind.turns:
         one = "q11' is in m/s, q12' in rad/s. How fast does the bar turn against the fixed frame?"
         add = {"turning": lambda own, passive, turns: own + passive}
         return (
             *slips,
             Slip("sum of both rates as in the five-bar", one, add),
-            Slip("foot's speed in place of the bar's rate", one, {"turning": lambda own, passive, turns: own}),
+            Slip(
+                "foot's speed in place of the bar's rate",
+                one,
+                {"turning": lambda own, passive, turns: own},
+            ),
         )
     fixed = "How fast does the distal bar turn against the fixed frame?"
     slips += [
-        Slip("lengths forgotten in d", unit_, {"near": lambda j, rate: rate**2 * dot(j.u2, j.u1),
-                                               "far": lambda j, rate: rate**2 + 0 * j.distal}),
-        Slip("rates not squared in d", square, {"near": lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
-                                                "far": lambda j, rate: j.distal * rate}),
-        *per_leg("rate of the proximal bar not squared in d", square, "near",
-                 lambda j, rate: j.proximal * rate * dot(j.u2, j.u1), near),
-        *per_leg("length of the proximal bar forgotten in d", unit_, "near",
-                 lambda j, rate: rate**2 * dot(j.u2, j.u1), near),
-        *per_leg("centripetal term of the proximal bar missing", "Differentiate l11 q11' v11 once more.", "near",
-                 lambda j, rate: 0 * rate, near),
-        *per_leg("centripetal term of the proximal bar of the wrong sign", sign, "near",
-                 lambda j, rate: -near(j, rate), near),
-        *per_leg("proximal centripetal term not projected", "Which part of it lies along u12?", "near",
-                 lambda j, rate: j.proximal * rate**2, near),
-        *per_leg("v in place of u in the proximal centripetal term",
-                 "Which way does the elbow's acceleration point when q11' is constant?", "near",
-                 lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.v1), near),
-        *per_leg("q12' where q11' + q12' belongs", fixed, "turning", lambda own, passive, turns: passive, turning),
-        *per_leg("q11' where q11' + q12' belongs", fixed, "turning", lambda own, passive, turns: own, turning),
-        *per_leg("q12' - q11' where q11' + q12' belongs", fixed, "turning", lambda own, passive, turns: passive - own,
-            turning),
-        *per_leg("sum of squares instead of square of the sum", "(a + b)^2 has a third term.", "turning",
-                 lambda own, passive, turns: np.hypot(own, passive), turning),
-    ]  # fmt: skip
+        Slip(
+            "lengths forgotten in d",
+            unit_,
+            {
+                "near": lambda j, rate: rate**2 * dot(j.u2, j.u1),
+                "far": lambda j, rate: rate**2 + 0 * j.distal,
+            },
+        ),
+        Slip(
+            "rates not squared in d",
+            square,
+            {
+                "near": lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
+                "far": lambda j, rate: j.distal * rate,
+            },
+        ),
+        *per_leg(
+            "rate of the proximal bar not squared in d",
+            square,
+            "near",
+            lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
+            near,
+        ),
+        *per_leg(
+            "length of the proximal bar forgotten in d",
+            unit_,
+            "near",
+            lambda j, rate: rate**2 * dot(j.u2, j.u1),
+            near,
+        ),
+        *per_leg(
+            "centripetal term of the proximal bar missing",
+            "Differentiate l11 q11' v11 once more.",
+            "near",
+            lambda j, rate: 0 * rate,
+            near,
+        ),
+        *per_leg(
+            "centripetal term of the proximal bar of the wrong sign",
+            sign,
+            "near",
+            lambda j, rate: -near(j, rate),
+            near,
+        ),
+        *per_leg(
+            "proximal centripetal term not projected",
+            "Which part of it lies along u12?",
+            "near",
+            lambda j, rate: j.proximal * rate**2,
+            near,
+        ),
+        *per_leg(
+            "v in place of u in the proximal centripetal term",
+            "Which way does the elbow's acceleration point when q11' is constant?",
+            "near",
+            lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.v1),
+            near,
+        ),
+        *per_leg(
+            "q12' where q11' + q12' belongs",
+            fixed,
+            "turning",
+            lambda own, passive, turns: passive,
+            turning,
+        ),
+        *per_leg(
+            "q11' where q11' + q12' belongs",
+            fixed,
+            "turning",
+            lambda own, passive, turns: own,
+            turning,
+        ),
+        *per_leg(
+            "q12' - q11' where q11' + q12' belongs",
+            fixed,
+            "turning",
+            lambda own, passive, turns: passive - own,
+            turning,
+        ),
+        *per_leg(
+            "sum of squares instead of square of the sum",
+            "(a + b)^2 has a third term.",
+            "turning",
+            lambda own, passive, turns: np.hypot(own, passive),
+            turning,
+        ),
+    ]
     return tuple(slips)

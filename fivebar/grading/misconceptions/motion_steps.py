@@ -21,7 +21,9 @@ class Joints:
         self.distal = np.array(robot.distal)
         self.proximal = np.array([d.length for d in robot.drives]) if robot.turns else np.ones(2)
         self.u2 = unit(self.phi)
-        self.u1 = unit(first) if robot.turns else np.broadcast_to([1.0, 0.0], self.u2.shape)  # v1 is then along y
+        self.u1 = (
+            unit(first) if robot.turns else np.broadcast_to([1.0, 0.0], self.u2.shape)
+        )  # v1 is then along y
 
     @property
     def v1(self) -> Array:
@@ -49,29 +51,44 @@ def diagonal(b: Array) -> Array:
 
 
 def parts_of(
-    robot: Robot, *q: Array, angles: Callable = same, A: Callable = lambda j: j.u2, B: Callable = lambda b,
-        j: diagonal(b),
-    b: Callable = lambda j: j.proximal * dot(j.u2, j.v1), of_A: Callable = same, AB: Columns = (None, None),
-    own_A: Columns = (None,), own_B: Columns = (None,),
-) -> tuple[Array, Array, Joints]:  # fmt: skip
+    robot: Robot,
+    *q: Array,
+    angles: Callable = same,
+    A: Callable = lambda j: j.u2,
+    B: Callable = lambda b, j: diagonal(b),
+    b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
+    of_A: Callable = same,
+    AB: Columns = (None, None),
+    own_A: Columns = (None,),
+    own_B: Columns = (None,),
+) -> tuple[Array, Array, Joints]:
     """A, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
     joints = Joints(robot, *angles(q))
-    left, right = (next((m for m in pair if m is not None), None) for pair in zip(AB, (*own_A, *own_B)))
+    left, right = (
+        next((m for m in pair if m is not None), None) for pair in zip(AB, (*own_A, *own_B))
+    )
     left = of_A(A(joints) if left is None else left)
     return left, B(b(joints), joints) if right is None else right, joints
 
 
 def rest_of(steps: dict) -> tuple[dict, dict]:
     """Steps of A and B, and all others."""
-    mine = {key: steps[key] for key in ("angles", "A", "B", "b", "of_A", "AB", "own_A", "own_B") if key in steps}
+    mine = {
+        key: steps[key]
+        for key in ("angles", "A", "B", "b", "of_A", "AB", "own_A", "own_B")
+        if key in steps
+    }
     return mine, {key: value for key, value in steps.items() if key not in mine}
 
 
 def bias(
-    j: Joints, rates: Columns, turning: Callable = lambda own, passive, turns: own + passive if turns else passive,
+    j: Joints,
+    rates: Columns,
+    turning: Callable = lambda own, passive, turns: own + passive if turns else passive,
     near: Callable = lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.u1) if j.turns else 0.0,
-    far: Callable = lambda j, rate: j.distal * rate**2, of_d: Callable = lambda near, far: -near - far,
-) -> Array:  # fmt: skip
+    far: Callable = lambda j, rate: j.distal * rate**2,
+    of_d: Callable = lambda near, far: -near - far,
+) -> Array:
     """d, (n, 2)."""
     own, passive = np.stack(rates[0::2], -1), np.stack(rates[1::2], -1)
     return of_d(near(j, own), far(j, turning(own, passive, j.turns)))
@@ -90,16 +107,24 @@ def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Callable) -
     return times(solve(A, B), *row[4:])
 
 
-def dkm_steps(robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(A) @ B, **steps: Callable) -> Columns:
+def dkm_steps(
+    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(A) @ B, **steps: Callable
+) -> Columns:
     return first_order(robot, *row, solve=solve, **steps)
 
 
-def ikm_steps(robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(B) @ A, **steps: Callable) -> Columns:
+def ikm_steps(
+    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(B) @ A, **steps: Callable
+) -> Columns:
     return first_order(robot, *row, solve=solve, **steps)
 
 
 def second_order(
-    robot: Robot, *row: Array, finish: Callable, given: Callable = lambda row: row[8:], **steps: Callable
+    robot: Robot,
+    *row: Array,
+    finish: Callable,
+    given: Callable = lambda row: row[8:],
+    **steps: Callable,
 ) -> Columns:
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
@@ -108,13 +133,19 @@ def second_order(
 
 
 def dkm2_steps(
-    robot: Robot, *row: Array, finish: Callable = lambda A, B, d, q: inverse(A) @ (B @ q + d), **steps: Callable
+    robot: Robot,
+    *row: Array,
+    finish: Callable = lambda A, B, d, q: inverse(A) @ (B @ q + d),
+    **steps: Callable,
 ) -> Columns:
     return second_order(robot, *row, finish=finish, **steps)
 
 
 def ikm2_steps(
-    robot: Robot, *row: Array, finish: Callable = lambda A, B, d, x: inverse(B) @ (A @ x - d), **steps: Callable
+    robot: Robot,
+    *row: Array,
+    finish: Callable = lambda A, B, d, x: inverse(B) @ (A @ x - d),
+    **steps: Callable,
 ) -> Columns:
     return second_order(robot, *row, finish=finish, **steps)
 
@@ -124,11 +155,14 @@ def turned(matrix: Array) -> Array:
 
 
 def dynamic_steps(
-    robot: Robot, *row: Array, J: Callable = lambda A, B: inverse(A) @ B,
+    robot: Robot,
+    *row: Array,
+    J: Callable = lambda A, B: inverse(A) @ B,
     M: Callable = lambda Z, m, J: Z + m * turned(J) @ J,
     c: Callable = lambda m, J, A, B, d, M: m * turned(J) @ inverse(A) @ d,
-    Z: Callable = lambda robot: np.diag(robot.inertias), **steps: Callable,
-) -> Columns:  # fmt: skip
+    Z: Callable = lambda robot: np.diag(robot.inertias),
+    **steps: Callable,
+) -> Columns:
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
     jacobian, d = J(A, B), bias(j, row[4:8], **others)[..., None]
@@ -137,10 +171,15 @@ def dynamic_steps(
 
 
 def passive_rates(
-    robot: Robot, *row: Array, angles: Callable = same, v: Callable = lambda j: j.v2,
-    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1), own: Callable = lambda q, j: q if j.turns else 0 * q,
-    per: Callable = lambda value, j: value / j.distal, take: Callable = lambda end, drag: end - drag,
-) -> Columns:  # fmt: skip
+    robot: Robot,
+    *row: Array,
+    angles: Callable = same,
+    v: Callable = lambda j: j.v2,
+    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
+    own: Callable = lambda q, j: q if j.turns else 0 * q,
+    per: Callable = lambda value, j: value / j.distal,
+    take: Callable = lambda end, drag: end - drag,
+) -> Columns:
     """AMORO eq. 14: l12 (q11' + q12') = v12 . (xi' - l11 q11' v11)."""
     j = Joints(robot, *angles(row[:4]))
     q, x = np.stack(row[4:6], -1), np.stack(row[6:], -1)[:, None]
@@ -148,11 +187,18 @@ def passive_rates(
 
 
 def passive_accelerations(
-    robot: Robot, *row: Array, angles: Callable = same, v: Callable = lambda j: j.v2,
-    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1), own: Callable = lambda q, j: q if j.turns else 0 * q,
-    per: Callable = lambda value, j: value / j.distal, take: Callable = lambda end, drag: end - drag,
-    pull: Callable = lambda j, v, own, passive: j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0,
-) -> Columns:  # fmt: skip
+    robot: Robot,
+    *row: Array,
+    angles: Callable = same,
+    v: Callable = lambda j: j.v2,
+    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
+    own: Callable = lambda q, j: q if j.turns else 0 * q,
+    per: Callable = lambda value, j: value / j.distal,
+    take: Callable = lambda end, drag: end - drag,
+    pull: Callable = lambda j, v, own, passive: (
+        j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0
+    ),
+) -> Columns:
     """AMORO eq. 19."""
     j = Joints(robot, *angles(row[:4]))
     rate, passive = np.stack(row[4:8:2], -1), np.stack(row[5:8:2], -1)

@@ -14,12 +14,17 @@ from ..exercise import Exercise, Misconception
 
 def in_degrees(exercise: Exercise, robot: Robot) -> list[Misconception]:
     """Sines and cosines of angles that are taken for degrees; rates stay what they are."""
-    at = [name in ("q12", "q22") or name in ("q11", "q21") and robot.turns for name in exercise.arguments]
+    at = [
+        name in ("q12", "q22") or name in ("q11", "q21") and robot.turns
+        for name in exercise.arguments
+    ]
     if not any(at):
         return []
 
     def model(robot, *columns):
-        return exercise.answer(robot, *(np.radians(column) if turns else column for column, turns in zip(columns, at)))
+        return exercise.answer(
+            robot, *(np.radians(column) if turns else column for column, turns in zip(columns, at))
+        )
 
     hint = "What is the unit of the angles that come as arguments, and which one do sin and cos expect?"
     return [Misconception("angles taken as degrees", hint, model)]
@@ -37,4 +42,6 @@ def arguments_exchanged(exercise: Exercise) -> Iterator[Misconception]:
                 row[i], row[j] = row[j], row[i]
                 return exercise.answer(robot, *row)
 
-            yield Misconception(f"{exercise.arguments[i]} and {exercise.arguments[j]} exchanged", hint, model)
+            yield Misconception(
+                f"{exercise.arguments[i]} and {exercise.arguments[j]} exchanged", hint, model
+            )

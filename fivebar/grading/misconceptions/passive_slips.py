@@ -18,50 +18,137 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     length = f"{unit_} is no unit of a passive {word}. Which length lies between?"
     slips = [
         *angle_slips(kind),
-        *per_leg("u instead of v for the distal bar", "Which vector keeps the passive rate best?", "v",
-            lambda j: j.u2, v),
-        *per_leg("+90 degrees turned the other way", "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?", "v",
-                 lambda j: -j.v2, v),
-        *per_leg("sine and cosine exchanged in v", "v12 is u12 turned by +90 degrees.", "v", lambda j: j.v2[...,
-            ::-1], v),
-        *per_leg("signs lost in v", "v12 is u12 turned by +90 degrees.", "v", lambda j: j.v2 * [-1, 1], v),
-        *per_leg(f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v), drag),
-        *per_leg(f"share of the {pivot} not projected", "Which part of it lies along v12?", "drag",
-                 lambda j, v: j.proximal + 0 * drag(j, v), drag),
-        Slip(f"share of the {pivot} added instead of subtracted", away, {"take": lambda end, drag: end + drag}),
+        *per_leg(
+            "u instead of v for the distal bar",
+            "Which vector keeps the passive rate best?",
+            "v",
+            lambda j: j.u2,
+            v,
+        ),
+        *per_leg(
+            "+90 degrees turned the other way",
+            "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?",
+            "v",
+            lambda j: -j.v2,
+            v,
+        ),
+        *per_leg(
+            "sine and cosine exchanged in v",
+            "v12 is u12 turned by +90 degrees.",
+            "v",
+            lambda j: j.v2[..., ::-1],
+            v,
+        ),
+        *per_leg(
+            "signs lost in v", "v12 is u12 turned by +90 degrees.", "v", lambda j: j.v2 * [-1, 1], v
+        ),
+        *per_leg(
+            f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v), drag
+        ),
+        *per_leg(
+            f"share of the {pivot} not projected",
+            "Which part of it lies along v12?",
+            "drag",
+            lambda j, v: j.proximal + 0 * drag(j, v),
+            drag,
+        ),
+        Slip(
+            f"share of the {pivot} added instead of subtracted",
+            away,
+            {"take": lambda end, drag: end + drag},
+        ),
         Slip("the other sign of both", away, {"take": lambda end, drag: drag - end}),
         Slip("share of the end-effector forgotten", away, {"take": lambda end, drag: -drag}),
-        *per_leg("length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal, per),
-        *per_leg("divided by the square of the length", length, "per", lambda value, j: value / j.distal**2, per),
-        *per_leg("multiplied by the length instead of divided", length, "per", lambda value, j: value * j.distal, per),
-    ]  # fmt: skip
+        *per_leg(
+            "length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal, per
+        ),
+        *per_leg(
+            "divided by the square of the length",
+            length,
+            "per",
+            lambda value, j: value / j.distal**2,
+            per,
+        ),
+        *per_leg(
+            "multiplied by the length instead of divided",
+            length,
+            "per",
+            lambda value, j: value * j.distal,
+            per,
+        ),
+    ]
     if kind.turns:
         turn = "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?"
         slips += [
-            Slip("minus sign of both v forgotten", turn,
-                 {"v": lambda j: j.v2 * [-1, 1], "drag": lambda j, v: j.proximal * dot(v, j.v1 * [-1, 1])}),
-            Slip("+90 degrees turned the other way for both bars", turn,
-                 {"v": lambda j: -j.v2, "drag": lambda j, v: j.proximal * dot(v, -j.v1)}),
-        ]  # fmt: skip
+            Slip(
+                "minus sign of both v forgotten",
+                turn,
+                {
+                    "v": lambda j: j.v2 * [-1, 1],
+                    "drag": lambda j, v: j.proximal * dot(v, j.v1 * [-1, 1]),
+                },
+            ),
+            Slip(
+                "+90 degrees turned the other way for both bars",
+                turn,
+                {"v": lambda j: -j.v2, "drag": lambda j, v: j.proximal * dot(v, -j.v1)},
+            ),
+        ]
         solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
         slips += [
-            *per_leg("v of the proximal bar in place of the distal one's", "With which vector do you multiply?", "v",
-                     lambda j: j.v1, v),
-            *per_leg("length of the proximal bar forgotten", length, "drag", lambda j, v: dot(v, j.v1), drag),
-            *per_leg("u instead of v for the proximal bar", "Which way does the elbow move?", "drag",
-                     lambda j, v: j.proximal * dot(v, j.u1), drag),
-            *per_leg("divided by the length of the proximal bar", "Which bar turns at the rate that you look for?",
-                     "per", lambda value, j: value / j.proximal, per),
+            *per_leg(
+                "v of the proximal bar in place of the distal one's",
+                "With which vector do you multiply?",
+                "v",
+                lambda j: j.v1,
+                v,
+            ),
+            *per_leg(
+                "length of the proximal bar forgotten",
+                length,
+                "drag",
+                lambda j, v: dot(v, j.v1),
+                drag,
+            ),
+            *per_leg(
+                "u instead of v for the proximal bar",
+                "Which way does the elbow move?",
+                "drag",
+                lambda j, v: j.proximal * dot(v, j.u1),
+                drag,
+            ),
+            *per_leg(
+                "divided by the length of the proximal bar",
+                "Which bar turns at the rate that you look for?",
+                "per",
+                lambda value, j: value / j.proximal,
+                per,
+            ),
             *per_leg(f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q, own),
-            *per_leg(f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q, own),
-            *per_leg(f"active {word} subtracted as a length times a rate", solve, "own", lambda q, j: j.proximal * q,
-                own),
-            *per_leg(f"active {word} divided by the length", solve, "own", lambda q, j: q / j.distal, own),
-            Slip(f"the other leg's active {word} subtracted", solve, {"own": lambda q, j: q[:, ::-1]}),
-        ]  # fmt: skip
+            *per_leg(
+                f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q, own
+            ),
+            *per_leg(
+                f"active {word} subtracted as a length times a rate",
+                solve,
+                "own",
+                lambda q, j: j.proximal * q,
+                own,
+            ),
+            *per_leg(
+                f"active {word} divided by the length", solve, "own", lambda q, j: q / j.distal, own
+            ),
+            Slip(
+                f"the other leg's active {word} subtracted", solve, {"own": lambda q, j: q[:, ::-1]}
+            ),
+        ]
     else:
         slips += per_leg(
-            "foot's speed subtracted as in the five-bar", "A foot does not turn.", "own", lambda q, j: q, own
+            "foot's speed subtracted as in the five-bar",
+            "A foot does not turn.",
+            "own",
+            lambda q, j: q,
+            own,
         )
     return (*slips, *(_pulls(kind) if accelerations else ()))
 
@@ -74,25 +161,41 @@ def _pulls(kind):
     def all_of(own, passive, j):
         return own + passive if j.turns else passive
 
-    own_kept = Slip("centripetal term of the distal bar kept", kept,
-                    {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) + j.distal * all_of(own, q,
-                        j) ** 2})  # fmt: skip
-    subtracted = Slip("centripetal term of the distal bar subtracted", kept,
-                      {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) - j.distal * all_of(own, q,
-                          j) ** 2})  # fmt: skip
+    own_kept = Slip(
+        "centripetal term of the distal bar kept",
+        kept,
+        {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) + j.distal * all_of(own, q, j) ** 2},
+    )
+    subtracted = Slip(
+        "centripetal term of the distal bar subtracted",
+        kept,
+        {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) - j.distal * all_of(own, q, j) ** 2},
+    )
     if not kind.turns:
         return own_kept, subtracted
     term = "The elbow's centripetal acceleration is -l11 q11'^2 u11. What does v12 . u11 give?"
     wrong = (
         ("centripetal term missing", lambda j, v, own, q: 0 * own),
         ("centripetal term of the wrong sign", lambda j, v, own, q: -usual_pull(j, v, own, q)),
-        ("rate not squared in the centripetal term", lambda j, v, own, q: j.proximal * own * dot(v, j.u1)),
+        (
+            "rate not squared in the centripetal term",
+            lambda j, v, own, q: j.proximal * own * dot(v, j.u1),
+        ),
         ("length forgotten in the centripetal term", lambda j, v, own, q: own**2 * dot(v, j.u1)),
         ("centripetal term not projected", lambda j, v, own, q: j.proximal * own**2),
-        ("v in place of u in the centripetal term", lambda j, v, own, q: j.proximal * own**2 * dot(v, j.v1)),
-        ("u12 . u11 in the centripetal term", lambda j, v, own, q: j.proximal * own**2 * dot(j.u2, j.u1)),
+        (
+            "v in place of u in the centripetal term",
+            lambda j, v, own, q: j.proximal * own**2 * dot(v, j.v1),
+        ),
+        (
+            "u12 . u11 in the centripetal term",
+            lambda j, v, own, q: j.proximal * own**2 * dot(j.u2, j.u1),
+        ),
         ("q12' in the centripetal term", lambda j, v, own, q: j.proximal * q**2 * dot(v, j.u1)),
-        ("q11' + q12' in the centripetal term", lambda j, v, own, q: j.proximal * (own + q) ** 2 * dot(v, j.u1)),
+        (
+            "q11' + q12' in the centripetal term",
+            lambda j, v, own, q: j.proximal * (own + q) ** 2 * dot(v, j.u1),
+        ),
     )
     each = [s for name, pull in wrong for s in per_leg(name, term, "pull", pull, usual_pull)]
     return *each, own_kept, subtracted

@@ -79,7 +79,11 @@ def wrong_dkm2_passive(kind: Kind) -> tuple[Misconception, ...]:
             with_own_centripetal,
         ),
         length_forgotten(
-            kind, dkm2_passive, "An acceleration in m/s² is not one in rad/s². Which length lies between them?"
+            kind,
+            dkm2_passive,
+            "An acceleration in m/s² is not one in rad/s². Which length lies between them?",
         ),
-        legs_exchanged(kind, dkm2_passive, "In which order does the signature ask for the two accelerations?"),
+        legs_exchanged(
+            kind, dkm2_passive, "In which order does the signature ask for the two accelerations?"
+        ),
     )

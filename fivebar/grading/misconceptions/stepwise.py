@@ -25,10 +25,14 @@ from .motion_steps import (
     parts_of,
     passive_accelerations,
     passive_rates,
-)  # fmt: skip
+)
 from .passive_slips import passive_slips
 
-MATRICES = Follow("compute_A_B", 4, "AB"), Follow("A", 4, "own_A", counts=True), Follow("B", 4, "own_B", counts=True)
+MATRICES = (
+    Follow("compute_A_B", 4, "AB"),
+    Follow("A", 4, "own_A", counts=True),
+    Follow("B", 4, "own_B", counts=True),
+)
 MODEL = (Follow("dynamic_model", 8, "model", counts=True),)
 
 

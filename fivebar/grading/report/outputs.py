@@ -17,9 +17,21 @@ from ..results import Report, withheld
 from .text import headlines, told, word
 
 CHECK_COLUMNS = (
-    "student", "submission", "check", "title", "function", "max_points", "points", "share", "outcome", "reason",
-    "misconception", "wrong", "rows", "off",
-)  # fmt: skip
+    "student",
+    "submission",
+    "check",
+    "title",
+    "function",
+    "max_points",
+    "points",
+    "share",
+    "outcome",
+    "reason",
+    "misconception",
+    "wrong",
+    "rows",
+    "off",
+)
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
@@ -27,7 +39,10 @@ _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\
 
 def write_whole(path: str | Path, text: str) -> None:
     """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
-    with replaced(path) as part, open(part, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+    with (
+        replaced(path) as part,
+        open(part, "w", encoding="utf-8", errors="backslashreplace", newline="") as file,
+    ):
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
@@ -42,7 +57,9 @@ def file_name(student: str) -> str:
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
         return plain
-    return f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}"
+    return (
+        f"{plain or 'student'}-{sha256(student.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}"
+    )
 
 
 def cell(value: object) -> object:
@@ -64,9 +81,21 @@ def check_rows(report: Report) -> Iterator[tuple]:
     """One row per check, in the order of CHECK_COLUMNS."""
     for check in report.checks:
         yield (
-            report.student, report.submission, check.name, check.title, check.function, check.max_points, check.points,
-            round(check.share, 6), word(check), check.reason, check.misconception, check.wrong, check.rows, check.off,
-        )  # fmt: skip
+            report.student,
+            report.submission,
+            check.name,
+            check.title,
+            check.function,
+            check.max_points,
+            check.points,
+            round(check.share, 6),
+            word(check),
+            check.reason,
+            check.misconception,
+            check.wrong,
+            check.rows,
+            check.off,
+        )
 
 
 def gradescope_text(report: Report) -> str:

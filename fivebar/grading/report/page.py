@@ -91,7 +91,11 @@ def _body(report):
     notes = "".join(f'<p class="note">{text(note)}</p>' for note in headlines(report))
     checks = "".join(_check(check) for check in report.checks)
     closings = "".join(f"<p>{text(note)}</p>" for note in closing(report))
-    output = f"<h2>Your program printed</h2><pre>{_lines(report.output)}</pre>" if report.output.strip() else ""
+    output = (
+        f"<h2>Your program printed</h2><pre>{_lines(report.output)}</pre>"
+        if report.output.strip()
+        else ""
+    )
     return (
         f"<h1>{text(report.lab)}: {text(report.submission)}</h1>"
         f'<p class="total">{number(report.points)} of {number(report.max_points)} points</p>'
@@ -104,7 +108,11 @@ def _lines(output):
 
 
 def _check(check):
-    task = "".join(f"<br><small>{text(words)}</small>" for _, words in facts(check)) if not_started(check) else ""
+    task = (
+        "".join(f"<br><small>{text(words)}</small>" for _, words in facts(check))
+        if not_started(check)
+        else ""
+    )
     head = (
         f'<span class="word {word(check).split()[0]}">{word(check)}</span>'
         f'<span class="title">{text(check.title)}{task}</span>'
@@ -113,7 +121,9 @@ def _check(check):
     if check.outcome == "right" or task:
         return f'<div class="flat">{head}</div>'
     items = "".join(_item(label, words) for label, words in facts(check))
-    figure = f"<figure>{check.figure}<figcaption>{CAPTION}</figcaption></figure>" if check.figure else ""
+    figure = (
+        f"<figure>{check.figure}<figcaption>{CAPTION}</figcaption></figure>" if check.figure else ""
+    )
     return f'<details open><summary>{head}</summary><div class="body"><dl>{items}</dl>{figure}</div></details>'
 
 

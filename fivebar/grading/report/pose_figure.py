@@ -43,7 +43,11 @@ def _lines(robot, at):
         q = at[f"q{leg}1"]
         elbow = drive.pivot(drive.direction(q))
         phi = None if "x" in at else drive.absolute(at[f"q{leg}2"], q)
-        end = (at["x"], at["y"]) if phi is None else (elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi))
+        end = (
+            (at["x"], at["y"])
+            if phi is None
+            else (elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi))
+        )
         legs.append(((drive.x, drive.y), elbow, end) if robot.turns else (elbow, end))
     reach = sum(lengths(robot).values())
     return tuple(legs) if all(hypot(*point) < 3 * reach for leg in legs for point in leg) else ()
@@ -65,7 +69,9 @@ def _svg(drawn):
     points = [point for lines in drawn for line in lines for point in line]
     low = [min(point[i] for point in points) for i in (0, 1)]
     high = [max(point[i] for point in points) for i in (0, 1)]
-    scale = min((WIDTH - 2 * ROOM) / (high[0] - low[0]), (HEIGHT - 2 * ROOM) / max(high[1] - low[1], 1e-3))
+    scale = min(
+        (WIDTH - 2 * ROOM) / (high[0] - low[0]), (HEIGHT - 2 * ROOM) / max(high[1] - low[1], 1e-3)
+    )
     middle = [(a + b) / 2 for a, b in zip(low, high)]
 
     def place(point):
@@ -75,12 +81,18 @@ def _svg(drawn):
     for lines, colour, style in zip(drawn, (EXPECTED, CAME), ('5"', '2" stroke-dasharray="7 5"')):
         for line in lines:
             joined = " ".join(place(point) for point in line)
-            parts.append(f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="{style}/>')
+            parts.append(
+                f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="{style}/>'
+            )
             for x, y in (place(point).split(",") for point in line[-2:]):
-                parts.append(f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}" stroke-width="2"/>')
+                parts.append(
+                    f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}" stroke-width="2"/>'
+                )
     for start, *_ in drawn[0][:2]:  # base joints, or where the feet should be
         x, y = place(start).split(",")
-        parts.append(f'<rect x="{int(x) - 5}" y="{int(y) - 5}" width="10" height="10" fill="#444"/>')
+        parts.append(
+            f'<rect x="{int(x) - 5}" y="{int(y) - 5}" width="10" height="10" fill="#444"/>'
+        )
     label = "the robot as it should be (solid, green) and as your answer has it (dashed, red)"
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img" aria-label="{label}">'

@@ -14,13 +14,14 @@ from ..worker.replies import KINDS
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
 OUTCOMES = {
-    "value": "wrong value", "nan": "nan or infinity", "shape": "not as many numbers as are asked", "type": "no number",
+    "value": "wrong value",
+    "nan": "nan or infinity",
+    "shape": "not as many numbers as are asked",
+    "type": "no number",
     "accepted": "gave an answer where none exists: raise an error, or return nan or None",
-}  # fmt: skip
+}
 PRINTED = 20  # lines of the program's own
-HOME = (
-    "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
-)
+HOME = "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
 
 
 def number(value: float) -> str:
@@ -54,7 +55,10 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
             yield "lab's test", check.beside
         return
     if check.outcome == "broken":
-        yield "fault", f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you."
+        yield (
+            "fault",
+            f"{check.text}. This is a fault of the lab, not yours: tell whoever gave it to you.",
+        )
         return
     if not_started(check):
         yield (
@@ -68,7 +72,10 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         if check.explained:
             yield "means", check.explained
         if check.rows > 1:
-            yield "how many", f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}"
+            yield (
+                "how many",
+                f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}",
+            )
         if check.asked:
             yield "asked", check.asked
         if check.came and check.reason in ("value", "nan", "shape", "type", "accepted"):
@@ -93,7 +100,11 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
     elif check.outcome != "right" and check.reason != "withheld":
         name = check.text.removeprefix(KINDS["exception"]).strip(": ").split(":")[0]
         known = check.reason == "exception" and isinstance(getattr(builtins, name, None), type)
-        yield "why", OUTCOMES.get(check.reason) or KINDS.get(check.reason, "not right") + (f": {name}" if known else "")
+        yield (
+            "why",
+            OUTCOMES.get(check.reason)
+            or KINDS.get(check.reason, "not right") + (f": {name}" if known else ""),
+        )
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls"
         if check.misconception:
@@ -126,11 +137,17 @@ def check_lines(check: Check, width: int, known: dict | None = None) -> list[str
     """One check's lines; `known` maps faults already explained to the title of the check that did."""
     score = f"{number(check.points)}/{number(check.max_points)}"
     title = printable(check.title)
-    lines = textwrap.wrap(title, width, initial_indent=f"{word(check):<7} {score:>7}  ", subsequent_indent=" " * 17)
+    lines = textwrap.wrap(
+        title, width, initial_indent=f"{word(check):<7} {score:>7}  ", subsequent_indent=" " * 17
+    )
     fault = same_fault(check)
     if known is not None and fault is not None:
         if fault in known:
-            return lines if not_started(check) else [*lines, *_wrapped("", f'as in "{known[fault]}"', width)]
+            return (
+                lines
+                if not_started(check)
+                else [*lines, *_wrapped("", f'as in "{known[fault]}"', width)]
+            )
         known[fault] = title
     for label, text in facts(check):
         lines += _wrapped(label, printable(text), width)
@@ -140,7 +157,9 @@ def check_lines(check: Check, width: int, known: dict | None = None) -> list[str
 def _wrapped(label, text, width):
     indent = 17 if width >= 60 else 4
     head = f"{label:>{indent - 2}}  " if indent == 17 else f"  {label}: " if label else "    "
-    return textwrap.wrap(text, width, initial_indent=head, subsequent_indent=" " * indent, break_on_hyphens=False)
+    return textwrap.wrap(
+        text, width, initial_indent=head, subsequent_indent=" " * indent, break_on_hyphens=False
+    )
 
 
 def report_text(report: Report, width: int | None = None, colour: bool = False) -> str:

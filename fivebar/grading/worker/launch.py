@@ -26,10 +26,14 @@ def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
     uid = _spare_user() if os.getuid() == 0 else None
     files, folders = readable(PACKAGES) if outside else (None, None)
     settings = settings | {
-        "packages": PACKAGES, "paths": [str(place) for place in import_folders(PACKAGES)], "uid": uid,
-        "moved": uid is not None and outside and unreachable(PACKAGES), "readable": files,
-        "listable": folders, "parent": os.getpid() if outside else None,
-    }  # fmt: skip
+        "packages": PACKAGES,
+        "paths": [str(place) for place in import_folders(PACKAGES)],
+        "uid": uid,
+        "moved": uid is not None and outside and unreachable(PACKAGES),
+        "readable": files,
+        "listable": folders,
+        "parent": os.getpid() if outside else None,
+    }
     cell = str(CELL) if outside else "/cell"
     command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
     passed = (settings["read"], settings["write"])
@@ -51,9 +55,15 @@ def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
 def _popen(command, passed):
     # It starts in a folder that is always there: one of its own would stay if the grader were killed.
     return subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, pass_fds=passed,
-        start_new_session=True, cwd="/", env=ENVIRONMENT,
-    )  # fmt: skip
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        pass_fds=passed,
+        start_new_session=True,
+        cwd="/",
+        env=ENVIRONMENT,
+    )
 
 
 def _spare_user():

@@ -28,11 +28,18 @@ class Live:
     def __init__(self, functions: dict[str, Callable]):
         strange = [name for name, function in functions.items() if not callable(function)]
         if strange:
-            raise TypeError(f"{strange[0]} is a {type(functions[strange[0]]).__name__}, not a function")
+            raise TypeError(
+                f"{strange[0]} is a {type(functions[strange[0]]).__name__}, not a function"
+            )
         self._functions = functions
         self.names = tuple(functions)
         scopes = [getattr(function, "__globals__", {}) for function in functions.values()]
-        self.constants = {name: float(value) for scope in scopes for name, value in scope.items() if _is_number(value)}
+        self.constants = {
+            name: float(value)
+            for scope in scopes
+            for name, value in scope.items()
+            if _is_number(value)
+        }
 
     def __enter__(self):
         return self
@@ -61,8 +68,14 @@ class Live:
         space, constants = getattr(called, "__globals__", {}), constants or {}
         absent = sorted(set(constants) - {name for name in space if _is_number(space[name])})
         if absent:
-            return [Reply("missing", text=f"the session has no constant {', '.join(absent)}")] * len(rows)
-        set_ = constants | {k: StandIn(space[k], right) for k, right in (given or {}).items() if callable(space.get(k))}
+            return [
+                Reply("missing", text=f"the session has no constant {', '.join(absent)}")
+            ] * len(rows)
+        set_ = constants | {
+            k: StandIn(space[k], right)
+            for k, right in (given or {}).items()
+            if callable(space.get(k))
+        }
         kept = {name: space[name] for name in set_}
         space.update(set_)
         try:
@@ -81,4 +94,6 @@ def _reply(function, row):
     answer = call(function, row, file)
     if answer["k"] == "exception" and answer["t"].startswith("KeyboardInterrupt"):
         raise KeyboardInterrupt
-    return reply(json.loads(json.dumps(answer)), [line.rstrip("\n") for line in linecache.getlines(file)])
+    return reply(
+        json.loads(json.dumps(answer)), [line.rstrip("\n") for line in linecache.getlines(file)]
+    )

@@ -12,7 +12,10 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-_ROOT_FOLDERS = ("/lib", "/lib64")  # links to those in /usr, where they are not folders of their own
+_ROOT_FOLDERS = (
+    "/lib",
+    "/lib64",
+)  # links to those in /usr, where they are not folders of their own
 _SETTINGS = ("/etc/ld.so.cache", "/etc/alternatives")  # where the loader finds libraries
 CELL = Path(__file__).parent / "cell"
 
@@ -37,7 +40,9 @@ def _folder(package):
 def unreachable(packages: tuple[str, ...]) -> bool:
     """Whether a user without rights cannot reach the interpreter's library or the packages."""
     places = [Path(sysconfig.get_path("stdlib")), *import_folders(packages)]
-    return any(not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents))
+    return any(
+        not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents)
+    )
 
 
 @cache
@@ -46,7 +51,9 @@ def system_folders() -> list[Path]:
     prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
     wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/nix/store", *_ROOT_FOLDERS)]
     wanted += [prefix / name for prefix in sorted(prefixes) for name in ("lib", "lib64")]
-    wanted = [folder for folder in dict.fromkeys(wanted) if folder.is_dir() and not folder.is_symlink()]
+    wanted = [
+        folder for folder in dict.fromkeys(wanted) if folder.is_dir() and not folder.is_symlink()
+    ]
     return [folder for folder in wanted if not any(other in folder.parents for other in wanted)]
 
 
@@ -56,19 +63,31 @@ def _hidden():
     variables = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
     found = [*map(Path, site.getsitepackages()), *map(Path, sys.path)]
     found += [Path(sysconfig.get_path(name, vars=variables)) for name in ("purelib", "platlib")]
-    found += [library / "site-packages", library / "dist-packages", *Path("/usr/lib/python3").glob("dist-packages")]
+    found += [
+        library / "site-packages",
+        library / "dist-packages",
+        *Path("/usr/lib/python3").glob("dist-packages"),
+    ]
     kept = {library, library / "lib-dynload"}
     return [
         folder
         for folder in dict.fromkeys(place.resolve() for place in found)
-        if folder.is_dir() and folder not in kept and any(top in folder.parents for top in system_folders())
+        if folder.is_dir()
+        and folder not in kept
+        and any(top in folder.parents for top in system_folders())
     ]
 
 
 @cache
 def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
-    more = (*_SETTINGS, "/sys/devices/system/cpu", "/usr/share/zoneinfo", "/dev/null", "/dev/urandom")
+    more = (
+        *_SETTINGS,
+        "/sys/devices/system/cpu",
+        "/usr/share/zoneinfo",
+        "/dev/null",
+        "/dev/urandom",
+    )
     readable = [*_parts(packages), interpreter(), *(Path(p) for p in more if Path(p).exists())]
     listable, waiting, hidden = [*import_folders(packages)], [*system_folders()], _hidden()
     while waiting:
@@ -77,7 +96,9 @@ def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
             readable.append(folder)
             continue
         listable.append(folder)
-        waiting += [entry for entry in folder.iterdir() if entry not in hidden and not entry.is_symlink()]
+        waiting += [
+            entry for entry in folder.iterdir() if entry not in hidden and not entry.is_symlink()
+        ]
     return [str(place) for place in readable], [str(place) for place in listable]
 
 
@@ -99,12 +120,23 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     binds += [("--tmpfs", str(place)) for place in _hidden()]
     shown = [*_parts(packages), interpreter(), *(Path(p) for p in _SETTINGS if os.path.exists(p))]
     binds += [("--ro-bind", str(place), str(place)) for place in shown]
-    binds += [("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)]
+    binds += [
+        ("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)
+    ]
     binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
     above = {folder for place in [*system, *shown] for folder in place.parents}
-    above = sorted(folder for folder in above if not any(top in (folder, *folder.parents) for top in system))
+    above = sorted(
+        folder for folder in above if not any(top in (folder, *folder.parents) for top in system)
+    )
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
-    spaces = ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--die-with-parent", "--new-session"]
+    spaces = [
+        "--unshare-ipc",
+        "--unshare-pid",
+        "--unshare-net",
+        "--unshare-uts",
+        "--die-with-parent",
+        "--new-session",
+    ]
     if os.getuid():
         spaces = ["--unshare-user", *spaces]
     return [_bwrap(), *spaces, *(word for words in [*folders, *binds] for word in words)]
@@ -125,7 +157,11 @@ def bwrap_trouble() -> str:
         run = subprocess.run(command, capture_output=True, text=True, timeout=20)
     except (OSError, subprocess.TimeoutExpired) as error:
         return str(error)
-    return "" if run.returncode == 0 else run.stderr.strip() or f"bwrap ended with status {run.returncode}"
+    return (
+        ""
+        if run.returncode == 0
+        else run.stderr.strip() or f"bwrap ended with status {run.returncode}"
+    )
 
 
 def bwrap_works() -> bool:

@@ -57,7 +57,12 @@ class Worker:
         finally:
             os.close(request)
             os.close(reply)
-        self._open, self._wrapped, self._cpu, self._begin = True, isolate == "bwrap", cpu, time.monotonic()
+        self._open, self._wrapped, self._cpu, self._begin = (
+            True,
+            isolate == "bwrap",
+            cpu,
+            time.monotonic(),
+        )
         self._selector = selectors.DefaultSelector()
         self._text = self._process.stdout.fileno()
         for descriptor in (self._in, self._text):
@@ -73,7 +78,9 @@ class Worker:
             self.close()
             if isinstance(lost, Lost) and lost.outside:
                 raise
-            raise IsolationError(f"the worker process did not start: {self.output.strip() or lost}") from None
+            raise IsolationError(
+                f"the worker process did not start: {self.output.strip() or lost}"
+            ) from None
         if report["k"] != "ready":
             self.close()
             raise IsolationError(f"the worker process cannot be confined: {clean(report['t'])}")
@@ -154,7 +161,14 @@ class Worker:
         # Nothing in the worker can send a signal, and no program uses more time on the processor than has passed.
         if number == signal.SIGKILL and time.monotonic() - self._begin < self._cpu:
             return Lost("killed", "from outside: was the machine out of memory?", outside=True)
-        if number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGKILL, signal.SIGILL, signal.SIGFPE):
+        if number in (
+            signal.SIGSEGV,
+            signal.SIGBUS,
+            signal.SIGABRT,
+            signal.SIGKILL,
+            signal.SIGILL,
+            signal.SIGFPE,
+        ):
             return Lost("killed", f"signal {number} ({signal.strsignal(number)})")
         return Lost("exit", f"ended the process with status {code}")
 

@@ -54,7 +54,9 @@ class Student:
         if isolate not in ("process", "bwrap"):
             raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
         if sys.platform == "win32":
-            raise IsolationError("a student's program can be confined on Linux and macOS only: on Windows use WSL")
+            raise IsolationError(
+                "a student's program can be confined on Linux and macOS only: on Windows use WSL"
+            )
         if isolate == "bwrap" and bwrap_trouble():
             raise IsolationError(f"bwrap cannot isolate a worker here: {bwrap_trouble()}")
         self._submission, self._isolate = submission, isolate
@@ -105,7 +107,11 @@ class Student:
         What only today's NumPy refuses is asked again as it ran before; `mended` holds the first refusal.
         """
         replies = self._ask(function, rows, constants, limit, given or {})
-        refused = [reply for reply in replies if reply.kind == "exception" and old_numpy.refused(reply.text)]
+        refused = [
+            reply
+            for reply in replies
+            if reply.kind == "exception" and old_numpy.refused(reply.text)
+        ]
         if refused and not self.mended:
             self._mend(refused[0])
             return self._ask(function, rows, constants, limit, given or {})
@@ -118,7 +124,9 @@ class Student:
         replies, left = [], self._total
         while len(replies) < len(rows):
             if self._budget <= 0:
-                lost = Reply("timeout", text="the file has used up the time for all its calls together")
+                lost = Reply(
+                    "timeout", text="the file has used up the time for all its calls together"
+                )
                 return replies + [lost] * (len(rows) - len(replies))
             if self._worker is None and not self._hopeless:
                 self._load()
@@ -127,7 +135,9 @@ class Student:
             start, used, done = time.monotonic(), self._used, len(replies)
             self._used = True
             try:
-                self._batch(function, rows[len(replies) :], constants, limit, start + left, replies, given)
+                self._batch(
+                    function, rows[len(replies) :], constants, limit, start + left, replies, given
+                )
                 if any(answer.kind == "memory" for answer in replies):
                     self.close()  # what filled it may still be there
                 break
@@ -162,15 +172,25 @@ class Student:
     def _batch(self, function, rows, constants, limit, end, replies, given):
         """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
-        request = {"n": nonce, "function": function, "rows": rows, "constants": constants, "given": [*given]}
+        request = {
+            "n": nonce,
+            "function": function,
+            "rows": rows,
+            "constants": constants,
+            "given": [*given],
+        }
         self._worker.send(request, limit)
-        data = self._worker.receive(nonce, min(LOAD_LIMIT if constants else limit, end - time.monotonic()))
+        data = self._worker.receive(
+            nonce, min(LOAD_LIMIT if constants else limit, end - time.monotonic())
+        )
         if data.get("k") == "missing":
             replies += [self._missing(function, data.get("absent"))] * len(rows)
             return
         for _ in rows:
             until = min(time.monotonic() + limit, end)
-            while (data := self._worker.receive(nonce, until - time.monotonic())).get("k") == "asks":
+            while (data := self._worker.receive(nonce, until - time.monotonic())).get(
+                "k"
+            ) == "asks":
                 self._worker.send(_answer(data, given), limit)
             replies.append(reply(data, self._lines))
 
@@ -181,7 +201,10 @@ class Student:
         if self.trouble is not None and re.search(rf"\b{function}\b", self._submission.source):
             return replace(self.trouble, kind="import")
         alike = next((name for name in self.names if _bare(name) == _bare(function)), "")
-        return Reply("missing", text=f"no function {function}" + (f": is your {alike} meant?" if alike else ""))
+        return Reply(
+            "missing",
+            text=f"no function {function}" + (f": is your {alike} meant?" if alike else ""),
+        )
 
     def _count_killed(self):
         """Close what is left of a worker that something else killed. Raises KilledError at the last of many."""
@@ -206,9 +229,14 @@ class Student:
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
                 request["old_numpy"] = getsource(old_numpy) if self.mended else ""
-                request |= {"notebook": self._submission.kind == "notebook", "modules": self._modules}
+                request |= {
+                    "notebook": self._submission.kind == "notebook",
+                    "modules": self._modules,
+                }
                 self._worker.send(request, LOAD_LIMIT)
-                while (data := self._worker.receive(nonce, end - time.monotonic())).get("k") == "at":
+                while (data := self._worker.receive(nonce, end - time.monotonic())).get(
+                    "k"
+                ) == "at":
                     at = data
                 self._loaded(data)
                 return
@@ -217,7 +245,9 @@ class Student:
                     self._count_killed()
                     continue
                 losses += 1
-                kind, text = (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
+                kind, text = (
+                    (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
+                )
                 text = f"{KINDS[kind]}: {text or f'not done within {LOAD_LIMIT:g} s'}"
                 line, source = place(at and at.get("l"), self._lines)
                 self.trouble = self.trouble or Reply("import", None, text, line, source)
@@ -231,11 +261,19 @@ class Student:
 
     def _loaded(self, data):
         names, numbers, trouble = data.get("names"), data.get("numbers"), data.get("trouble")
-        whole = isinstance(names, list) and isinstance(numbers, dict) and isinstance(trouble, dict | None)
+        whole = (
+            isinstance(names, list)
+            and isinstance(numbers, dict)
+            and isinstance(trouble, dict | None)
+        )
         if data.get("k") != "loaded" or not whole:
             raise Garbled("a message that is not the end of the file")
         self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
-        self.constants = {name: n for name, n in list(numbers.items())[:MOST_NAMES] if type(n) is float and isfinite(n)}
+        self.constants = {
+            name: n
+            for name, n in list(numbers.items())[:MOST_NAMES]
+            if type(n) is float and isfinite(n)
+        }
         if trouble is not None and self.trouble is None:
             found = reply(trouble, self._lines)
             self.trouble = replace(found, kind="import", text=found.text or KINDS[found.kind])
@@ -245,9 +283,13 @@ class Student:
         if report["uid"] != os.getuid():
             notes.append(f"running as root: the student's program runs as user {report['uid']}")
         if self._isolate == "process" and not report["filter"]:
-            notes.append("the kernel cannot filter system calls (seccomp): files and signals are not protected")
+            notes.append(
+                "the kernel cannot filter system calls (seccomp): files and signals are not protected"
+            )
         if self._isolate == "process" and not report["landlock"]:
-            notes.append("the kernel cannot hide files (Landlock): the student's program reads what its user can read")
+            notes.append(
+                "the kernel cannot hide files (Landlock): the student's program reads what its user can read"
+            )
         self.notes = tuple(notes)
 
 

@@ -20,10 +20,29 @@ PROGRAMS, ARCHIVE = (".py", ".ipynb"), ".zip"
 MOST_SOURCE = 1_000_000  # bytes of a .py file, characters of a notebook's code
 MOST_NOTEBOOK = 20_000_000  # bytes, with its outputs
 MOST_ARCHIVE = 50_000_000  # bytes of a zip
-UNREADABLE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, RuntimeError, ValueError, EOFError, OSError)  # of a zip
+UNREADABLE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    lzma.LZMAError,
+    RuntimeError,
+    ValueError,
+    EOFError,
+    OSError,
+)  # of a zip
 MOST_NAME = 200  # characters of a file's name
-ENCODINGS = ("utf-8", "ascii", "iso8859-1", "iso8859-15", "cp1252")  # none of them costs more than its length
-OF_PYTHON = ("%%time\n", "%%time ", "%%capture", "%%prun")  # magics of a cell whose code the notebook's session runs
+ENCODINGS = (
+    "utf-8",
+    "ascii",
+    "iso8859-1",
+    "iso8859-15",
+    "cp1252",
+)  # none of them costs more than its length
+OF_PYTHON = (
+    "%%time\n",
+    "%%time ",
+    "%%capture",
+    "%%prun",
+)  # magics of a cell whose code the notebook's session runs
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 
 
@@ -82,7 +101,9 @@ def opened(path: Path) -> Iterator:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError as error:
         if path.is_symlink():
-            raise SubmissionError(f"{path.name} is a symbolic link: hand in the file itself") from None
+            raise SubmissionError(
+                f"{path.name} is a symbolic link: hand in the file itself"
+            ) from None
         raise SubmissionError(f"{path.name} cannot be opened: {error.strerror}") from None
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
@@ -131,7 +152,9 @@ def _source(data, name):
     """(text, remark) of a .py file: as Python reads it, else as the editor meant that wrote it."""
     for mark, encoding in ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
         if data.startswith(mark):
-            return _text(data, name, encoding), f"{name} is saved as UTF-16, which Python cannot run: save it as UTF-8."
+            return _text(
+                data, name, encoding
+            ), f"{name} is saved as UTF-16, which Python cannot run: save it as UTF-8."
     encoding = _encoding(data, name)
     try:
         return _text(data, name, encoding), ""
@@ -182,5 +205,7 @@ def _code(text, name):
         whole = part.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n")
         own = whole.split("\n") if whole else []  # Python's lines: splitlines has more ends
         magic = part.lstrip().startswith("%%") and not part.lstrip().startswith(OF_PYTHON)
-        lines += ["" if magic or line.lstrip().startswith(("%", "!", "?")) else line for line in own]
+        lines += [
+            "" if magic or line.lstrip().startswith(("%", "!", "?")) else line for line in own
+        ]
     return "\n".join(lines) + "\n", tuple(starts)

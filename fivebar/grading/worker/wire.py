@@ -53,7 +53,9 @@ def place(line: object, lines: list[str]) -> tuple[int | None, str]:
 
 def clean(text: str, most: int = MOST_TEXT) -> str:
     """Text of a limited length without control characters, safe on a terminal."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most])
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most]
+    )
 
 
 def value(data: object, depth: int = 0) -> object:
@@ -88,8 +90,17 @@ def _is_number(data):
 
 def _array(shape, data, depth):
     """An array as the worker described it; of objects where its parts are not all numbers."""
-    ok = isinstance(shape, list) and isinstance(data, list) and all(type(n) is int and n >= 0 for n in shape)
-    if not ok or len(shape) > 32 or math.prod(max(n, 1) for n in shape) > MOST_NUMBERS or math.prod(shape) != len(data):
+    ok = (
+        isinstance(shape, list)
+        and isinstance(data, list)
+        and all(type(n) is int and n >= 0 for n in shape)
+    )
+    if (
+        not ok
+        or len(shape) > 32
+        or math.prod(max(n, 1) for n in shape) > MOST_NUMBERS
+        or math.prod(shape) != len(data)
+    ):
         raise Garbled("an array whose parts do not fit its shape")
     parts = [value(part, depth) for part in data]
     if all(isinstance(part, bool | int | float | complex) for part in parts):

@@ -16,7 +16,9 @@ try:
     import flint
     import mpmath  # noqa: F401, which the checker has
 except ImportError:
-    raise ImportError("to certify a path takes python-flint and mpmath: pip install python-flint mpmath") from None
+    raise ImportError(
+        "to certify a path takes python-flint and mpmath: pip install python-flint mpmath"
+    ) from None
 
 from ...base.checks import instance, modes, not_negative, number
 from ...base.progress import progress
@@ -40,7 +42,9 @@ def _ball(value):
     return _ball(value[0]).union(_ball(value[1])) if isinstance(value, tuple) else flint.arb(value)
 
 
-_BALLS = SimpleNamespace(mpf=_ball, sqrt=flint.arb.sqrt, cos=flint.arb.cos, sin=flint.arb.sin)  # as mpmath's iv
+_BALLS = SimpleNamespace(
+    mpf=_ball, sqrt=flint.arb.sqrt, cos=flint.arb.cos, sin=flint.arb.sin
+)  # as mpmath's iv
 
 
 class Unproved(NamedTuple):
@@ -77,14 +81,21 @@ class Certificate:
         count = sum(len(parts) - 1 for parts in self.claim["parts"])
         stretches = (f"{u.start:.6g} to {u.stop:.6g} m: {u.why}" for u in self.unproved[:1])
         more = f"and {len(self.unproved) - 1} more stretches" if len(self.unproved) > 1 else ""
-        said = f"margin {self.claim['margin']:g}", f"{len(self.claim['pieces'])} pieces in {count} parts"
-        return one_line("Certificate", "proved" if self.proved else "not proved", *said, *stretches, more)
+        notes = (
+            f"margin {self.claim['margin']:g}",
+            f"{len(self.claim['pieces'])} pieces in {count} parts",
+        )
+        return one_line(
+            "Certificate", "proved" if self.proved else "not proved", *notes, *stretches, more
+        )
 
     def to_json(self, file: TextFile) -> None:
         """Write it for `fivebar certify --check` (or checker.py alone). ValueError where it is not proved."""
         if not self.proved:
             first = self.unproved[0]
-            raise ValueError(f"certify: not proved from s = {first.start:.9g} to {first.stop:.9g} m: {first.why}")
+            raise ValueError(
+                f"certify: not proved from s = {first.start:.9g} to {first.stop:.9g} m: {first.why}"
+            )
         with written(file) as out:
             json.dump(self.claim | {"sha256": digest(self.claim)}, out)
 
@@ -124,7 +135,10 @@ def certify(
             parts, failed = _parted(claim, piece)
             claim["parts"].append(parts)
             for first, last in failed:
-                s = (float(path.knots[k] + u * path.pieces[k].length) for u in (first, (first + last) / 2, last))
+                s = (
+                    float(path.knots[k] + u * path.pieces[k].length)
+                    for u in (first, (first + last) / 2, last)
+                )
                 found.append(Unproved(*s, *_broken(claim, piece, (first + last) / 2)))
     return Certificate(claim, tuple(_stretches(found)))
 
@@ -133,7 +147,11 @@ def _stretches(found):
     """Parts that follow on each other, with one verdict, as one."""
     joined = []
     for each in found:
-        if joined and joined[-1].false == each.false and each.start - joined[-1].stop <= 1e-9 * each.stop:
+        if (
+            joined
+            and joined[-1].false == each.false
+            and each.start - joined[-1].stop <= 1e-9 * each.stop
+        ):
             joined[-1] = joined[-1]._replace(stop=each.stop)
         else:
             joined.append(each)
@@ -148,7 +166,9 @@ def _parted(claim, piece):
         if not proved(claim, piece, first, last, _BALLS):
             middle, size = (first + last) / 2, last - first
             tried = (middle,) if size <= FINE else (middle, first, last)
-            if size > FINEST and (size > COARSE or any(proved(claim, piece, u, u, _BALLS) for u in tried)):
+            if size > FINEST and (
+                size > COARSE or any(proved(claim, piece, u, u, _BALLS) for u in tried)
+            ):
                 left += [(middle, last), (first, middle)]
                 continue
             failed.append((first, last))
@@ -161,44 +181,65 @@ def _broken(claim, piece, u):
     nominal, tolerances = claim["robot"], claim["tolerances"]
     for k, (_, value, _) in enumerate(_kept(claim, piece, u, nominal)):
         lengths = {  # of which this is the least, as far as it is linear
-            name: nominal[name] - INSIDE * math.copysign(tolerances.get(name, 0.0), float(slope.mid()))
+            name: nominal[name]
+            - INSIDE * math.copysign(tolerances.get(name, 0.0), float(slope.mid()))
             for name, slope in zip(LENGTHS, value.slopes)
         }
         there = list(_kept(claim, piece, u, lengths))
         if k < len(there) and there[k][1].value < there[k][2]:
             what, value, least = there[k]
-            return True, f"{what} = {float(value.value.mid()):.6g}, where at least {least:g} is claimed", lengths
+            return (
+                True,
+                f"{what} = {float(value.value.mid()):.6g}, where at least {least:g} is claimed",
+                lengths,
+            )
     return False, "neither proved nor broken at its middle", nominal
 
 
 def _kept(claim, piece, u, lengths):
     """(name, quantity, its least value) of what is claimed at a point, as far as that is reached."""
     zero = _ball(0)
-    numbers = [Number(_ball(lengths[name]), [_ball(name == other) for other in LENGTHS]) for name in LENGTHS]
+    numbers = [
+        Number(_ball(lengths[name]), [_ball(name == other) for other in LENGTHS])
+        for name in LENGTHS
+    ]
     reached = list(legs(*point(piece, Number(_ball(u), [zero] * len(LENGTHS)), _BALLS), numbers))
     for leg, (*_, outer, inner) in enumerate(reached, 1):
         yield f"(l{leg}1 + l{leg}2)^2 - r{leg}^2", outer, 0.0
         yield f"r{leg}^2 - (l{leg}1 - l{leg}2)^2", inner, 0.0
     if sines := margins(reached, claim["working"], _BALLS):
         yield from zip(("sin^2 q12", "sin^2 q22"), sines, (claim["margin"] ** 2,) * 2)
-        yield ("det A", "-det A")[claim["assembly"] > 0], sines[2] * -claim["assembly"], claim["margin"]
+        yield (
+            ("det A", "-det A")[claim["assembly"] > 0],
+            sines[2] * -claim["assembly"],
+            claim["margin"],
+        )
 
 
 def _tolerances(robot, tolerances):
     if not isinstance(tolerances, Mapping):
         tolerances = dict.fromkeys(LENGTHS, tolerances)
     if unknown := sorted(map(str, set(tolerances) - set(LENGTHS))):
-        raise ValueError(f"certify: tolerances of {', '.join(unknown)}: known are {', '.join(LENGTHS)}")
-    found = {name: not_negative(value, f"certify: tolerances of {name}") for name, value in tolerances.items()}
+        raise ValueError(
+            f"certify: tolerances of {', '.join(unknown)}: known are {', '.join(LENGTHS)}"
+        )
+    found = {
+        name: not_negative(value, f"certify: tolerances of {name}")
+        for name, value in tolerances.items()
+    }
     for name, value in found.items():
         if name != "d" and value >= getattr(robot, name):
-            raise ValueError(f"certify: tolerances of {value:g} m leave nothing of {name} = {getattr(robot, name):g} m")
+            raise ValueError(
+                f"certify: tolerances of {value:g} m leave nothing of {name} = {getattr(robot, name):g} m"
+            )
     return {name: value for name, value in found.items() if value}
 
 
 def _assembly(robot, path, working):
     """The assembly mode in which a path begins, as far as it is reached."""
-    found = igm(robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan").assembly
+    found = igm(
+        robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan"
+    ).assembly
     return int(next((mode for mode in found if mode), -1))
 
 

@@ -29,14 +29,19 @@ class Number(NamedTuple):
         if not isinstance(other, Number):
             return self.through(self.value * other, other)
         value = other.value
-        return Number(self.value * value, [a * value + self.value * b for a, b in zip(self.slopes, other.slopes)])
+        return Number(
+            self.value * value,
+            [a * value + self.value * b for a, b in zip(self.slopes, other.slopes)],
+        )
 
     def __sub__(self, other):
         return self + other * -1
 
     def __truediv__(self, other):
         value = self.value / other.value
-        return Number(value, [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)])
+        return Number(
+            value, [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)]
+        )
 
     def through(self, value, slope):
         return Number(value, [a * slope for a in self.slopes])
@@ -94,12 +99,16 @@ def proved(certificate, piece, first, last, on=iv):
         free += [k] * bool(tolerance > 0)
 
     def centred(over, at):  # the mean value theorem
-        change = sum((slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)), on.mpf(0))
+        change = sum(
+            (slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)), on.mpf(0)
+        )
         return Number(at.value + change, over.slopes)
 
     both = []
     for each in (whole, middle):
-        u, *lengths = (Number(value, [on.mpf(k == j) for j in free]) for k, value in enumerate(each))
+        u, *lengths = (
+            Number(value, [on.mpf(k == j) for j in free]) for k, value in enumerate(each)
+        )
         both.append(list(legs(*point(piece, u, on), lengths)))
     both[0] = [[centred(*pair) for pair in zip(*leg)] for leg in zip(*both)]
     both = [margins(each, certificate["working"], on) for each in both]
@@ -112,7 +121,9 @@ def proved(certificate, piece, first, last, on=iv):
 
 
 def digest(certificate):
-    content = json.dumps({key: value for key, value in certificate.items() if key != "sha256"}, sort_keys=True)
+    content = json.dumps(
+        {key: value for key, value in certificate.items() if key != "sha256"}, sort_keys=True
+    )
     return hashlib.sha256(content.encode()).hexdigest()
 
 
@@ -122,11 +133,22 @@ def refusal(certificate, shown=iter):
     if certificate["sha256"] != digest(certificate):
         return "it is not as it was written (sha256)"
     robot, tolerances, modes = (certificate[key] for key in ("robot", "tolerances", "working"))
-    known = {*modes, certificate["assembly"]} <= {-1, 1} and set(robot) == set(LENGTHS) >= set(tolerances)
-    if not (known and len(modes) == 2 and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0):
+    known = {*modes, certificate["assembly"]} <= {-1, 1} and set(robot) == set(LENGTHS) >= set(
+        tolerances
+    )
+    if not (
+        known
+        and len(modes) == 2
+        and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0
+    ):
         return f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin, none below 0"
-    gap, ends = 1e-12 * sum(robot.values()), []  # between the end of a piece and the start of the next
-    for number, (piece, parts) in enumerate(shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1):
+    gap, ends = (
+        1e-12 * sum(robot.values()),
+        [],
+    )  # between the end of a piece and the start of the next
+    for number, (piece, parts) in enumerate(
+        shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1
+    ):
         ends.append([[xy.value for xy in point(piece, Number(iv.mpf(u)))] for u in (0, 1)])
         joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
@@ -141,7 +163,14 @@ def check(file, shown=iter):
     try:
         with open(file, encoding="utf-8") as opened:
             return refusal(json.load(opened), shown)
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError) as error:
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        RuntimeError,
+    ) as error:
         return f"it is no certificate ({type(error).__name__}: {error})"
 
 

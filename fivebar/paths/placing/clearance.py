@@ -23,8 +23,12 @@ class Room:
     def __init__(self, part: Aspect) -> None:
         self.part, self.arcs, self.points = part, arcs_of(part), punctures(part)
         self.spacing = sum(np.abs(np.diff(arc.z)).sum() for arc in self.arcs) / BORDER
-        loops = [np.concatenate([arc.dense(self.spacing) for arc in loop]) for loop in part.boundary]
-        walls = [np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())]
+        loops = [
+            np.concatenate([arc.dense(self.spacing) for arc in loop]) for loop in part.boundary
+        ]
+        walls = [
+            np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())
+        ]
         self.border = np.concatenate([*loops, *walls, self.points])
         self.before, self.after = (
             np.concatenate(
@@ -39,7 +43,10 @@ class Room:
         self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
         self.tree = _tree(self.border)
         self.low, self.high = (f(loops[0].real) + 1j * f(loops[0].imag) for f in (np.min, np.max))
-        x, y = np.linspace(self.low.real, self.high.real, GRID), np.linspace(self.low.imag, self.high.imag, GRID)
+        x, y = (
+            np.linspace(self.low.real, self.high.real, GRID),
+            np.linspace(self.low.imag, self.high.imag, GRID),
+        )
         z = x[:, None] + 1j * y
         self.steps = x[1] - x[0], y[1] - y[0]
         away = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0]
@@ -66,7 +73,10 @@ class Room:
         distance = np.abs(z - on)
         # No border is between a point and a node of the grid that is nearer than it.
         (u, v), (i, j) = self._cells(z)
-        i, j = np.clip(np.rint(u), 0, GRID - 1).astype(int), np.clip(np.rint(v), 0, GRID - 1).astype(int)
+        i, j = (
+            np.clip(np.rint(u), 0, GRID - 1).astype(int),
+            np.clip(np.rint(v), 0, GRID - 1).astype(int),
+        )
         node = np.hypot((u - i) * self.steps[0], (v - j) * self.steps[1])
         sign = np.where(self.field[i, j] > 0, 1.0, -1.0)
         near = node >= 0.99 * distance
@@ -85,7 +95,9 @@ class Room:
         u, v = x - i, y - j
         f = self.field.ravel()
         k = i * GRID + j
-        value = (f[k] * (1 - u) + f[k + GRID] * u) * (1 - v) + (f[k + 1] * (1 - u) + f[k + GRID + 1] * u) * v
+        value = (f[k] * (1 - u) + f[k + GRID] * u) * (1 - v) + (
+            f[k + 1] * (1 - u) + f[k + GRID + 1] * u
+        ) * v
         beyond = np.maximum(np.maximum(-x, x - GRID + 1), np.maximum(-y, y - GRID + 1))
         return np.where(beyond > 0, -np.abs(f).max() - beyond * self.steps[0], value)
 
@@ -101,7 +113,9 @@ class Room:
             found = np.minimum(found, np.abs(z - point))
         return found
 
-    def along(self, path: Path, least: float = -np.inf, most: float = np.inf) -> tuple[float, complex | None]:
+    def along(
+        self, path: Path, least: float = -np.inf, most: float = np.inf
+    ) -> tuple[float, complex | None]:
         """The room of a placed path, exactly, and the point where it is least; at most 0 where it leaves.
 
         least: where the room is found to be no more than that, some such distance is enough. most: where it is no less,
@@ -114,7 +128,9 @@ class Room:
         z = path(s)[0] @ (1, 1j)
         within = self.within(z)
         if not within.all():
-            return -float(self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~within].max()), z[0]
+            return -float(
+                self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~within].max()
+            ), z[0]
         steep = np.array([_steepest(piece) for piece in path.pieces])
         # Samples of the border are nowhere farther apart than `spacing`.
         room = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing
@@ -129,19 +145,37 @@ class Room:
                 best, at = float(room[k]), complex(z[k])
             if best <= least:
                 break
-            k = np.clip(np.searchsorted(path.knots, (s[:-1] + s[1:]) / 2, side="right") - 1, 0, len(steep) - 1)
+            k = np.clip(
+                np.searchsorted(path.knots, (s[:-1] + s[1:]) / 2, side="right") - 1,
+                0,
+                len(steep) - 1,
+            )
             h, a, b = np.diff(s), np.maximum(room[:-1], 0), np.maximum(room[1:], 0)
-            c = steep[k, 0] ** 2 + (np.maximum(a, b) + self.spacing + 2 * h * steep[k, 0]) * steep[k, 1]
+            c = (
+                steep[k, 0] ** 2
+                + (np.maximum(a, b) + self.spacing + 2 * h * steep[k, 0]) * steep[k, 1]
+            )
             floor = np.minimum(a, b) ** 2 - c * h**2 / 4
             open_ = np.flatnonzero(np.sqrt(np.maximum(floor, 0)) < best - TIGHT * path.length)
             if not len(open_) and not (~sure & (room < best)).any():
                 break
             more = (s[open_] + s[open_ + 1]) / 2
             new = path(more)[0] @ (1, 1j)
-            rough = self.tree.query(np.stack([new.real, new.imag], axis=-1))[0] - 0.51 * self.spacing
-            s, z, room = np.concatenate([s, more]), np.concatenate([z, new]), np.concatenate([room, rough])
+            rough = (
+                self.tree.query(np.stack([new.real, new.imag], axis=-1))[0] - 0.51 * self.spacing
+            )
+            s, z, room = (
+                np.concatenate([s, more]),
+                np.concatenate([z, new]),
+                np.concatenate([room, rough]),
+            )
             order = np.argsort(s)
-            s, z, room, sure = s[order], z[order], room[order], np.append(sure, np.zeros(len(more), dtype=bool))[order]
+            s, z, room, sure = (
+                s[order],
+                z[order],
+                room[order],
+                np.append(sure, np.zeros(len(more), dtype=bool))[order],
+            )
         return best, at
 
 
@@ -156,5 +190,7 @@ def _steepest(piece: Piece) -> tuple[float, float]:
     if not hasattr(piece, "bernstein"):
         return 1.0, 0.0
     n, control = len(piece.coefficients) - 1, piece.bernstein
-    first, second = (np.linalg.norm(np.diff(control, order, axis=0), axis=1).max(initial=0.0) for order in (1, 2))
+    first, second = (
+        np.linalg.norm(np.diff(control, order, axis=0), axis=1).max(initial=0.0) for order in (1, 2)
+    )
     return n * first / piece.length, n * (n - 1) * second / piece.length**2

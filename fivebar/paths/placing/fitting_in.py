@@ -34,9 +34,16 @@ def bounds(path: Path) -> np.ndarray:
     for piece in path.pieces:
         if isinstance(piece, Arc):
             first, last = sorted((piece.angle0, piece.angle1))
-            quarters = np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1) * np.pi / 2
+            quarters = (
+                np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1)
+                * np.pi
+                / 2
+            )
             angles = np.concatenate([[first, last], quarters])
-            corners.append(np.array(piece.centre) + piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+            corners.append(
+                np.array(piece.centre)
+                + piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+            )
         elif hasattr(piece, "bernstein"):
             corners.append(piece.bernstein)
         else:
@@ -46,9 +53,13 @@ def bounds(path: Path) -> np.ndarray:
 
 
 def fitted_in(
-    robot: FiveBar, path: Path, turn: float = 0.0, scale: float | None = 1.0, working: tuple[int, int] | None = None,
+    robot: FiveBar,
+    path: Path,
+    turn: float = 0.0,
+    scale: float | None = 1.0,
+    working: tuple[int, int] | None = None,
     margin: float = 0.005,
-) -> Fit:  # fmt: skip
+) -> Fit:
     """The drawing in the middle of an aspect's largest upright rectangle: Fit.
 
     scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from all singularities.
@@ -79,9 +90,13 @@ def fitted_in(
     if not found:
         raise ValueError(refused)
     if scale is None:
-        share, aspect, rectangle = max(found, key=lambda each: (not crossed[each[1].number], round(each[0], 4)))
+        share, aspect, rectangle = max(
+            found, key=lambda each: (not crossed[each[1].number], round(each[0], 4))
+        )
     else:
-        share, aspect, rectangle = max(found, key=lambda each: (min(each[0], scale), each is found[-1]))
+        share, aspect, rectangle = max(
+            found, key=lambda each: (min(each[0], scale), each is found[-1])
+        )
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale
         raise ValueError(
@@ -98,6 +113,10 @@ def fitted_in(
 def _legs_cross(robot, aspect):
     """Whether bars of both legs cross where the aspect is roomiest."""
     pose = igm(robot, aspect.point, aspect.working)
-    base, elbow, tip = np.array([-0.5, 0.5]) * robot.d, pose.elbows @ (1, 1j), complex(*aspect.point)
+    base, elbow, tip = (
+        np.array([-0.5, 0.5]) * robot.d,
+        pose.elbows @ (1, 1j),
+        complex(*aspect.point),
+    )
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
     return any(apart(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])

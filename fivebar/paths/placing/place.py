@@ -59,21 +59,36 @@ class Placed:
 
     def __repr__(self) -> str:
         parts = dict.fromkeys(part for _, part in self.strokes or [(self.path, self.aspect)])
-        modes = "working " + ", ".join(dict.fromkeys("({:+d}, {:+d})".format(*part.working) for part in parts))
+        modes = "working " + ", ".join(
+            dict.fromkeys("({:+d}, {:+d})".format(*part.working) for part in parts)
+        )
         name = "region" if getattr(self.aspect, "det_A", 0) else "aspect"
         where = f"{name}{'s' * (len(parts) > 1)} {', '.join(str(part.number) for part in parts)}"
-        return one_line("Placed", repr(self.placement), modes, where, f"{self.room:.6g} m from its boundary")
+        return one_line(
+            "Placed", repr(self.placement), modes, where, f"{self.room:.6g} m from its boundary"
+        )
 
 
 @takes(
-    robot=instance(FiveBar, Biglide), path=instance(Path), keep=optional(instance(Keep)), margin=not_negative,
-    working=optional(modes(2)), strokes=flag,
-)  # fmt: skip
+    robot=instance(FiveBar, Biglide),
+    path=instance(Path),
+    keep=optional(instance(Keep)),
+    margin=not_negative,
+    working=optional(modes(2)),
+    strokes=flag,
+)
 def place(
-    robot: FiveBar, path: Path, *, working: ArrayLike | None = None, turn: float | None = None,
-    scale: float | None = 1.0, margin: float = 0.0, keep: Keep | None = None, fastest: Mapping | None = None,
+    robot: FiveBar,
+    path: Path,
+    *,
+    working: ArrayLike | None = None,
+    turn: float | None = None,
+    scale: float | None = 1.0,
+    margin: float = 0.0,
+    keep: Keep | None = None,
+    fastest: Mapping | None = None,
     strokes: bool = False,
-) -> Placed:  # fmt: skip
+) -> Placed:
     """Put a path where it can be followed with the largest room to singularities and to what must be kept: Placed.
 
     working: the modes to use, None: those that give most room. turn: rad, None: free. scale: None: as large as it fits
@@ -92,24 +107,38 @@ def place(
     ValueError where it does not fit, with the largest scale that does.
     """
     if not robot.turns:
-        raise ValueError("place: a biglide's aspects are strips without ends: place a path by hand between its loci")
+        raise ValueError(
+            "place: a biglide's aspects are strips without ends: place a path by hand between its loci"
+        )
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     if not (fastest is None or isinstance(fastest, Mapping)):
-        raise TypeError(f"fastest must be a mapping of limits, as time_path takes them, not {shown(fastest)}")
-    known = [name for name in inspect.signature(time_path).parameters if name not in ("robot", "path", "working")]
+        raise TypeError(
+            f"fastest must be a mapping of limits, as time_path takes them, not {shown(fastest)}"
+        )
+    known = [
+        name
+        for name in inspect.signature(time_path).parameters
+        if name not in ("robot", "path", "working")
+    ]
     if unknown := [name for name in fastest or () if name not in known]:
-        raise ValueError(f"fastest: time_path has no limit {shown(unknown[0])}; it takes {', '.join(known)}")
+        raise ValueError(
+            f"fastest: time_path has no limit {shown(unknown[0])}; it takes {', '.join(known)}"
+        )
     det_A, sin = (keep.det_A, keep.sin) if keep else (0.0, 0.0)
     regions = [part for part in dexterous(robot, det_A, sin) if working in (None, part.working)]
     rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]
     if not rooms:
-        raise ValueError(f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the margin")
+        raise ValueError(
+            f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the margin"
+        )
     search = Search(cut(path) if strokes else [path], rooms, turn, margin)
     best, largest = None, None
     if scale:
         fits = search.fits(scale, FASTEST if fastest else 1)
-        best = _fastest(robot, search, fits, fastest) if fits and fastest else next(iter(fits), None)
+        best = (
+            _fastest(robot, search, fits, fastest) if fits and fastest else next(iter(fits), None)
+        )
     if best is None:
         best = search.largest()
         largest = best.scale
@@ -123,11 +152,17 @@ def place(
     placement = best.placement(search.middle)
     room, at = search.exactly(best)
     own = tuple((placement(each), part) for each, part in zip(search.paths, parts))
-    return Placed(placement(path), placement, parts[0], room, np.array([at.real, at.imag]), largest, own)
+    return Placed(
+        placement(path), placement, parts[0], room, np.array([at.real, at.imag]), largest, own
+    )
 
 
 def _hint(path, strokes):
-    return "" if strokes or len(cut(path)) == 1 else ", in one aspect; strokes=True gives each stroke modes of its own"
+    return (
+        ""
+        if strokes or len(cut(path)) == 1
+        else ", in one aspect; strokes=True gives each stroke modes of its own"
+    )
 
 
 def _fastest(robot, search, fits, limits):
@@ -136,7 +171,9 @@ def _fastest(robot, search, fits, limits):
     def duration(found):
         placement = found.placement(search.middle)
         return sum(
-            time_path(robot, placement(path), working=search.rooms[k].part.working, **limits).duration
+            time_path(
+                robot, placement(path), working=search.rooms[k].part.working, **limits
+            ).duration
             for path, k in zip(search.paths, found.which)
         )
 
@@ -145,4 +182,6 @@ def _fastest(robot, search, fits, limits):
 
 def _rest(keep):
     """What is left to keep in dexterous regions."""
-    return None if keep is None else Keep(keep.joints, keep.half_planes, keep.region, bars=keep.bars)
+    return (
+        None if keep is None else Keep(keep.joints, keep.half_planes, keep.region, bars=keep.bars)
+    )

@@ -13,12 +13,26 @@ from ..curve import Path
 from ..placement import Placement
 from .clearance import SAMPLES, TIGHT, Room
 
-SHIFTS, FEW = 36, 24  # a side of the grid of shifts on which the search begins, and points of the paths that it tries
+SHIFTS, FEW = (
+    36,
+    24,
+)  # a side of the grid of shifts on which the search begins, and points of the paths that it tries
 TURNS = 16  # of a full turn, where the search begins
 STARTS = 5  # placements, the best of the search, that are improved
 ROUNDS, SEEN = 60, 400  # of an improvement, at most, and points of the border that it remembers
-SMALLER, HALVINGS = 0.01, 7  # than what is surely too large, the least scale tried; of the way to what fits
-NEARLY = 1.15, 1.0, 0.85, 0.7, 0.5, 0.3, 0.1  # times the scale that fits on the grid, from where placements are grown,
+SMALLER, HALVINGS = (
+    0.01,
+    7,
+)  # than what is surely too large, the least scale tried; of the way to what fits
+NEARLY = (
+    1.15,
+    1.0,
+    0.85,
+    0.7,
+    0.5,
+    0.3,
+    0.1,
+)  # times the scale that fits on the grid, from where placements are grown,
 GROWN = 3  # so many of each, until one is as large as that
 SHRUNK = 13  # times that what has grown too large is made smaller
 CORNERS = 240  # of a path, at most, that are looked at beside its samples
@@ -35,7 +49,9 @@ class Found(NamedTuple):
 
     def placement(self, middle: complex) -> Placement:
         shift = self.shift - self.scale * np.exp(1j * self.turn) * middle
-        return Placement((shift.real, shift.imag), math.remainder(self.turn, 2 * math.pi), self.scale)
+        return Placement(
+            (shift.real, shift.imag), math.remainder(self.turn, 2 * math.pi), self.scale
+        )
 
 
 class Search:
@@ -44,7 +60,9 @@ class Search:
     turn: rad, None: free; margin: m, that all keep.
     """
 
-    def __init__(self, paths: list[Path], rooms: list[Room], turn: float | None, margin: float) -> None:
+    def __init__(
+        self, paths: list[Path], rooms: list[Room], turn: float | None, margin: float
+    ) -> None:
         self.paths, self.rooms, self.turn, self.margin = paths, rooms, turn, margin
         samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
         z = np.concatenate(samples)
@@ -53,7 +71,10 @@ class Search:
         self.z = z - self.middle
         self.size = float(np.abs(self.z).max())
         few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
-        self.few, self.first = np.concatenate(few), np.cumsum([0, *(len(each) for each in few[:-1])])
+        self.few, self.first = (
+            np.concatenate(few),
+            np.cumsum([0, *(len(each) for each in few[:-1])]),
+        )
         self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
         low, high = (np.array([getattr(room, end) for room in rooms]) for end in ("low", "high"))
         x = np.linspace(low.real.min(), high.real.max(), SHIFTS)
@@ -66,13 +87,27 @@ class Search:
         for turn in self.turns:
             z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
             if mixed:
-                rooms = np.array([np.minimum.reduceat(room.on_grid(z), self.first, axis=1) for room in self.rooms])
+                rooms = np.array(
+                    [
+                        np.minimum.reduceat(room.on_grid(z), self.first, axis=1)
+                        for room in self.rooms
+                    ]
+                )
                 room = rooms.max(axis=0).min(axis=1)
-                best = [(float(room[at]), rooms[:, at].argmax(axis=0).tolist(), at) for at in np.argsort(-room)[:3]]
+                best = [
+                    (float(room[at]), rooms[:, at].argmax(axis=0).tolist(), at)
+                    for at in np.argsort(-room)[:3]
+                ]
             else:
                 rooms = [room.on_grid(z).min(axis=1) for room in self.rooms]
-                best = [(float(room.max()), [k] * len(self.paths), room.argmax()) for k, room in enumerate(rooms)]
-            found += [Found(room, tuple(which), complex(self.centres[at]), turn, scale) for room, which, at in best]
+                best = [
+                    (float(room.max()), [k] * len(self.paths), room.argmax())
+                    for k, room in enumerate(rooms)
+                ]
+            found += [
+                Found(room, tuple(which), complex(self.centres[at]), turn, scale)
+                for room, which, at in best
+            ]
         return sorted(found, key=lambda each: -each.room)
 
     def fits(self, scale: float, count: int = 1) -> list[Found]:
@@ -84,7 +119,10 @@ class Search:
     def _fits(self, scale, count, mixed):
         chosen = []
         for each in self.coarse(scale, mixed):
-            if sum(each.which == other.which for other in chosen) < 3 and len(chosen) < STARTS + count - 1:
+            if (
+                sum(each.which == other.which for other in chosen) < 3
+                and len(chosen) < STARTS + count - 1
+            ):
                 chosen.append(each)
         with progress(total=len(chosen) + 1, desc="place", delay=2) as bar:
             found = []
@@ -104,7 +142,9 @@ class Search:
         """The room of a placement, exactly, and the point where it is least."""
         placement = found.placement(self.middle)
         z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
-        rough = np.minimum.reduceat(self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths))))
+        rough = np.minimum.reduceat(
+            self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths)))
+        )
         room, at = np.inf, None
         for k in np.argsort(rough):
             own, where = self.rooms[found.which[k]].along(placement(self.paths[k]), least, room)
@@ -120,12 +160,18 @@ class Search:
         which, runs = list(found.which), []
         for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
             placed = placement(path)
-            own = {k for k, each in enumerate(self.rooms) if k == which[n] or each.along(placed, room, room)[0] >= room}
+            own = {
+                k
+                for k, each in enumerate(self.rooms)
+                if k == which[n] or each.along(placed, room, room)[0] >= room
+            }
             if runs and runs[-1][0] & own:
                 runs[-1] = runs[-1][0] & own, runs[-1][1] + 1
             else:
                 runs.append((own, 1))
-        return found._replace(which=tuple(min(own) for own, count in runs for _ in range(count)) or found.which)
+        return found._replace(
+            which=tuple(min(own) for own, count in runs for _ in range(count)) or found.which
+        )
 
     def least(self, found: Found) -> float:
         """What the exact room must be above, so that the margin is kept: more than that by what is not known of it."""
@@ -137,7 +183,11 @@ class Search:
 
     def rough(self, which: tuple[int, ...], z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distances of the paths' samples from their borders, and their gradients."""
-        own, away, normal = np.array(which)[self.owner], np.empty(len(z)), np.empty(len(z), dtype=complex)
+        own, away, normal = (
+            np.array(which)[self.owner],
+            np.empty(len(z)),
+            np.empty(len(z), dtype=complex),
+        )
         for k in set(which):
             away[own == k], normal[own == k] = self.rooms[k].rough(z[own == k])
         return away, normal
@@ -165,11 +215,17 @@ class Search:
             normal = normal.conj()
             size = self.size * scale
             # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the growth alone.
-            rates = np.stack([normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1)
+            rates = np.stack(
+                [normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1
+            )
             rates[:, 2:] /= size
             free = np.array([1, 1, turning, growing])
             if growing:
-                cost, rows, right = [0, 0, 0, -1, 0], np.pad(-rates, ((0, 0), (0, 1))), away - self.margin
+                cost, rows, right = (
+                    [0, 0, 0, -1, 0],
+                    np.pad(-rates, ((0, 0), (0, 1))),
+                    away - self.margin,
+                )
                 right = np.maximum(right, 0.0) if least >= self.margin else right
             else:
                 cost, rows = [0, 0, 0, 0, -1], np.column_stack([-rates, np.ones(len(away))])
@@ -186,9 +242,13 @@ class Search:
             placed = trial[0] + trial[2] * np.exp(1j * trial[1]) * self.z
             then = self.rough(which, placed)
             met = np.flatnonzero(then[0] < then[0].min() + step)
-            seen = np.concatenate([seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)])[-SEEN:]
+            seen = np.concatenate(
+                [seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)]
+            )[-SEEN:]
             better = (
-                (then[0].min() >= min(self.margin, least) and trial[2] > scale) if growing else then[0].min() > least
+                (then[0].min() >= min(self.margin, least) and trial[2] > scale)
+                if growing
+                else then[0].min() > least
             )
             if better:
                 (shift, turn, scale), now = trial, then
@@ -204,7 +264,9 @@ class Search:
         if len(self.paths) > 1:
             best = _larger(best, self._largest(True))
         if best is None:
-            raise ValueError(f"place: nothing larger than a point was found to keep a margin of {self.margin:g} m")
+            raise ValueError(
+                f"place: nothing larger than a point was found to keep a margin of {self.margin:g} m"
+            )
         return best
 
     def _largest(self, mixed):
@@ -213,10 +275,18 @@ class Search:
         with progress(total=HALVINGS + len(NEARLY) + 2, desc="largest scale", delay=2) as bar:
             for _ in range(HALVINGS):
                 middle = math.sqrt(low * high)
-                low, high = (middle, high) if self.coarse(middle, mixed)[0].room > self.margin else (low, middle)
+                low, high = (
+                    (middle, high)
+                    if self.coarse(middle, mixed)[0].room > self.margin
+                    else (low, middle)
+                )
                 bar.update()
             for share in NEARLY:
-                for start in self.coarse(share * low, mixed)[:GROWN] if best is None or best.scale < low else ():
+                for start in (
+                    self.coarse(share * low, mixed)[:GROWN]
+                    if best is None or best.scale < low
+                    else ()
+                ):
                     if start.room > self.margin - 0.15 * self.size * start.scale:
                         best = _larger(best, self.grown(start))
                 bar.update()

@@ -38,40 +38,55 @@ class Draft:
     name: str
     moves: list[Move] = field(default_factory=list)
     dwells: list[tuple[int, float]] = field(default_factory=list)
-    said: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def finished(self, placement: Placement, deviation: float, curvature: bool) -> Path:
         """The path: placed, its curves fitted, its corners blended; between strokes the pen travels straight.
 
         ValueError where nothing is drawn.
         """
-        said = list(self.said)
+        notes = list(self.notes)
         drawn = [k for k, move in enumerate(self.moves) if move.pen]
         if drawn:  # ways to the first stroke and from the last are no part of it
             first, last = drawn[0], drawn[-1] + 1
             if last - first < len(self.moves):
-                said.append("ways with the pen up before the first stroke and after the last are passed over")
-            self = Draft(self.name, self.moves[first:last], [(k - first, t) for k, t in self.dwells])
+                notes.append(
+                    "ways with the pen up before the first stroke and after the last are passed over"
+                )
+            self = Draft(
+                self.name, self.moves[first:last], [(k - first, t) for k, t in self.dwells]
+            )
         by, turned = complex(*placement.shift), placement.turned
         moves = [move._replace(shape=move.shape.moved(by, turned)) for move in self.moves]
         ends = [_ends(move.shape) for move in moves]
         extents = [_extent(move.shape) for move in moves]
-        size = float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max()) if ends else 0.0
+        size = (
+            float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max()) if ends else 0.0
+        )
         size = max([size, *extents])  # of whole circles the ends are one point
         none = [k for k, extent in enumerate(extents) if extent <= ROUND * size]
         if none:
             lines = listed(moves[k].line for k in none)
-            said.append(f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed over{lines}")
-        if len(none) == len(moves) or not any(move.pen for k, move in enumerate(moves) if k not in set(none)):
-            words = "; ".join(said)
+            notes.append(
+                f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed over{lines}"
+            )
+        if len(none) == len(moves) or not any(
+            move.pen for k, move in enumerate(moves) if k not in set(none)
+        ):
+            words = "; ".join(notes)
             raise ValueError(f"{self.name}: nothing is drawn{f': {words}' if words else ''}")
         positive(size, f"{self.name}: the drawing's size, m,")
         fine = max(FINE, SHARE * deviation)
-        far = max((k for k, m in enumerate(moves) if isinstance(m.shape, Bezier | Ellipse)),
-                  key=lambda k: _extent(moves[k].shape), default=None)  # fmt: skip
+        far = max(
+            (k for k, m in enumerate(moves) if isinstance(m.shape, Bezier | Ellipse)),
+            key=lambda k: _extent(moves[k].shape),
+            default=None,
+        )
         if far is not None and (wide := _extent(moves[far].shape)) * EXACT > fine:
             where = f", line {moves[far].line}" if moves[far].line else ""
-            raise ValueError(f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m")
+            raise ValueError(
+                f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m"
+            )
         parts = _parts([move.shape for move in moves], fine, set(none))
         pieces, pen, feed, lines, dwells, s, at = [], [], [], [], {}, 0.0, None
         rests = {}
@@ -97,7 +112,7 @@ class Draft:
                 at = complex(*piece.end)
         if len(moves) in rests:
             dwells[s] = dwells.get(s, 0.0) + rests[len(moves)]
-        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(said), tuple(lines))
+        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(notes), tuple(lines))
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 
@@ -112,7 +127,10 @@ def _ends(shape):
     if isinstance(shape, Bezier):
         return complex(shape.control[0]), complex(shape.control[-1])
     if isinstance(shape, Ellipse):
-        return tuple(complex(shape.centre + shape.a * np.cos(t) + shape.b * np.sin(t)) for t in (shape.t0, shape.t1))
+        return tuple(
+            complex(shape.centre + shape.a * np.cos(t) + shape.b * np.sin(t))
+            for t in (shape.t0, shape.t1)
+        )
     return complex(*shape.start), complex(*shape.end)
 
 
@@ -149,12 +167,22 @@ def _straight(curve):
         return None
     x = (p * along.conjugate()).real
     # Where it turns back: roots of the derivative inside.
-    slope = np.array([x[1] - x[0], 2 * (x[0] - 2 * x[1] + x[2]), x[3] - x[0] + 3 * (x[1] - x[2])]) / size
+    slope = (
+        np.array([x[1] - x[0], 2 * (x[0] - 2 * x[1] + x[2]), x[3] - x[0] + 3 * (x[1] - x[2])])
+        / size
+    )
     t = np.roots(np.trim_zeros(slope[::-1] * (np.abs(slope[::-1]) > 1e-14), "f"))
     t = np.sort(t[(np.abs(t.imag) < 1e-7) & (t.real > 1e-9) & (t.real < 1 - 1e-9)].real)
-    at = [x[0] * (1 - s) ** 3 + 3 * x[1] * s * (1 - s) ** 2 + 3 * x[2] * s * s * (1 - s) + x[3] * s**3 for s in t]
+    at = [
+        x[0] * (1 - s) ** 3 + 3 * x[1] * s * (1 - s) ** 2 + 3 * x[2] * s * s * (1 - s) + x[3] * s**3
+        for s in t
+    ]
     points = [curve.control[0], *(curve.control[0] + along * np.array(at)), curve.control[3]]
-    return [Line((a.real, a.imag), (b.real, b.imag)) for a, b in zip(points, points[1:]) if abs(b - a) > 1e-9 * size]
+    return [
+        Line((a.real, a.imag), (b.real, b.imag))
+        for a, b in zip(points, points[1:])
+        if abs(b - a) > 1e-9 * size
+    ]
 
 
 def _round(ellipse):
@@ -176,8 +204,14 @@ def _flat(ellipse, size):
     x, y = (ellipse.a * along.conjugate()).real, (ellipse.b * along.conjugate()).real
     turn = np.arctan2(y, x)  # x cos t + y sin t is largest there
     low, high = sorted((ellipse.t0, ellipse.t1))
-    cuts = turn + np.pi * np.arange(np.ceil((low - turn) / np.pi), np.floor((high - turn) / np.pi) + 1)
+    cuts = turn + np.pi * np.arange(
+        np.ceil((low - turn) / np.pi), np.floor((high - turn) / np.pi) + 1
+    )
     t = np.unique(np.concatenate([[low], cuts, [high]]))
     t = t if ellipse.t0 <= ellipse.t1 else t[::-1]
     z = ellipse.centre + ellipse.a * np.cos(t) + ellipse.b * np.sin(t)
-    return [Line((p.real, p.imag), (q.real, q.imag)) for p, q in zip(z, z[1:]) if abs(q - p) > 1e-9 * size]
+    return [
+        Line((p.real, p.imag), (q.real, q.imag))
+        for p, q in zip(z, z[1:])
+        if abs(q - p) > 1e-9 * size
+    ]

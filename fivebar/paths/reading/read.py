@@ -19,21 +19,30 @@ from .read_gcode import read_gcode
 from .read_points import read_csv, read_points
 
 KINDS = {
-    "svg": ("svg",), "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"), "csv": ("csv", "txt", "tsv", "dat"),
-}  # fmt: skip
+    "svg": ("svg",),
+    "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"),
+    "csv": ("csv", "txt", "tsv", "dat"),
+}
 EXAMPLE = FilePath(__file__).parent / "drawings" / "fivebar.svg"  # a word, drawn for this package
 FOREIGN = "dxf", "dwg", "ai", "eps", "ps", "pdf", "plt", "hpgl", "stl", "step", "emf", "wmf"
 LARGEST = 50_000_000  # bytes of a drawing's file
 
 
 @takes(
-    deviation=not_negative, curvature=flag, placement=optional(instance(Placement)),
+    deviation=not_negative,
+    curvature=flag,
+    placement=optional(instance(Placement)),
     kind=one_of(None, "csv", "svg", "gcode"),
-)  # fmt: skip
+)
 def path(
-    points_or_file: object, *, deviation: float = 0.0, curvature: bool = False, placement: Placement | None = None,
-    units: str | Mapping[str, str] | Sequence[str] | None = None, kind: str | None = None,
-) -> Path:  # fmt: skip
+    points_or_file: object,
+    *,
+    deviation: float = 0.0,
+    curvature: bool = False,
+    placement: Placement | None = None,
+    units: str | Mapping[str, str] | Sequence[str] | None = None,
+    kind: str | None = None,
+) -> Path:
     """The path through points, or of a drawing in a file: Path, a curve xi(s) with exact derivatives.
 
     points_or_file: points (n, 2) m, a list of strokes of points, between which the pen is up, pieces (Line, Arc,
@@ -61,8 +70,14 @@ def path(
 
 def _read(text: str, name: str, units, kind) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
-    kind = kind or next((each for each, endings in KINDS.items() if ending in endings), None) or _guessed(text)
-    if kind == "csv" and (ending in FOREIGN or re.match(r"\s*0\s*\n\s*SECTION\s*\n|%!PS|%PDF|IN;", text)):
+    kind = (
+        kind
+        or next((each for each, endings in KINDS.items() if ending in endings), None)
+        or _guessed(text)
+    )
+    if kind == "csv" and (
+        ending in FOREIGN or re.match(r"\s*0\s*\n\s*SECTION\s*\n|%!PS|%PDF|IN;", text)
+    ):
         own = ending.upper() if ending in FOREIGN else "such a drawing"
         raise ValueError(
             f"{name}: {own} is not read, but SVG, G-code and CSV are: save it as SVG (Inkscape reads DXF, AI, EPS, PDF)"
@@ -78,7 +93,9 @@ def _read(text: str, name: str, units, kind) -> Draft:
     try:
         from .read_svg import read_svg
     except ImportError as error:
-        raise ImportError("to read an SVG, svgelements is needed: pip install svgelements") from error
+        raise ImportError(
+            "to read an SVG, svgelements is needed: pip install svgelements"
+        ) from error
     return read_svg(text, name, units)
 
 
@@ -86,5 +103,7 @@ def _guessed(text):
     """The kind of a file by how it begins."""
     if text.lstrip("\ufeff \t\r\n").startswith("<"):
         return "svg"
-    first = next((line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"), "")
+    first = next(
+        (line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"), ""
+    )
     return "gcode" if re.match(r"\s*(N\d+\s*)?[GMT]\s*\d", first, re.IGNORECASE) else "csv"

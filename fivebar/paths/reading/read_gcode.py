@@ -20,7 +20,9 @@ ENDS = 2, 30
 RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
 WHOLE = 1e-9  # m, between the ends of a whole circle
 ROUGH = 5e-6  # m, what files of three decimals in mm or four in inches leave
-HOME = re.compile(r"G\s*0*28(?:\s*[A-FH-LN-Z]\s*[-+.\d]*)*", re.IGNORECASE)  # also of axes without a number
+HOME = re.compile(
+    r"G\s*0*28(?:\s*[A-FH-LN-Z]\s*[-+.\d]*)*", re.IGNORECASE
+)  # also of axes without a number
 INCH, MILLIMETRE = 0.0254, 1e-3
 
 
@@ -46,8 +48,15 @@ class _Machine:
         self.x, self.y, self.z, self.known = 0.0, 0.0, None, False
         self.feed, self.spindle, self.power, self.line = math.inf, False, None, 0
         self.e, self.grown, self.relative_e, self.fan = 0.0, False, False, False
-        self.states, self.from_nowhere = [], False  # whether the first move begins nobody knows where
-        self.passed, self.ended, self.assumed = {}, False, None  # assumed: the unit that the file has only later
+        self.states, self.from_nowhere = (
+            [],
+            False,
+        )  # whether the first move begins nobody knows where
+        self.passed, self.ended, self.assumed = (
+            {},
+            False,
+            None,
+        )  # assumed: the unit that the file has only later
         plain = COMMENT.sub("", text.upper().replace("\r", "\n"))
         self.by_z = re.search(r"Z\s*[-+.\d]", plain) is not None
         if self.unit is None and len(found := set(re.findall(r"G\s*(2[01])(?![.\d])", plain))) == 1:
@@ -56,7 +65,7 @@ class _Machine:
         self.printed = PRINTED.search(plain) is not None
         if self.unit is None and self.printed:
             self.unit = MILLIMETRE
-            self.draft.said.append("neither G20 nor G21: read in mm, as printers do")
+            self.draft.notes.append("neither G20 nor G21: read in mm, as printers do")
         self.by_spindle = re.search(r"M\s*0*[345](?!\d)", plain) is not None
 
     def run(self):
@@ -65,16 +74,21 @@ class _Machine:
                 break
             self.line = number
             self.block(line)
-        down, said = pens(self.states, self.by_spindle, self.by_z)
+        down, notes = pens(self.states, self.by_spindle, self.by_z)
         if any(state.extrudes for state in self.states):
             self.passed.pop("E word", None)
         draft = self.draft
         draft.moves = [move._replace(pen=own) for move, own in zip(draft.moves, down)]
         if self.from_nowhere and down[0]:
-            draft.said.append("it begins at X0 Y0: the file names no place before it draws")
+            draft.notes.append("it begins at X0 Y0: the file names no place before it draws")
         elif self.from_nowhere:  # from wherever the machine was
-            draft.moves, draft.dwells = draft.moves[1:], [(max(k - 1, 0), t) for k, t in draft.dwells]
-        draft.said += [f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())] + said
+            draft.moves, draft.dwells = (
+                draft.moves[1:],
+                [(max(k - 1, 0), t) for k, t in draft.dwells],
+            )
+        draft.notes += [
+            f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())
+        ] + notes
         return draft
 
     def error(self, message):
@@ -89,8 +103,12 @@ class _Machine:
         code = M_CODE.match(text)
         if code and (int(code[1]) in PRINTERS or (self.printed and int(code[1]) not in ANY)):
             if int(code[1]) in (106, 107):  # a fan's output, which some lasers are switched by
-                self.fan = int(code[1]) == 106 and not re.search(r"S\s*0*\.?0*(?![\d.])", text.upper())
-            self.pass_over(f"M{int(code[1])}")  # its X and Y are limits or steps of axes, its text a message
+                self.fan = int(code[1]) == 106 and not re.search(
+                    r"S\s*0*\.?0*(?![\d.])", text.upper()
+                )
+            self.pass_over(
+                f"M{int(code[1])}"
+            )  # its X and Y are limits or steps of axes, its text a message
             return
         if text.startswith("$") or (self.printed and MACRO.match(text)):
             self.pass_over(text.split()[0][:24])
@@ -101,7 +119,9 @@ class _Machine:
         rest = WORD.sub(" ", text).strip()
         if rest:
             raise self.error(f"{rest[:40]!r} is no word of G-code, a letter with a number")
-        words = [(letter.upper(), float("".join(value.split()))) for letter, value in WORD.findall(text)]
+        words = [
+            (letter.upper(), float("".join(value.split()))) for letter, value in WORD.findall(text)
+        ]
         codes = [(letter, value) for letter, value in words if letter in "GM"]
         values = {}
         for letter, value in words:
@@ -157,10 +177,16 @@ class _Machine:
                 self.e = values.pop("E", self.e)
                 if not {"X", "Y", "Z"} & set(values):
                     return None
-                if self.from_nowhere and len(self.states) == 1 and not self.may_draw(self.states[0]):
+                if (
+                    self.from_nowhere
+                    and len(self.states) == 1
+                    and not self.may_draw(self.states[0])
+                ):
                     self.draft.moves, self.states, self.from_nowhere = [], [], False
                 if self.draft.moves:
-                    raise self.error("G92 after the first move: another origin on the way is not read")
+                    raise self.error(
+                        "G92 after the first move: another origin on the way is not read"
+                    )
                 self.x, self.y, self.z = (
                     values.pop(axis) * self.scale() if axis in values else at
                     for axis, at in zip("XYZ", (self.x, self.y, self.z))
@@ -190,15 +216,21 @@ class _Machine:
 
     def set_unit(self, unit, code):
         if self.asked not in (None, unit):
-            raise self.error(f"{code}, but units are given as {'mm' if self.asked == MILLIMETRE else 'in'}")
+            raise self.error(
+                f"{code}, but units are given as {'mm' if self.asked == MILLIMETRE else 'in'}"
+            )
         self.unit, self.assumed = unit, None
 
     def scale(self):
         if self.assumed:
-            self.draft.said.append(f"lengths before the first {self.assumed} are read as after it (line {self.line})")
+            self.draft.notes.append(
+                f"lengths before the first {self.assumed} are read as after it (line {self.line})"
+            )
             self.assumed = None
         if self.unit is None:
-            raise self.error('neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or units="in"')
+            raise self.error(
+                'neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or units="in"'
+            )
         return self.unit
 
     def pass_over(self, what):
@@ -211,7 +243,9 @@ class _Machine:
             seconds = values["P"]
             if seconds >= 100:
                 seconds /= 1000
-                self.draft.said.append(f"G4 P{values['P']:g}: read as milliseconds (line {self.line})")
+                self.draft.notes.append(
+                    f"G4 P{values['P']:g}: read as milliseconds (line {self.line})"
+                )
             elif seconds >= 10:
                 raise self.error(f"G4 P{seconds:g} could be in s or in ms: write S and seconds")
         if seconds is None or seconds < 0:
@@ -222,7 +256,9 @@ class _Machine:
         if self.modal is None:
             raise self.error("a place without G0, G1, G2 or G3 before it")
         start = self.x, self.y
-        self.x, self.y, self.z = (self.to(axis, at, values) for axis, at in zip("XYZ", (self.x, self.y, self.z)))
+        self.x, self.y, self.z = (
+            self.to(axis, at, values) for axis, at in zip("XYZ", (self.x, self.y, self.z))
+        )
         end, known = (self.x, self.y), self.known
         if not {"X", "Y", "I", "J"} & set(values):
             return
@@ -288,9 +324,13 @@ class _Machine:
     def by_radius(self, a, b, radius, clockwise):
         half = abs(b - a) / 2
         if half == 0:
-            raise self.error("an arc with R whose start is its end could be any circle: give I and J")
+            raise self.error(
+                "an arc with R whose start is its end could be any circle: give I and J"
+            )
         if abs(radius) < half - max(ROUGH, RIGHT * half):
-            raise self.error(f"R = {1e3 * abs(radius):.6g} mm is less than half of the chord, {1e3 * half:.6g} mm")
+            raise self.error(
+                f"R = {1e3 * abs(radius):.6g} mm is less than half of the chord, {1e3 * half:.6g} mm"
+            )
         height = math.sqrt(max(radius * radius - half * half, 0.0))
         side = -1 if clockwise == (radius > 0) else 1
         return (a + b) / 2 + side * height * 1j * (b - a) / abs(b - a)

@@ -27,9 +27,9 @@ def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> D
     """The Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to the row's point)."""
     table = read(file, COLUMNS, units)
     refuse_unclear_lengths(table)
-    draft = Draft(table.name, said=list(table.said))
+    draft = Draft(table.name, notes=list(table.notes))
     if "t" in table.values:
-        draft.said.append("the times in it are not used: from_csv follows them")
+        draft.notes.append("the times in it are not used: from_csv follows them")
     points = np.stack([table.values["x"], table.values["y"]], axis=-1)
     missing = np.flatnonzero(np.isnan(points).any(axis=1))
     if len(missing):
@@ -47,7 +47,11 @@ def read_points(points: object) -> Draft:
     draft = Draft("path")
     if isinstance(points, Line | Arc | Polynomial):
         points = [points]
-    if isinstance(points, Sequence) and points and all(isinstance(p, Line | Arc | Polynomial) for p in points):
+    if (
+        isinstance(points, Sequence)
+        and points
+        and all(isinstance(p, Line | Arc | Polynomial) for p in points)
+    ):
         draft.moves = [Move(piece) for piece in points]
         return draft
     for k, stroke in enumerate(_strokes(points)):
@@ -90,8 +94,12 @@ def _lines(points, pen, lines, draft):
     if same.any():
         rows = np.flatnonzero(same) + 1
         of = "points" if lines is None else "lines"
-        shown = ", ".join(map(str, (rows if lines is None else lines[rows])[:LISTED])) + ", ..." * (len(rows) > LISTED)
-        draft.said.append(f"points that repeat the one before are passed over: {len(rows)} ({of} {shown})")
+        shown = ", ".join(map(str, (rows if lines is None else lines[rows])[:LISTED])) + ", ..." * (
+            len(rows) > LISTED
+        )
+        draft.notes.append(
+            f"points that repeat the one before are passed over: {len(rows)} ({of} {shown})"
+        )
     return [
         Move(
             Line(tuple(points[k]), tuple(points[k + 1])),

@@ -20,7 +20,10 @@ from .svg_styles import styled
 from .svg_viewports import viewport
 
 DEEPEST = 200  # elements, each in another
-NAMESPACE, MOST_NAMES = re.compile(r"https?://[\w./#-]{1,80}"), 1000  # of entities, and how often they stand
+NAMESPACE, MOST_NAMES = (
+    re.compile(r"https?://[\w./#-]{1,80}"),
+    1000,
+)  # of entities, and how often they stand
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -34,8 +37,10 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     draft = Draft(name)
     styled(root, draft)
     to_metres = viewport(root, draft, units)
-    if "Adobe Illustrator" in text[:2000] and any("states no size" in words for words in draft.said):
-        draft.said.append("Illustrator's own units are of 1/72 inch: units pt would read them so")
+    if "Adobe Illustrator" in text[:2000] and any(
+        "states no size" in words for words in draft.notes
+    ):
+        draft.notes.append("Illustrator's own units are of 1/72 inch: units pt would read them so")
     clean(root, draft)
     refuse_endless(root, name)
     source = io.BytesIO(ElementTree.tostring(root, "utf-8"))  # names of letters beyond ASCII stay
@@ -43,14 +48,18 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     try:
         elements = list(svgelements.SVG.parse(source, reify=False, on_error="raise").elements())
     except (*STRANGE, SyntaxError) as error:  # the parser's errors are of syntax
-        raise ValueError(f"{name}: svgelements cannot read it: {type(error).__name__}: {error}") from error
+        raise ValueError(
+            f"{name}: svgelements cannot read it: {type(error).__name__}: {error}"
+        ) from error
     for element in elements:
         if isinstance(element, svgelements.Shape):
             _add(element, to_metres, draft, unseen, filled)
     if filled:
-        draft.said.append(f"areas are not filled: their outlines are drawn{listed(filled)}")
+        draft.notes.append(f"areas are not filled: their outlines are drawn{listed(filled)}")
     if unseen:
-        draft.said.append(f"{len(unseen)} shapes that are not seen are passed over{listed(unseen)}")
+        draft.notes.append(
+            f"{len(unseen)} shapes that are not seen are passed over{listed(unseen)}"
+        )
     return draft
 
 
@@ -65,7 +74,9 @@ def _tree(text, name):
     def start(tag, attributes):
         depth.append(tag)
         if len(depth) > DEEPEST:
-            raise ValueError(f"{name}, line {parser.CurrentLineNumber}: elements nested deeper than {DEEPEST}")
+            raise ValueError(
+                f"{name}, line {parser.CurrentLineNumber}: elements nested deeper than {DEEPEST}"
+            )
         line = {LINE: str(parser.CurrentLineNumber)}
         builder.start(named(tag), {named(key): value for key, value in attributes.items()} | line)
 
@@ -73,7 +84,9 @@ def _tree(text, name):
         """Illustrator's names of its namespaces are let through: a few, which nothing can be nested in."""
         if not parameter and NAMESPACE.fullmatch(value or "") and text.count("&") <= MOST_NAMES:
             return
-        raise ValueError(f"{name}, line {parser.CurrentLineNumber}: entities are not read: save it as plain SVG")
+        raise ValueError(
+            f"{name}, line {parser.CurrentLineNumber}: entities are not read: save it as plain SVG"
+        )
 
     def end(tag):
         depth.pop()
@@ -84,7 +97,9 @@ def _tree(text, name):
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)
     except expat.ExpatError as error:
-        raise ValueError(f"{name}, line {error.lineno}: not XML: {expat.ErrorString(error.code)}") from None
+        raise ValueError(
+            f"{name}, line {error.lineno}: not XML: {expat.ErrorString(error.code)}"
+        ) from None
     root = builder.close()
     if root.tag.removeprefix(SVG) != "svg":
         raise ValueError(f"{name}, line {root.get(LINE)}: not an SVG, but <{root.tag}>")
@@ -139,8 +154,15 @@ def _reflected(segments):
     for segment in segments:
         kind = type(segment).__name__
         if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
-            same, own = type(before).__name__ == kind, "control" if kind == "QuadraticBezier" else "control1"
-            last = getattr(before, "control" if kind == "QuadraticBezier" else "control2") if same else segment.start
+            same, own = (
+                type(before).__name__ == kind,
+                "control" if kind == "QuadraticBezier" else "control1",
+            )
+            last = (
+                getattr(before, "control" if kind == "QuadraticBezier" else "control2")
+                if same
+                else segment.start
+            )
             setattr(segment, own, last.reflected_across(segment.start))
         before = segment
         yield segment

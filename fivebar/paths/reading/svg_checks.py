@@ -12,15 +12,38 @@ LINE = "data-fivebar-line"
 SHAPES = "path", "rect", "circle", "ellipse", "line", "polyline", "polygon"
 CONTAINERS = "svg", "g", "a", "switch", "defs", "symbol", "use"
 SILENT = "title", "desc", "metadata"
-PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "pt": 96 / 72, "pc": 16.0, "q": 96 / 101.6}
+PIXELS = {
+    "": 1.0,
+    "px": 1.0,
+    "in": 96.0,
+    "cm": 96 / 2.54,
+    "mm": 96 / 25.4,
+    "pt": 96 / 72,
+    "pc": 16.0,
+    "q": 96 / 101.6,
+}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "Z": 0, "A": 7}
-TRANSFORMS = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewx": (1,), "skewy": (1,)}
+TRANSFORMS = {
+    "matrix": (6,),
+    "translate": (1, 2),
+    "scale": (1, 2),
+    "rotate": (1, 3),
+    "skewx": (1,),
+    "skewy": (1,),
+}
 LENGTHS = "x", "y", "width", "height", "r", "rx", "ry", "cx", "cy", "x1", "y1", "x2", "y2"
 SIZES = "r", "rx", "ry", "width", "height"  # which are not negative
 PASSED = (  # properties that change how a line looks
-    "clip-path", "mask", "stroke-dasharray", "filter", "marker", "marker-start", "marker-mid", "marker-end",
-)  # fmt: skip
+    "clip-path",
+    "mask",
+    "stroke-dasharray",
+    "filter",
+    "marker",
+    "marker-start",
+    "marker-mid",
+    "marker-end",
+)
 HREF = "href", "{http://www.w3.org/1999/xlink}href"
 MOST = 100_000  # elements, those counted that `use` repeats
 
@@ -42,7 +65,9 @@ def clean(root: Element, draft: Draft) -> None:
 
     _check(root, "svg", draft.name, passed)
     visit(root)
-    draft.said += [f"<{tag}> is passed over{listed(lines)}" for tag, lines in sorted(passed.items())]
+    draft.notes += [
+        f"<{tag}> is passed over{listed(lines)}" for tag, lines in sorted(passed.items())
+    ]
 
 
 def _check(element, tag, name, passed):
@@ -68,7 +93,9 @@ def _check(element, tag, name, passed):
     if tag in ("polyline", "polygon"):
         left = NUMBER.sub(" ", element.get("points", "")).replace(",", " ").strip()
         if left or len(NUMBER.findall(element.get("points", ""))) % 2:
-            raise ValueError(f"{where}: points must be pairs of numbers, not {element.get('points')[:60]!r}")
+            raise ValueError(
+                f"{where}: points must be pairs of numbers, not {element.get('points')[:60]!r}"
+            )
 
 
 def length(text: str, where: str, positive: bool = False) -> tuple[float, str]:
@@ -107,7 +134,11 @@ def _arguments(text, arc):
     blank = re.compile(r"[\s,]*")
     while at < len(text):
         at = blank.match(text, at).end()
-        found = re.compile(r"[01]").match(text, at) if arc and count % 7 in (3, 4) else NUMBER.match(text, at)
+        found = (
+            re.compile(r"[01]").match(text, at)
+            if arc and count % 7 in (3, 4)
+            else NUMBER.match(text, at)
+        )
         if not found or found.end() == at:
             break
         count, at = count + 1, found.end()
@@ -118,7 +149,9 @@ def _check_transform(text, where):
     left = text
     for kind, numbers in re.findall(r"([A-Za-z]+)\s*\(([^()]*)\)", text):
         count = len(NUMBER.findall(numbers))
-        if NUMBER.sub(" ", numbers).replace(",", " ").strip() or count not in TRANSFORMS.get(kind.lower(), ()):
+        if NUMBER.sub(" ", numbers).replace(",", " ").strip() or count not in TRANSFORMS.get(
+            kind.lower(), ()
+        ):
             raise ValueError(f"{where}: transform {kind}({numbers[:40]}) is not one that SVG has")
         left = left.replace(f"{kind}", "", 1)
     if re.sub(r"\([^()]*\)", " ", left).replace(",", " ").strip():
@@ -138,10 +171,14 @@ def refuse_endless(root: Element, name: str) -> None:
     def size(element, above):
         key = id(element)
         if key in above or len(above) > 200:
-            raise ValueError(f"{name}, line {element.get(LINE)}: <use> repeats itself without end, or too deep")
+            raise ValueError(
+                f"{name}, line {element.get(LINE)}: <use> repeats itself without end, or too deep"
+            )
         if key not in sizes:
             target = known.get(element.get(link_of(element), "")[1:])
-            inner = [target] if target is not None and element.tag.removeprefix(SVG) == "use" else []
+            inner = (
+                [target] if target is not None and element.tag.removeprefix(SVG) == "use" else []
+            )
             sizes[key] = 1 + sum(size(child, above | {key}) for child in (*element, *inner))
         return sizes[key]
 

@@ -40,7 +40,9 @@ def styled(root: Element, draft: Draft) -> None:
             _put(element, lineage, rules, draft.name)
             if element.get("display", "").lower() == "none" and element is not root:
                 hidden.append(int(element.get(LINE)))
-                element.tag = f"{SVG}defs"  # a shape, too, so that <use> finds what it is not to show
+                element.tag = (
+                    f"{SVG}defs"  # a shape, too, so that <use> finds what it is not to show
+                )
             element.attrib.pop("display", None)
         for child in list(element):
             if child.tag.removeprefix(SVG) == "style":
@@ -51,9 +53,11 @@ def styled(root: Element, draft: Draft) -> None:
     visit(root, [])
     if root.attrib.pop("display", None) == "none":
         hidden.append(int(root.get(LINE)))
-    draft.said += [f"style rule {text!r} is not read{listed(lines)}" for text, lines in sorted(odd.items())]
+    draft.notes += [
+        f"style rule {text!r} is not read{listed(lines)}" for text, lines in sorted(odd.items())
+    ]
     if hidden:
-        draft.said.append(f"what is not displayed is passed over{listed(hidden)}")
+        draft.notes.append(f"what is not displayed is passed over{listed(hidden)}")
 
 
 def _read(sheet, name, rules, odd):
@@ -66,7 +70,10 @@ def _read(sheet, name, rules, odd):
         for selector in selectors.split(","):
             chain = _chain(selector.strip())
             if chain:
-                rank = *(sum(len(part[k]) for part in chain) for k in (2, 3)), sum(part[1] != "*" for part in chain)
+                rank = (
+                    *(sum(len(part[k]) for part in chain) for k in (2, 3)),
+                    sum(part[1] != "*" for part in chain),
+                )
                 rules.append(_Rule(chain, (rank, len(rules)), declared))
             elif set(declared) & {"display", "visibility", "fill", "stroke"}:
                 odd.setdefault(selector.strip()[:40], []).append(line)
@@ -95,7 +102,9 @@ def _chain(selector):
         simple = SIMPLE.fullmatch(word)
         if not simple:
             return ()
-        ids, classes = ({each[1:] for each in re.findall(rf"\{mark}[\w-]+", simple[2])} for mark in "#.")
+        ids, classes = (
+            {each[1:] for each in re.findall(rf"\{mark}[\w-]+", simple[2])} for mark in "#."
+        )
         found.append((way, simple[1] or "*", ids, classes))
         way = " "
     return tuple(found)
@@ -105,7 +114,11 @@ def _meets(chain, lineage):
     """Whether the first of a lineage meets a selector's first part, and those above it the rest."""
     at = {0} if _simply(chain[0], lineage[0]) else set()
     for part in chain[1:]:
-        above = {k + 1 for k in at} if part[0] == ">" else range(min(at, default=len(lineage)) + 1, len(lineage))
+        above = (
+            {k + 1 for k in at}
+            if part[0] == ">"
+            else range(min(at, default=len(lineage)) + 1, len(lineage))
+        )
         at = {k for k in above if k < len(lineage) and _simply(part, lineage[k])}
     return bool(at)
 
@@ -119,9 +132,12 @@ def _simply(part, element):
 def _put(element, lineage, rules, name):
     """Set what the rules and its own style say of an element, the important last."""
     own = _declared(
-        element.attrib.pop("style", ""), f"{name}, line {element.get(LINE)}: <{element.tag.removeprefix(SVG)}>"
+        element.attrib.pop("style", ""),
+        f"{name}, line {element.get(LINE)}: <{element.tag.removeprefix(SVG)}>",
     )
     sheets = [rule.declared for rule in rules if _meets(rule.chain, lineage)]
     for important in (False, True):
         for declared in (*sheets, own):
-            element.attrib |= {key: value for key, (strong, value) in declared.items() if strong == important}
+            element.attrib |= {
+                key: value for key, (strong, value) in declared.items() if strong == important
+            }

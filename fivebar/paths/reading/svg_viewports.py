@@ -17,25 +17,35 @@ def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, flo
     where = f"{draft.name}, line {root.get(LINE)}: <svg>"
     size = {key: root.attrib.pop(key, None) for key in ("width", "height")}
     sizes = [
-        None if v is None or "%" in v or v == "auto" else length(v, f"{where}: {key}", True) for key, v in size.items()
+        None if v is None or "%" in v or v == "auto" else length(v, f"{where}: {key}", True)
+        for key, v in size.items()
     ]
     box = _box(root, where)
     keep = root.attrib.pop("preserveAspectRatio", "")
     if "transform" in root.attrib:
-        raise ValueError(f"{where}: a transform of the whole drawing is not read: put its shapes into a group with it")
+        raise ValueError(
+            f"{where}: a transform of the whole drawing is not read: put its shapes into a group with it"
+        )
     stated = [s for s in sizes if s and s[1] not in ("", "px")]
     if units is not None and stated:
-        raise ValueError(f"{where}: units are given as {units}, but its size is {size['width']} x {size['height']}")
+        raise ValueError(
+            f"{where}: units are given as {units}, but its size is {size['width']} x {size['height']}"
+        )
     unit = METRE if units is None else _unit(units)
-    pixels = [None if s is None else s[0] * unit if s[1] in ("", "px") else s[0] * PIXELS[s[1]] * METRE for s in sizes]
+    pixels = [
+        None if s is None else s[0] * unit if s[1] in ("", "px") else s[0] * PIXELS[s[1]] * METRE
+        for s in sizes
+    ]
     if not stated and units is None:
-        draft.said.append("it states no size in mm: its units are read as pixels of 1/96 inch")
+        draft.notes.append("it states no size in mm: its units are read as pixels of 1/96 inch")
     flat = _Flat(root, draft)
     own = box[2:] if box else [p and p / unit for p in pixels]
     for child in list(root):
         flat.visit(child, root, own)
     if flat.switched:
-        draft.said.append(f"of <switch> the first part that can be drawn is{listed(flat.switched)}")
+        draft.notes.append(
+            f"of <switch> the first part that can be drawn is{listed(flat.switched)}"
+        )
     if box is None:
         return unit, unit, 1j * (pixels[1] or 0.0)
     wide, high = (s and s / n for s, n in zip(pixels, box[2:]))
@@ -55,7 +65,10 @@ def fit(box: list[float], size: list[float], keep: str) -> tuple[float, float, f
     if not keep.startswith("none"):
         wide = high = max(wide, high) if keep.endswith("slice") else min(wide, high)
         share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
-        spare = [(s - n * wide) * share.get(keep[k : k + 3], 0.5) for s, n, k in zip(size, box[2:], (1, 5))]
+        spare = [
+            (s - n * wide) * share.get(keep[k : k + 3], 0.5)
+            for s, n, k in zip(size, box[2:], (1, 5))
+        ]
     return wide, high, spare[0] - box[0] * wide, spare[1] - box[1] * high
 
 
@@ -64,7 +77,11 @@ def _box(element, where):
     if text is None:
         return None
     numbers = [float(n) for n in NUMBER.findall(text)]
-    if len(numbers) != 4 or NUMBER.sub(" ", text).replace(",", " ").strip() or min(numbers[2:]) <= 0:
+    if (
+        len(numbers) != 4
+        or NUMBER.sub(" ", text).replace(",", " ").strip()
+        or min(numbers[2:]) <= 0
+    ):
         raise ValueError(f"{where}: viewBox must be four numbers, the last two > 0, not {text!r}")
     return numbers
 
@@ -98,7 +115,11 @@ class _Flat:
                 element.set(key, repr(self.number(value, key, size, f"{where}: {key}")))
             elif value == "auto":
                 del element.attrib[key]
-        radii = {key: element.get(key) for key in ("rx", "ry") if tag == "ellipse" and key in element.attrib}
+        radii = {
+            key: element.get(key)
+            for key in ("rx", "ry")
+            if tag == "ellipse" and key in element.attrib
+        }
         for key in ("rx", "ry") if len(radii) == 1 else ():  # what is not given is as the other
             element.set(key, *radii.values())
         if tag == "svg":
@@ -115,7 +136,9 @@ class _Flat:
             href = link_of(element)
             box, keep, own = self.symbols.get(element.get(href, "#")[1:], (None, "", {}))
             if href and box:
-                inner = Element(element.tag, {href: element.attrib.pop(href), LINE: element.get(LINE)})
+                inner = Element(
+                    element.tag, {href: element.attrib.pop(href), LINE: element.get(LINE)}
+                )
                 self.placed(element, box, keep, own, size, where)
                 element.tag = f"{SVG}g"
                 element[:] = [inner]
@@ -123,23 +146,33 @@ class _Flat:
         elif tag == "switch":
             self.switched.append(int(element.get(LINE)))
             element.tag = f"{SVG}g"
-            drawn = [each for each in element if each.tag.startswith(SVG) and not each.get("requiredExtensions")]
+            drawn = [
+                each
+                for each in element
+                if each.tag.startswith(SVG) and not each.get("requiredExtensions")
+            ]
             element[:] = [each for each in drawn if each.tag != f"{SVG}foreignObject"][:1]
         for child in list(element):
             self.visit(child, element, size)
 
     def placed(self, element, box, keep, usual, size, where):
         """Give an element that opens a viewport its transform; the size inside of it."""
-        values = {key: element.attrib.pop(key, usual.get(key)) for key in ("x", "y", "width", "height")}
+        values = {
+            key: element.attrib.pop(key, usual.get(key)) for key in ("x", "y", "width", "height")
+        }
         x, y = (_pixels(values[key] or "0", f"{where}: {key}") for key in ("x", "y"))
         across = [
-            full if values[key] in (None, "100%", "auto") else _pixels(values[key], f"{where}: {key}", True)
+            full
+            if values[key] in (None, "100%", "auto")
+            else _pixels(values[key], f"{where}: {key}", True)
             for key, full in zip(("width", "height"), size)
         ]
         words = [element.get("transform", ""), f"translate({x!r} {y!r})"]
         if box:
             if None in across:
-                raise ValueError(f"{where}: how large it is must be said: neither it nor what is around it has a size")
+                raise ValueError(
+                    f"{where}: how large it is must be said: neither it nor what is around it has a size"
+                )
             wide, high, right, down = fit(box, across, keep)
             words.append(f"matrix({wide!r} 0 0 {high!r} {right!r} {down!r})")
         element.set("transform", " ".join(words).strip())

@@ -19,7 +19,7 @@ from ...models.dyads import Slider, cross, dot
 from ...models.dynamics import bar_force_dynamics
 from ...models.geometry import DrivenLeg, Pose
 from ...models.kinematics import Accelerations, Rates
-from ...models.loads import carries
+from ...models.loads import has_moving_mass
 from ...models.physics import any_named, loads_of, named
 from .enclosures import TERMS, Series, place_series
 
@@ -79,10 +79,14 @@ class Bernstein(NamedTuple):
 
     def least(self) -> np.ndarray:
         """Lower bound."""
-        return np.minimum(np.minimum(self.first, self.last), self.middle - self.bend / 2) - self.slack
+        return (
+            np.minimum(np.minimum(self.first, self.last), self.middle - self.bend / 2) - self.slack
+        )
 
     def largest(self) -> np.ndarray:
-        return np.maximum(np.maximum(self.first, self.last), self.middle + self.bend / 2) + self.slack
+        return (
+            np.maximum(np.maximum(self.first, self.last), self.middle + self.bend / 2) + self.slack
+        )
 
     def size(self) -> np.ndarray:
         return np.maximum(self.largest(), -self.least())
@@ -108,7 +112,7 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
-    pushes = carries(robot)
+    pushes = has_moving_mass(robot)
 
     def torques(robot_, rates, accelerations):
         at = Pose(robot_, pose.point, lambda: (tuple(legs), ()))
@@ -120,7 +124,7 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
         "a": torques(bare, (zero, zero), (q_s, xi_s)),
         "b": torques(bare, (q_s, xi_s), (q_ss, xi_ss)),
     }
-    if physics.weighs:
+    if physics.has_gravity:
         parts["c"] = torques(_without(robot, *RUBS), (zero, zero), (zero, zero))
     if any_named(physics.viscous, physics.elbows):
         parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
@@ -153,9 +157,14 @@ def _leg(drive, bar, mode, xi):
     else:
         length, square = drive.length, x * x + y * y
         lead = (square + (length + bar) * (length - bar)) * 0.5
-        across = (((length + bar) ** 2 - square) * (square - (length - bar) ** 2)).sqrt() * (0.5 * mode)
+        across = (((length + bar) ** 2 - square) * (square - (length - bar) ** 2)).sqrt() * (
+            0.5 * mode
+        )
         scale = square.inverse()
-        dx, dy = ((lead * x - across * y) * scale, (lead * y + across * x) * scale)  # length times the direction
+        dx, dy = (
+            (lead * x - across * y) * scale,
+            (lead * y + across * x) * scale,
+        )  # length times the direction
         ux, uy = (x - dx) / bar, (y - dy) / bar
         direction = dx / length, dy / length
         slope = cross(direction, (direction[0].slope(), direction[1].slope()))
@@ -186,7 +195,9 @@ def _viscous(physics, rates, zero):
     return tuple(force), tuple(torques)
 
 
-def enclosed(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> dict[str, Bernstein]:
+def enclosed(
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+) -> dict[str, Bernstein]:
     """All that `asked` names, on stretches; nan where a leg may be in line (Type 1) or out of reach on one.
 
     By the values at both ends and by bounds of the second derivative between them: a function less its chord is
@@ -194,10 +205,15 @@ def enclosed(robot: Robot, path: Path, stretches: Stretches, working: tuple[int,
     """
     n = len(stretches)
     ends = place_series(
-        path, np.tile(stretches.piece, 2), *2 * [np.concatenate([stretches.first, stretches.last])], TERMS - 2
+        path,
+        np.tile(stretches.piece, 2),
+        *2 * [np.concatenate([stretches.first, stretches.last])],
+        TERMS - 2,
     )
     at_ends = asked(robot, ends, working)
-    over = asked(robot, place_series(path, stretches.piece, stretches.first, stretches.last, TERMS), working)
+    over = asked(
+        robot, place_series(path, stretches.piece, stretches.first, stretches.last, TERMS), working
+    )
     square, found = stretches.length**2, {}
     for name, value in at_ends.items():
         m, r, second = value.m[0], value.r[0], over[name]

@@ -12,7 +12,9 @@ from numpy.polynomial.polynomial import polyval
 from .lower_bound import duration
 
 NEVER = 1e-12  # s
-COEFFICIENTS = np.array([[1 / factorial(2 * j + k) for k in (2, 3)] for j in range(9)])  # of Stumpff's c2 and c3
+COEFFICIENTS = np.array(
+    [[1 / factorial(2 * j + k) for k in (2, 3)] for j in range(9)]
+)  # of Stumpff's c2 and c3
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,9 @@ class Clock:
     @cached_property
     def taken(self) -> np.ndarray:
         """By each stretch (n,), s, without averaging."""
-        return np.array([duration(*each) for each in zip(self.length, self.x[:-1], self.x[1:], self.bent)])
+        return np.array(
+            [duration(*each) for each in zip(self.length, self.x[:-1], self.x[1:], self.bent)]
+        )
 
     @cached_property
     def _starts(self):
@@ -90,7 +94,11 @@ class Clock:
         sums = (self._sum(t, *now[:2]) - self._sum(t - self.smooth, *before[:2])) / self.smooth
         places = (self.s[k] + gone for k, gone, *_ in (now, before))
         here, there = places
-        return sums, (here - there) / self.smooth, *((a - b) / self.smooth for a, b in zip(now[2:4], before[2:4]))
+        return (
+            sums,
+            (here - there) / self.smooth,
+            *((a - b) / self.smooth for a, b in zip(now[2:4], before[2:4])),
+        )
 
     def _plain(self, t):
         begins, taken = self._starts[:-1], self.taken

@@ -47,7 +47,9 @@ class Limits:
 
     def times(self, share: float, speeds: bool = False) -> Limits:
         """These limits, those on torque and acceleration (speeds: the others alone) times a share."""
-        names = ("joint_speed", "speed") if speeds else ("torque", "joint_acceleration", "acceleration")
+        names = (
+            ("joint_speed", "speed") if speeds else ("torque", "joint_acceleration", "acceleration")
+        )
         return replace(self, **{name: _scaled(getattr(self, name), share) for name in names})
 
 
@@ -67,7 +69,13 @@ def _pair(value, name):
 
 
 def _scaled(value, share):
-    return value if value is None else tuple(v * share for v in value) if isinstance(value, tuple) else value * share
+    return (
+        value
+        if value is None
+        else tuple(v * share for v in value)
+        if isinstance(value, tuple)
+        else value * share
+    )
 
 
 class Rows(NamedTuple):
@@ -89,9 +97,14 @@ class Rows(NamedTuple):
 
 
 def rows_of(
-    found: dict[str, Bernstein], limits: Limits, side: np.ndarray, turns: np.ndarray, directions: np.ndarray,
-    speed: np.ndarray, inside: bool,
-) -> tuple[Rows, Rows]:  # fmt: skip
+    found: dict[str, Bernstein],
+    limits: Limits,
+    side: np.ndarray,
+    turns: np.ndarray,
+    directions: np.ndarray,
+    speed: np.ndarray,
+    inside: bool,
+) -> tuple[Rows, Rows]:
     """(rows with u, rows of x alone) on n stretches.
 
     side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); directions: rad (d, n) from the
@@ -102,7 +115,11 @@ def rows_of(
     for k, sign in ((k, sign) for k in (0, 1) for sign in (1.0, -1.0)):
         if limits.torque is not None:
             share = sign * side / limits.torque[k]
-            row = {part: [(share, found[f"{part}{k + 1}"])] for part in PARTS if f"{part}{k + 1}" in found}
+            row = {
+                part: [(share, found[f"{part}{k + 1}"])]
+                for part in PARTS
+                if f"{part}{k + 1}" in found
+            }
             row["c"] = [*row.get("c", ()), (-side, found["D"])]
             if f"f{k + 1}" in found:
                 # Where a joint may turn round, friction either helps nor hinders: as it is worse here, or better.
@@ -112,20 +129,43 @@ def rows_of(
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])
             rows.append(
-                ({"a": [(share, found[f"q{k + 1}"])], "b": [(share, found[f"p{k + 1}"])], "c": [(-1.0, None)]}, False)
+                (
+                    {
+                        "a": [(share, found[f"q{k + 1}"])],
+                        "b": [(share, found[f"p{k + 1}"])],
+                        "c": [(-1.0, None)],
+                    },
+                    False,
+                )
             )
     if limits.acceleration is not None:
         half = np.diff(directions, axis=0, append=directions[:1] + 2 * np.pi) / 2 * inside
         for angle, opening in zip(directions + half, half):
             along, across = np.cos(angle) / limits.acceleration, np.sin(angle) / limits.acceleration
             curved = [(along, found["m"]), (across, found["k"])]
-            rows.append(({"a": [(along, found["g"])], "b": curved, "c": [(-np.cos(opening), None)]}, False))
+            rows.append(
+                ({"a": [(along, found["g"])], "b": curved, "c": [(-np.cos(opening), None)]}, False)
+            )
         for sign in (1.0, -1.0):
-            alone.append(({"b": [(np.full(n, sign / limits.acceleration), found["k"])], "c": [(-1.0, None)]}, False))
+            alone.append(
+                (
+                    {
+                        "b": [(np.full(n, sign / limits.acceleration), found["k"])],
+                        "c": [(-1.0, None)],
+                    },
+                    False,
+                )
+            )
     if limits.joint_speed is not None:
         for k in (0, 1):
             alone.append(
-                ({"b": [(np.full(n, limits.joint_speed[k] ** -2), found[f"w{k + 1}"])], "c": [(-1.0, None)]}, False)
+                (
+                    {
+                        "b": [(np.full(n, limits.joint_speed[k] ** -2), found[f"w{k + 1}"])],
+                        "c": [(-1.0, None)],
+                    },
+                    False,
+                )
             )
     if np.isfinite(speed).any():
         alone.append(({"b": [(speed**-2.0, found["w0"])], "c": [(-1.0, None)]}, False))
@@ -134,7 +174,8 @@ def rows_of(
 
 def _stacked(rows, n):
     parts, bend, slack = (
-        {name: np.zeros(shape) for name in PARTS} for shape in ((3, len(rows), n), *2 * [(len(rows), n)])
+        {name: np.zeros(shape) for name in PARTS}
+        for shape in ((3, len(rows), n), *2 * [(len(rows), n)])
     )
     for r, (row, _) in enumerate(rows):
         for part, terms in row.items():

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from ..curve import Path
 
 ROUND = 4 * EPS  # of the sum of the terms' sizes: more than what a sum of up to five products loses
-TERMS = 5  # of the place: the torques take two derivatives of it, and are wanted with two of their own
+TERMS = (
+    5  # of the place: the torques take two derivatives of it, and are wanted with two of their own
+)
 
 
 class Series:
@@ -85,7 +87,9 @@ class Series:
     def slope(self) -> Series:
         """f', with a coefficient less."""
         orders = np.arange(1, len(self.m))[:, None]
-        return Series(self.m[1:] * orders, self.r[1:] * orders * (1 + EPS) + EPS * np.abs(self.m[1:]) * orders)
+        return Series(
+            self.m[1:] * orders, self.r[1:] * orders * (1 + EPS) + EPS * np.abs(self.m[1:]) * orders
+        )
 
     def cut(self, terms: int) -> Series:
         return Series(self.m[:terms], self.r[:terms])
@@ -131,8 +135,10 @@ def place_series(
     m, r = np.zeros((2, 2, terms, len(piece)))
     middle, radius = (first + last) / 2, (last - first) / 2 * (1 + ROUND)
     on_arc = is_arc[piece]
-    for at, fill in ((on_arc, lambda k, *s: _on_arcs(arcs[k].T, *s)),
-                     (~on_arc, lambda k, *s: _on_polynomials(tables[k, 0], lengths[k], *s))):  # fmt: skip
+    for at, fill in (
+        (on_arc, lambda k, *s: _on_arcs(arcs[k].T, *s)),
+        (~on_arc, lambda k, *s: _on_polynomials(tables[k, 0], lengths[k], *s)),
+    ):
         if at.any():
             m[..., at], r[..., at] = fill(own[piece[at]], middle[at], radius[at], terms)
     r += ROUND * np.abs(m)
@@ -146,7 +152,9 @@ def _on_arcs(arcs, middle, radius, terms):
     for k in range(terms):
         scale = size * (side / size) ** k / factorial(k)
         m[:, k] = scale * np.cos(angle + k * np.pi / 2), scale * np.sin(angle + k * np.pi / 2)
-        r[:, k] = np.abs(scale) * (np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle)))  # both have slopes of at most 1
+        r[:, k] = np.abs(scale) * (
+            np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle))
+        )  # both have slopes of at most 1
     m[:, 0] += centre
     r[:, 0] += ROUND * np.abs(centre)
     return m, r
@@ -156,14 +164,19 @@ def _on_polynomials(table, length, middle, radius, terms):
     u, rho, n = middle / length, radius / length, table.shape[1]
     c = table.transpose(1, 2, 0)
     m, r = np.zeros((2, 2, terms, len(middle)))
-    shifted, size = np.zeros((2, n, 2, len(middle)))  # coefficients about the middle, and the sizes of their terms
+    shifted, size = np.zeros(
+        (2, n, 2, len(middle))
+    )  # coefficients about the middle, and the sizes of their terms
     for k in range(n):
         for j in range(k, n):
             part = comb(j, k) * c[j] * u ** (j - k)
             shifted[k] += part
             size[k] += np.abs(part)
     for k in range(min(terms, n)):
-        spread = sum((comb(j, k) * np.abs(shifted[j]) * rho ** (j - k) for j in range(k + 1, n)), np.zeros_like(u))
+        spread = sum(
+            (comb(j, k) * np.abs(shifted[j]) * rho ** (j - k) for j in range(k + 1, n)),
+            np.zeros_like(u),
+        )
         m[:, k] = shifted[k] / length**k
         r[:, k] = (spread + 2 * n * EPS * size[k]) / length**k
     return m, r

@@ -30,7 +30,10 @@ if TYPE_CHECKING:
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it nothing is looked for
 TINY = 1e-12  # a row's share, of both, that counts as 0
 ROUNDING, NEAREST = 8 * EPS, 1e-2
-TIGHT, WIDE = 0.1, 5  # of the torques, above which friction is bounded closely; for x so many times `off` away
+TIGHT, WIDE = (
+    0.1,
+    5,
+)  # of the torques, above which friction is bounded closely; for x so many times `off` away
 FINE = 34  # halvings in which a polygon's corner is found
 
 
@@ -49,9 +52,16 @@ class Polygons(NamedTuple):
 
 
 def polygons(
-    rows: Rows, alone: Rows, length: np.ndarray, above: Ceiling, bent: np.ndarray, lean: np.ndarray, near: np.ndarray,
-    off: float, mesh: Mesh,
-) -> Polygons:  # fmt: skip
+    rows: Rows,
+    alone: Rows,
+    length: np.ndarray,
+    above: Ceiling,
+    bent: np.ndarray,
+    lean: np.ndarray,
+    near: np.ndarray,
+    off: float,
+    mesh: Mesh,
+) -> Polygons:
     """The Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
@@ -83,8 +93,16 @@ def polygons(
     for i in special if rows.torque.any() else ():
         at_i = size[i], high[i], root[..., i : i + 1], length[i], at[i], rounding[i]
         found[0][:, rows.torque, i] = _quotients(rows, i, motion[0][:, i], motion[1][:, i], *at_i)
-    box = [-first, -last, -middle, middle - _const(high), u0 - _const(size), -u0 - _const(size), u1 - _const(size),
-           -u1 - _const(size)]  # fmt: skip
+    box = [
+        -first,
+        -last,
+        -middle,
+        middle - _const(high),
+        u0 - _const(size),
+        -u0 - _const(size),
+        u1 - _const(size),
+        -u1 - _const(size),
+    ]
     if off:
         only = np.where(back, mesh.tied[1:], mesh.tied[:-1])[:, None] * (first - _const(at))
         box += [only, -only]
@@ -102,7 +120,9 @@ def _const(value):
 
 def _turned(rows, back):
     def table(values, sign):
-        return {k: np.where(back, v[::-1] * (sign if k == "a" else 1.0), v) for k, v in values.items()}
+        return {
+            k: np.where(back, v[::-1] * (sign if k == "a" else 1.0), v) for k, v in values.items()
+        }
 
     return Rows(table(rows.parts, -1.0), rows.bend, rows.slack, rows.torque)
 
@@ -115,7 +135,9 @@ def _weights(m, n, degree):
     for i, j in np.ndindex(m + 1, n + 1):
         part = comb(m, i) * comb(n, j) / comb(own, i + j)
         for k in range(i + j, i + j + degree - own + 1):
-            found.append((i, j, k, part * comb(own, i + j) * comb(degree - own, k - i - j) / comb(degree, k)))
+            found.append(
+                (i, j, k, part * comb(own, i + j) * comb(degree - own, k - i - j) / comb(degree, k))
+            )
     return tuple(found)
 
 
@@ -130,10 +152,16 @@ def _product(f, form, degree=4):
 def _left_sides(rows, u, x, size, high, root, rounding):
     """(5, rows, n, 3): Bernstein coefficients of the rows, as forms, with room for what is open."""
     one = _const(np.ones((1, u.shape[1])))
-    found = _product(rows.parts["a"], u) + _product(rows.parts["b"], x) + _product(rows.parts["c"], one)
+    found = (
+        _product(rows.parts["a"], u) + _product(rows.parts["b"], x) + _product(rows.parts["c"], one)
+    )
     _add_friction(found, rows.parts["v"], x, one, root, high)
     bend, slack = (_room(table, size, high) for table in (rows.bend, rows.slack))
-    found[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + rounding * np.abs(rows.parts["a"]).max(axis=0)
+    found[..., 2] += (
+        slack
+        + bend * np.array(BUMP)[:, None, None]
+        + rounding * np.abs(rows.parts["a"]).max(axis=0)
+    )
     return found
 
 
@@ -157,7 +185,10 @@ def _root(rows, mesh, near, off, high):
     if not off:
         mean = np.sqrt((least + most) / 2)
         return np.where(close, np.array(2 * [[0.5 / mean, mean / 2]]), found), low, high
-    low, high = np.where(close, (1 - WIDE * off) * least, 0.0), np.where(close, (1 + WIDE * off) * most, high)
+    low, high = (
+        np.where(close, (1 - WIDE * off) * least, 0.0),
+        np.where(close, (1 + WIDE * off) * most, high),
+    )
     below, wide = np.sqrt(low), np.sqrt(high)
     slope, touch = 1 / (below + wide), np.where(close, np.sqrt(below * wide), wide)
     return np.array([[0.5 / touch, touch / 2], [slope, below - low * slope]]), low, high
@@ -168,7 +199,10 @@ def _add_friction(found, v, x, one, root, high):
     if not v.any():
         return
     least, largest = v.min(axis=0), v.max(axis=0)
-    slope, offset = (np.where(least >= 0, above, np.where(largest <= 0, below, 0.0)) for above, below in zip(*root))
+    slope, offset = (
+        np.where(least >= 0, above, np.where(largest <= 0, below, 0.0))
+        for above, below in zip(*root)
+    )
     mixed = (least < 0) & (largest > 0)
     flat = np.where(mixed, 0.0, v)
     degree = len(found) - 1
@@ -183,22 +217,40 @@ def _criterion(mesh, i, back, near):
     """
     end = 2 if back else 0
     at = {
-        name: np.array([mesh.found[f"{name}{k}"][end][i] if f"{name}{k}" in mesh.found else 0.0 for k in (1, 2)])
+        name: np.array(
+            [
+                mesh.found[f"{name}{k}"][end][i] if f"{name}{k}" in mesh.found else 0.0
+                for k in (1, 2)
+            ]
+        )
         for name in PARTS
     }
     k = int(np.argmax(np.abs(at["a"])))
-    sign, half, v = -1.0 if back else 1.0, np.sqrt(near) / 2, at["v"][k] if mesh.tied[i + back] else 0.0
-    return -sign * np.array([at["b"][k] + (v / (4 * half) if v else 0.0), 0.0, at["c"][k] + v * half]) / at["a"][k]
+    sign, half, v = (
+        -1.0 if back else 1.0,
+        np.sqrt(near) / 2,
+        at["v"][k] if mesh.tied[i + back] else 0.0,
+    )
+    return (
+        -sign
+        * np.array([at["b"][k] + (v / (4 * half) if v else 0.0), 0.0, at["c"][k] + v * half])
+        / at["a"][k]
+    )
 
 
 def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
     """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2; rounding, as seen from t = NEAREST."""
     f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
-    q = {name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None] for name, each in f.items()}
+    q = {
+        name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None]
+        for name, each in f.items()
+    }
     start = {name: each[None, 0, :, None] for name, each in f.items()}
     u, x = u[:, None], x[:, None]
     one, x_q = _const(np.ones((1, 1))), np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
-    found = _product(start["a"], (u[1] - u[0])[None]) + _product(q["a"], u) + _product(start["b"], x_q)
+    found = (
+        _product(start["a"], (u[1] - u[0])[None]) + _product(q["a"], u) + _product(start["b"], x_q)
+    )
     found += _product(q["b"], x) + _product(q["c"], one)
     _add_friction(found, q["v"], x, one, root, np.array([high]))
     if start["v"].any():  # (sqrt(x) - sqrt(x0)) / t by its value at x0; by so much it may differ:
@@ -291,7 +343,10 @@ def _corners(p, q, r, reach, top, largest):
         slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
         slope = np.where(outside, -q_[index, m], slope)
         good[left] = np.where(closed | outside, good[left], x1)
-        low[left], high[left] = np.where(slope > 0, x1, low[left]), np.where(slope > 0, high[left], x1)
+        low[left], high[left] = (
+            np.where(slope > 0, x1, low[left]),
+            np.where(slope > 0, high[left], x1),
+        )
         if k == 0:  # most are done: x0 grows up to the top
             left = left[(slope < 0) | closed | outside]
             if not len(left):

@@ -56,7 +56,8 @@ def refuse_crossing(motion: TimedPath) -> None:
     if motion.crossing.any():
         s = float(motion.s[np.argmax(motion.crossing)])
         raise SingularityError(
-            f"time_path: jerk_limit is not known across Type 2, which the path crosses at {where(motion.path, s)}", 0.0
+            f"time_path: jerk_limit is not known across Type 2, which the path crosses at {where(motion.path, s)}",
+            0.0,
         )
 
 
@@ -79,15 +80,19 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
     if duration < best.duration:
         raise TimingError(
             f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least that was found with "
-            "this jerk_limit", 0.0, False,
-        )  # fmt: skip
+            "this jerk_limit",
+            0.0,
+            False,
+        )
     rests = sum(stop.seconds for stop in motion.path.stops)
     return replace(best, pace=best.pace * (duration - rests) / (best.duration - rests))
 
 
 def _paced(motion):
     """At the pace at which it keeps its limits."""
-    turns = np.flatnonzero(np.diff(motion.piece) * motion.x[1:-1]) + 1  # nodes where xi_sss jumps, and it does not rest
+    turns = (
+        np.flatnonzero(np.diff(motion.piece) * motion.x[1:-1]) + 1
+    )  # nodes where xi_sss jumps, and it does not rest
     edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
     inside = np.concatenate([[1e-6], np.linspace(0, 1, PLACES + 2)[1:-1], [1 - 1e-6]])
@@ -104,7 +109,10 @@ def _paced(motion):
     shares = [1e-9, np.max(tip / np.minimum(feed, limits.speed or np.inf))]
     if limits.joint_speed:
         shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
-    for value, limit in ((acc.q_ddot, limits.joint_acceleration), (acc.xi_ddot, limits.acceleration)):
+    for value, limit in (
+        (acc.q_ddot, limits.joint_acceleration),
+        (acc.xi_ddot, limits.acceleration),
+    ):
         if limit:
             size = np.abs(value) if value is acc.q_ddot else np.linalg.norm(value, axis=1)
             shares.append(np.sqrt(np.max(size / limit)))

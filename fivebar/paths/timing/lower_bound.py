@@ -39,7 +39,9 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
     with np.errstate(all="ignore"):
         for at in (0, 2):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
-            da, db, dv, dc = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
+            da, db, dv, dc = (
+                rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS
+            )
             dc = dc + MARGIN * 4
             best = np.full(a.shape[1], np.inf)
             for k in range(len(a)):
@@ -51,7 +53,9 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
                 )
                 Q = -Q
                 root = (-V + np.sqrt(np.maximum(V * V + 4 * P * Q, 0.0))) / (2 * P)
-                none = (P > 0) & (Q < 0) & ((V >= 0) | (V * V + 4 * P * Q < 0)) | (P == 0) & (V >= 0) & (Q < 0)
+                none = (P > 0) & (Q < 0) & ((V >= 0) | (V * V + 4 * P * Q < 0)) | (P == 0) & (
+                    V >= 0
+                ) & (Q < 0)
                 bound = np.where(P > 0, root * root, np.inf)
                 bound = np.where(none, -1.0, bound)
                 best = np.minimum(best, np.where((up > 0) & (down > 0), bound, np.inf).min(axis=0))
@@ -83,7 +87,8 @@ def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Cei
         ahead[i] = _above(x[i], forward[i], h[i])
         time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
         size[i] = max(
-            (abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)), default=math.inf
+            (abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)),
+            default=math.inf,
         )
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
@@ -98,7 +103,14 @@ def _lists(rows, way):
     largest = a.max(axis=0)
     fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
     table = np.concatenate(
-        [a, b, v, c, np.stack([rows.bend[name] for name in PARTS]), np.stack([rows.slack[name] for name in PARTS])]
+        [
+            a,
+            b,
+            v,
+            c,
+            np.stack([rows.bend[name] for name in PARTS]),
+            np.stack([rows.slack[name] for name in PARTS]),
+        ]
     )
     table = table.transpose(2, 1, 0)
     return [table[i, fits[:, i]].tolist() for i in range(table.shape[0])]
@@ -124,9 +136,27 @@ def _above(x0, rows, h):
     if best is None:
         return math.inf, math.inf, math.inf
     (
-        a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1,
-        a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack,
-    ) = best  # fmt: skip
+        a0,
+        am,
+        a1,
+        b0,
+        bm,
+        b1,
+        v0,
+        vm,
+        v1,
+        c0,
+        cm,
+        c1,
+        a_bend,
+        b_bend,
+        v_bend,
+        c_bend,
+        a_slack,
+        b_slack,
+        v_slack,
+        c_slack,
+    ) = best
     x1, loose = x0 + h * guess, 1e-3
     for _ in range(60):
         high, low = max(x0, x1), min(x0, x1)
@@ -147,7 +177,9 @@ def _above(x0, rows, h):
         u0 = -(b0 * x0 + v0 * r0 + c0 - open_) / a0
         y = x0 + h * u0
         p = (
-            (a0 * u0 + 2 * am * u0) / 4 + (b0 * y + bm * x0) / 2 + (v0 * r0 + vm * rm + c0 + cm) / 2,
+            (a0 * u0 + 2 * am * u0) / 4
+            + (b0 * y + bm * x0) / 2
+            + (v0 * r0 + vm * rm + c0 + cm) / 2,
             (2 * am * u0 + a1 * u0) / 6
             + (b0 * y + 4 * bm * y + b1 * x0) / 6
             + (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6,
@@ -184,7 +216,9 @@ def duration(h: float, x0: float, x1: float, bent: float) -> float:
 def _least_time(x0, ahead, x1, behind, h):
     """Least time below both curves, from x0 on and back from x1."""
     curves = [
-        (start, u0, (u1 - u0) / h, end) if end < math.inf and min(start + h * u0, start, end) >= 0 else None
+        (start, u0, (u1 - u0) / h, end)
+        if end < math.inf and min(start + h * u0, start, end) >= 0
+        else None
         for start, (u0, u1, end) in ((x0, ahead), (x1, behind))
     ]
     bounds = [duration(h, start, end, bent) for start, _, bent, end in filter(None, curves)]

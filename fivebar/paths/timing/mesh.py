@@ -85,7 +85,9 @@ class Mesh:
             return math.inf
         each = [self.found[name] for name in ("a1", "a2")]
         slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
-        return min((abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf)
+        return min(
+            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf
+        )
 
     @cached_property
     def criterion(self) -> np.ndarray:
@@ -112,7 +114,9 @@ class Mesh:
             return self.found
         after, before = nodes[:-1], nodes[1:]
         names = [name for name in self.found if name == "D" or name[0] in "abvcf"]
-        return self.found | {name: _over_distance(self.found[name], after, before) for name in names}
+        return self.found | {
+            name: _over_distance(self.found[name], after, before) for name in names
+        }
 
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
@@ -132,7 +136,9 @@ def _over_distance(value, after, before):
     first, last = np.where(before, whole, steep), np.where(before, steep, whole)
     at = after | before
     parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
-    return Bernstein(*parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack))
+    return Bernstein(
+        *parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack)
+    )
 
 
 def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
@@ -191,7 +197,12 @@ def _found(robot, path, working, stretches, known):
     old = {
         key: k
         for k, key in enumerate(
-            zip(*map(np.ndarray.tolist, (known.stretches.piece, known.stretches.first, known.stretches.last)))
+            zip(
+                *map(
+                    np.ndarray.tolist,
+                    (known.stretches.piece, known.stretches.first, known.stretches.last),
+                )
+            )
         )
     }
     keys = zip(*map(np.ndarray.tolist, (stretches.piece, stretches.first, stretches.last)))

@@ -26,7 +26,9 @@ def where(path: Path, s: float) -> str:
     return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
 
 
-def refuse_unreachable(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> None:
+def refuse_unreachable(
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+) -> None:
     """UnreachableError or SingularityError where the path first leaves what the legs reach."""
     s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
     xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
@@ -45,7 +47,9 @@ def refuse_unreachable(robot: Robot, path: Path, stretches: Stretches, working: 
         igm(robot, path.on(piece, last)[0], working)
     except (UnreachableError, SingularityError) as error:
         amount = error.gap if isinstance(error, UnreachableError) else error.margin
-        raise type(error)(f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount) from None
+        raise type(error)(
+            f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount
+        ) from None
 
 
 def refuse_undecided(mesh: Mesh, k: int, leg: bool) -> None:
@@ -54,12 +58,14 @@ def refuse_undecided(mesh: Mesh, k: int, leg: bool) -> None:
     at = where(mesh.path, s)
     if leg:
         raise SingularityError(
-            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at {at}", 0.0
+            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at {at}",
+            0.0,
         )
     raise SingularityError(
         f"time_path: the path grazes Type 2 (det A = 0 without changing sign) at {at}: there the bars carry nothing "
-        "across themselves, and no speed makes that right on both sides; move or turn the path", 0.0,
-    )  # fmt: skip
+        "across themselves, and no speed makes that right on both sides; move or turn the path",
+        0.0,
+    )
 
 
 def refuse_touching(mesh: Mesh) -> None:
@@ -70,8 +76,9 @@ def refuse_touching(mesh: Mesh) -> None:
     if bad.any():
         raise SingularityError(
             f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let "
-            "it pass, or rest elsewhere", 0.0,
-        )  # fmt: skip
+            "it pass, or rest elsewhere",
+            0.0,
+        )
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
     if len(graze):
         refuse_undecided(mesh, int(graze[0]) + 1, False)
@@ -80,5 +87,6 @@ def refuse_touching(mesh: Mesh) -> None:
         if a <= VOID < max(others):
             raise SingularityError(
                 f"time_path: the path runs along the distal bars where it crosses Type 2, at {mesh.place(k)}, and "
-                "bends or falls across them: nothing can push it there: no speed, or one alone, would cross it", 0.0,
-            )  # fmt: skip
+                "bends or falls across them: nothing can push it there: no speed, or one alone, would cross it",
+                0.0,
+            )

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
 SAMPLES = 8  # of each stretch
 
 
-def cut_at_signs(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> Stretches:
+def cut_at_signs(
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+) -> Stretches:
     """Cut where det A changes its sign, and with friction where a joint turns round."""
     names = ["D"]
-    if (physics := physics_of(robot)) is not None and physics.rubs:
+    if (physics := physics_of(robot)) is not None and physics.has_friction:
         names += ["q1", "q2"]
     share = np.linspace(0, 1, SAMPLES + 1)
     s = stretches.first[:, None] + stretches.length[:, None] * share
@@ -32,20 +34,28 @@ def cut_at_signs(robot: Robot, path: Path, stretches: Stretches, working: tuple[
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
         ends = s[row, column], s[row, column + 1]
         roots = _roots(robot, path, working, stretches.piece[row], name, *ends, value[row, column])
-        inside = np.minimum(roots - stretches.first[row], stretches.last[row] - roots) > 1e-12 * path.length
+        inside = (
+            np.minimum(roots - stretches.first[row], stretches.last[row] - roots)
+            > 1e-12 * path.length
+        )
         index.append(row[inside])
         places.append(roots[inside])
     return stretches.cut(np.concatenate(index), np.concatenate(places))
 
 
-def cut_where_missed(robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]) -> Stretches:
+def cut_where_missed(
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+) -> Stretches:
     """Cut where det A has two signs that the first samples had not shown."""
     first, last = (
-        _values(robot, path, working, stretches.piece, s, ["D"])["D"][0] for s in (stretches.first, stretches.last)
+        _values(robot, path, working, stretches.piece, s, ["D"])["D"][0]
+        for s in (stretches.first, stretches.last)
     )
     row = np.flatnonzero((first * last < 0) & (np.abs(first) > 1e-12) & (np.abs(last) > 1e-12))
     at = stretches.taken(row)
-    return stretches.cut(row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row]))
+    return stretches.cut(
+        row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row])
+    )
 
 
 def _values(robot, path, working, piece, s, names):

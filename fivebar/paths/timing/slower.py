@@ -19,7 +19,9 @@ CLOSE = 1e-4  # to which the share of the limits is found
 STEPS = 40
 
 
-def slowed(mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float) -> tuple[Mesh, Solved]:
+def slowed(
+    mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float
+) -> tuple[Mesh, Solved]:
     """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations times the least share.
 
     The share is found by halving; the last step between two motions, one a little too fast and one a little too slow,
@@ -59,16 +61,19 @@ def _solved(mesh, limits):
 
 def _slower(mesh, fast, wanted):
     """The motion at a slower pace: all that grows with the speed becomes smaller; it must be held at rest, too."""
-    weighs = any(name in mesh.found for name in ("c1", "c2"))
-    if weighs and mesh.crossing.any():
+    has_gravity = any(name in mesh.found for name in ("c1", "c2"))
+    if has_gravity and mesh.crossing.any():
         k = int(np.argmax(mesh.crossing))
         raise TimingError(
             f"time_path: no motion was found that takes {wanted:.6g} s of moving: with gravity it has to pass Type 2 "
             f"at {mesh.place(k)} at speed; the slowest one found takes {fast.time.sum():.6g} s",
-            float(mesh.s[k]), False,
-        )  # fmt: skip
+            float(mesh.s[k]),
+            False,
+        )
     share = (fast.time.sum() / (1.001 * wanted)) ** 2
-    return fast._replace(x=share * fast.x, bent=share * fast.bent, time=fast.time / math.sqrt(share))
+    return fast._replace(
+        x=share * fast.x, bent=share * fast.bent, time=fast.time / math.sqrt(share)
+    )
 
 
 def _mixture(length, fast, slow, wanted):

@@ -103,7 +103,9 @@ def _parts(mesh, found, gap):
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
     if found.stuck:  # all of it is slower for what is missing in one place
         parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
-    return np.maximum(parts, 1 + _beside_type_2(mesh, False))  # what is missing there shows elsewhere
+    return np.maximum(
+        parts, 1 + _beside_type_2(mesh, False)
+    )  # what is missing there shows elsewhere
 
 
 def _beside_type_2(mesh, thin):
@@ -138,7 +140,9 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
         _refuse(mesh, limits, above.stuck, True)
-    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh))  # bounds take so long
+    best = Solved(
+        above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh)
+    )  # bounds take so long
     if not np.isfinite(above.size).all():
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
@@ -151,10 +155,15 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
         form, near = (bent, none), below.x
         if mean is not None:
-            form, near = (bent - lean * mean, lean), (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
+            form, near = (
+                (bent - lean * mean, lean),
+                (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2,
+            )
         found, closed = best._replace(time=none + np.inf, looks=0), []
         for _ in range(NEWTON if tied else 0):
-            x, closed = profile(polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest)
+            x, closed = profile(
+                polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest
+            )
             near = np.where(x > 0, x, near)
             found = found._replace(looks=found.looks + len(mesh))
         for off in OFF if tied else (0.0,):
@@ -165,13 +174,19 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             never = np.isinf(np.bincount(part, time))[part]
             for k in np.setdiff1d(part[never], part[stuck]):  # it rests there
                 stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
-            found = _faster(found, Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)), part)
+            found = _faster(
+                found,
+                Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)),
+                part,
+            )
             left = np.isinf(found.time) & ~np.isin(part, part[closed])
             if not left.any():
                 break
         return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
-    means = () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]  # either may keep to a slow motion
+    means = (
+        () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]
+    )  # either may keep to a slow motion
     for mean in means:
         best = _faster(best, tried(none + 1, hints[1], mean), part)
     left, share, stuck = np.isinf(best.time), none + 1, ()
@@ -185,7 +200,9 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         if each == 1 or each == SHARES[-1]:
             stuck += tuple(i for i in found.stuck if left[i])
         if not left.any():
-            best = _faster(best, tried(share, _bent(best.x, length), (best.x[1:] + best.x[:-1]) / 2), part)
+            best = _faster(
+                best, tried(share, _bent(best.x, length), (best.x[1:] + best.x[:-1]) / 2), part
+            )
             break
     return best._replace(stuck=stuck)
 
@@ -241,11 +258,15 @@ def _bent(x, length):
     """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion switches."""
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
     before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
-    return np.where(before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0)
+    return np.where(
+        before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0
+    )
 
 
 def _directions(n, along):
-    even = np.broadcast_to((np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n))
+    even = np.broadcast_to(
+        (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n)
+    )
     if along is None:
         return even
     near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
@@ -262,8 +283,10 @@ def _along(mesh, found):
 def _refuse(mesh, limits, node, proved):
     raise TimingError(
         f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these limits near "
-        f"{mesh.place(node)}{_why(mesh, limits, node)}", float(mesh.s[node]), proved,
-    )  # fmt: skip
+        f"{mesh.place(node)}{_why(mesh, limits, node)}",
+        float(mesh.s[node]),
+        proved,
+    )
 
 
 def _why(mesh, limits, node):
@@ -273,7 +296,7 @@ def _why(mesh, limits, node):
         nearest = int(k[np.abs(k - node).argmin()])
         return f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s'' to s'^2"
     physics = physics_of(mesh.robot)
-    if limits.torque is not None and physics is not None and physics.weighs:
+    if limits.torque is not None and physics is not None and physics.has_gravity:
         tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
         return f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g}) {mesh.robot.words.effort_unit}"
     return ""

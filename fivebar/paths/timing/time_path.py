@@ -34,15 +34,28 @@ AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 
 @takes(
-    robot=must_be_robot, path=instance(Path, what="a Path, as fivebar.path gives"), duration=optional(seconds),
-    working=modes(2), keep=optional(instance(Keep)),
-)  # fmt: skip
+    robot=must_be_robot,
+    path=instance(Path, what="a Path, as fivebar.path gives"),
+    duration=optional(seconds),
+    working=modes(2),
+    keep=optional(instance(Keep)),
+)
 def time_path(
-    robot: Robot, path: Path, duration: float | None = None, *, torque_limit: ArrayLike | None = None,
-    joint_speed_limit: ArrayLike | None = None, joint_acceleration_limit: ArrayLike | None = None,
-    speed_limit: float | None = None, acceleration_limit: float | None = None, jerk_limit: float | None = None,
-    working: tuple[int, int] = (-1, -1), keep: Keep | None = None, gap: float = 1e-3, max_time: float = 60.0,
-) -> TimedPath:  # fmt: skip
+    robot: Robot,
+    path: Path,
+    duration: float | None = None,
+    *,
+    torque_limit: ArrayLike | None = None,
+    joint_speed_limit: ArrayLike | None = None,
+    joint_acceleration_limit: ArrayLike | None = None,
+    speed_limit: float | None = None,
+    acceleration_limit: float | None = None,
+    jerk_limit: float | None = None,
+    working: tuple[int, int] = (-1, -1),
+    keep: Keep | None = None,
+    gap: float = 1e-3,
+    max_time: float = 60.0,
+) -> TimedPath:
     """Follow a given path in the least time under limits, through Type 2 where it leads there: TimedPath.
 
     The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path under them takes less
@@ -66,10 +79,17 @@ def time_path(
     for a path that does not keep what it must, with the places.
     """
     asked = Limits.checked(
-        torque=torque_limit, joint_speed=joint_speed_limit, joint_acceleration=joint_acceleration_limit,
-        speed=speed_limit, acceleration=acceleration_limit, jerk=jerk_limit,
-    )  # fmt: skip
-    gap, max_time = number(gap, "gap", 1e-7, 1.0), number(max_time, "max_time", 0.0, math.inf, above=True)
+        torque=torque_limit,
+        joint_speed=joint_speed_limit,
+        joint_acceleration=joint_acceleration_limit,
+        speed=speed_limit,
+        acceleration=acceleration_limit,
+        jerk=jerk_limit,
+    )
+    gap, max_time = (
+        number(gap, "gap", 1e-7, 1.0),
+        number(max_time, "max_time", 0.0, math.inf, above=True),
+    )
     if duration is None and not asked.forces:
         raise ValueError(
             "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
@@ -87,13 +107,17 @@ def time_path(
     _refuse_falling(mesh, asked)
     if asked.jerk is not None:
         if not asked.forces:
-            raise ValueError("time_path: jerk_limit needs a torque_limit or acceleration_limit beside it")
+            raise ValueError(
+                "time_path: jerk_limit needs a torque_limit or acceleration_limit beside it"
+            )
         return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
     if duration is None:
         return _timed(asked, *refined(mesh, asked, gap, until))
     rest = math.fsum(stop.seconds for stop in path.stops)
     if not duration > rest:
-        raise ValueError(f"time_path: the path rests for {rest:g} s, which leaves no time to move in {duration:g} s")
+        raise ValueError(
+            f"time_path: the path rests for {rest:g} s, which leaves no time to move in {duration:g} s"
+        )
     limits = asked if asked.forces else _ample(mesh, asked, duration - rest)
     mesh, found = refined(mesh, limits, gap, until)
     least, lower = found.time.sum() + rest, found.above.time.sum() + rest
@@ -101,16 +125,28 @@ def time_path(
         short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
         if duration >= lower or not asked.forces:
             short = f"less than {least:.6g} s, the least that was found (proved: none below {lower:.6g} s)"
-        raise TimingError(f"time_path: duration = {duration:g} s is {short}, under these limits", 0.0, duration < lower)
+        raise TimingError(
+            f"time_path: duration = {duration:g} s is {short}, under these limits",
+            0.0,
+            duration < lower,
+        )
     mesh, slow = slowed(mesh, limits, duration - rest, gap, until)
-    return _timed(asked, mesh, slow._replace(above=found.above if asked.forces else slow.above), lower * asked.forces)
+    return _timed(
+        asked,
+        mesh,
+        slow._replace(above=found.above if asked.forces else slow.above),
+        lower * asked.forces,
+    )
 
 
 def _ample(mesh, limits, wanted):
     """Torques in which the motion takes about half of the time that is wanted."""
     hold = 1.0
-    if (physics := physics_of(mesh.robot)) is not None and physics.weighs:
-        ends = [gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working)) for stop in mesh.path.stops]
+    if (physics := physics_of(mesh.robot)) is not None and physics.has_gravity:
+        ends = [
+            gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
+            for stop in mesh.path.stops
+        ]
         hold += AMPLE * float(np.abs(ends).max())
     before = math.inf
     while True:
@@ -125,15 +161,25 @@ def _timed(limits, mesh, solved, lower=None):
     if lower is None:
         lower = float(solved.above.time.sum()) + math.fsum(stop.seconds for stop in mesh.path.stops)
     return TimedPath(
-        mesh.robot, mesh.path, mesh.working, limits, mesh.stretches.piece, mesh.stretches.first, solved.x, solved.bent,
-        lower, mesh.crossing, solved.top, solved.above.x,
-    )  # fmt: skip
+        mesh.robot,
+        mesh.path,
+        mesh.working,
+        limits,
+        mesh.stretches.piece,
+        mesh.stretches.first,
+        solved.x,
+        solved.bent,
+        lower,
+        mesh.crossing,
+        solved.top,
+        solved.above.x,
+    )
 
 
 def _refuse_falling(mesh, limits):
     """Where it must rest, the robot must be held."""
     physics = physics_of(mesh.robot)
-    if limits.torque is None or physics is None or not physics.weighs:
+    if limits.torque is None or physics is None or not physics.has_gravity:
         return
     for stop in mesh.path.stops:
         tau = gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
@@ -143,5 +189,7 @@ def _refuse_falling(mesh, limits):
             raise TimingError(
                 f"time_path: the limits cannot hold the robot at rest at {where(mesh.path, stop.s)}: "
                 f"{words.joints[k]} needs {abs(tau[k]):.4g} {words.effort_unit}, its torque_limit is "
-                f"{limits.torque[k]:.4g}", stop.s, True,
-            )  # fmt: skip
+                f"{limits.torque[k]:.4g}",
+                stop.s,
+                True,
+            )

@@ -24,12 +24,25 @@ from .clock import Clock
 from .constraint_rows import Limits
 
 if TYPE_CHECKING:
-
     from ...models.robots import Robot
 
 COLUMNS = (
-    "t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot", "q1", "q2", "q1_dot", "q2_dot", "tau1", "tau2", "s", "pen",
-)  # fmt: skip
+    "t",
+    "x",
+    "y",
+    "x_dot",
+    "y_dot",
+    "x_ddot",
+    "y_ddot",
+    "q1",
+    "q2",
+    "q1_dot",
+    "q2_dot",
+    "tau1",
+    "tau2",
+    "s",
+    "pen",
+)
 MOST_ROWS = 10**7
 ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
 BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
@@ -69,7 +82,12 @@ class TimedPath(Plotted):
         crossed = int(self.crossing.sum())
         ways = f"{crossed} crossing{'s' * (crossed > 1)} of Type 2" if crossed else ""
         return one_line(
-            "TimedPath", f"{self.path.length:.6g} m", f"{self.duration:.6g} s", proved, f"working {self.working}", ways
+            "TimedPath",
+            f"{self.path.length:.6g} m",
+            f"{self.duration:.6g} s",
+            proved,
+            f"working {self.working}",
+            ways,
         )
 
     @cached_property
@@ -81,7 +99,9 @@ class TimedPath(Plotted):
     def _lengths(self):
         ends = np.append(self.first[1:], self.path.pieces[-1].length)
         whole = np.array([piece.length for piece in self.path.pieces])
-        return np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
+        return (
+            np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
+        )
 
     @cached_property
     def clock(self) -> Clock:
@@ -140,7 +160,9 @@ class TimedPath(Plotted):
             high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
             moved = np.clip(gone, low, high)
             u0 = push - self.bent[k] * gone
-            square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)  # at rest below 0 by rounding
+            square = self.x[k] + moved * (
+                2 * u0 + self.bent[k] * moved
+            )  # at rest below 0 by rounding
             speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
             push, gone = u0 + self.bent[k] * moved, moved
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
@@ -162,11 +184,15 @@ class TimedPath(Plotted):
         s = self.path.knots[self.piece[k]] + self.first[k] + gone
         table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
         about = {
-            "robot": self.robot.parameters, "path": _described(self.path), "working": self.working,
-            "limits": asdict(self.limits), "lower_bound": self.lower_bound,
-            "smooth": self.smooth, "pace": self.pace,
+            "robot": self.robot.parameters,
+            "path": _described(self.path),
+            "working": self.working,
+            "limits": asdict(self.limits),
+            "lower_bound": self.lower_bound,
+            "smooth": self.smooth,
+            "pace": self.pace,
             **{name: _plain(getattr(self, name)) for name in ARRAYS},
-        }  # fmt: skip
+        }
         rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
         write(path, "timed path", about, COLUMNS, rows)
 
@@ -177,15 +203,16 @@ class TimedPath(Plotted):
             return table.about("timed path", "a file written by TimedPath.to_csv", _known)
 
 
-
 def _described(path):
     """A Path as a file has it."""
     pieces = [
-        {"arc": [p.centre, p.radius, p.angle0, p.angle1]} if isinstance(p, Arc)
-        else {"line": [p.start, p.end]} if isinstance(p, Line)
+        {"arc": [p.centre, p.radius, p.angle0, p.angle1]}
+        if isinstance(p, Arc)
+        else {"line": [p.start, p.end]}
+        if isinstance(p, Line)
         else {"polynomial": [p.coefficients, p.length]}
         for p in path.pieces
-    ]  # fmt: skip
+    ]
     feed = [None if np.isinf(each) else each for each in path.feed]
     return {"pieces": pieces, "pen": path.pen, "dwells": list(path.dwells.items()), "feed": feed}
 
@@ -196,7 +223,9 @@ def _plain(values):
 
 def _known(about):
     kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
-    made = [kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()]
+    made = [
+        kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()
+    ]
     feed = [np.inf if each is None else each for each in about["path"]["feed"]]
     path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
     limits = Limits.checked(**about["limits"])
@@ -205,9 +234,15 @@ def _known(about):
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
         raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
     numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
-    if bad := [name for name, value in {**arrays, **numbers}.items() if np.isnan(np.asarray(value, dtype=float)).any()]:
+    if bad := [
+        name
+        for name, value in {**arrays, **numbers}.items()
+        if np.isnan(np.asarray(value, dtype=float)).any()
+    ]:
         raise ValueError(f"{', '.join(bad)} must be numbers, not nan")
     if not np.isin(arrays["piece"], np.arange(len(made))).all():
         raise ValueError(f"piece must number the {len(made)} pieces from 0")
     arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
-    return TimedPath(robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays)
+    return TimedPath(
+        robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays
+    )

@@ -41,14 +41,25 @@ def figure(found: dict[str, list[Rung]]) -> Figure:
             _marks(below, rungs, values, colour)
         below.set_ylim(bottom=0)
         below.set_xticks(
-            list(places), [("" if r.name == "masses" else "+ ") + r.name for r in rungs], rotation=25, ha="right"
+            list(places),
+            [("" if r.name == "masses" else "+ ") + r.name for r in rungs],
+            rotation=25,
+            ha="right",
         )
         for part in (above, below):
             part.grid(True, color="#e5e5e5", lw=0.6)
             part.tick_params(labelsize=8.5)
     for part in axes[:, 0]:
         part.legend(fontsize=8.5, frameon=False)
-    made.text(0.5, -0.02, textwrap.fill(READING, 40 * len(found)), ha="center", va="top", fontsize=8.5, color=PALE)
+    made.text(
+        0.5,
+        -0.02,
+        textwrap.fill(READING, 40 * len(found)),
+        ha="center",
+        va="top",
+        fontsize=8.5,
+        color=PALE,
+    )
     return made
 
 

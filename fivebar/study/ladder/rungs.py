@@ -63,44 +63,61 @@ class Rung:
 
 def _upright_lab():
     bar = Link(1.0, 0.045, 0.0, 0.002025)
-    return FiveBar.from_links(0.09, 0.09, 0.09, 0.09, 0.118, {"11": bar, "21": bar}, payload=0.5, gravity=(0.0, -9.81))
+    return FiveBar.from_links(
+        0.09, 0.09, 0.09, 0.09, 0.118, {"11": bar, "21": bar}, payload=0.5, gravity=(0.0, -9.81)
+    )
 
 
 def _haptic():
     lengths = 0.07, 0.09, 0.07, 0.09, 0.0
-    links = {name: 2700 * 0.015 * 0.004 * length for name, length in zip(("11", "12", "21", "22"), lengths)}
-    return FiveBar.from_links(*lengths, links, payload=0.02, rotor=(1e-6, 1e-6), coulomb=(1e-3, 1e-3))
+    links = {
+        name: 2700 * 0.015 * 0.004 * length
+        for name, length in zip(("11", "12", "21", "22"), lengths)
+    }
+    return FiveBar.from_links(
+        *lengths, links, payload=0.02, rotor=(1e-6, 1e-6), coulomb=(1e-3, 1e-3)
+    )
 
 
 CASES = {
     "lab": Case(
-        _upright_lab(), circle((0.0, 0.11), 0.02, 1.0),
+        _upright_lab(),
+        circle((0.0, 0.11), 0.02, 1.0),
         "the AMORO lab's files (1 kg at 45 mm of each proximal bar, 0.5 kg at the end), stood upright",
     ),
-    "vertical": Case(ROBOTS["iri-vertical"].robot, circle((0.0, 0.24), 0.04, 1.0), ROBOTS["iri-vertical"].source),
+    "vertical": Case(
+        ROBOTS["iri-vertical"].robot, circle((0.0, 0.24), 0.04, 1.0), ROBOTS["iri-vertical"].source
+    ),
     "haptic": Case(
-        _haptic(), circle((0.0, 0.12), 0.02, 1.0),
+        _haptic(),
+        circle((0.0, 0.12), 0.02, 1.0),
         "Haply's lengths; assumed: aluminium bars of 15 x 4 mm, 20 g in the hand, motors of 1e-6 kg m² and 1 mN m",
         (1, -1),
     ),
-}  # fmt: skip
+}
 
 
 def climb(case: Case, tick: Callable[[], object] = lambda: None) -> list[Rung]:
     """A case's rungs, each with those below it. tick: called after each."""
     robot, known, rungs = case.robot, [], []
-    away = {name: (0.0, 0.0) if name == "gravity" else 0.0 for names in RUNGS.values() for name in names}
+    away = {
+        name: (0.0, 0.0) if name == "gravity" else 0.0 for names in RUNGS.values() for name in names
+    }
     wanted = _torques(robot, case)
     for name, fields in RUNGS.items():
         known += fields
-        model = replace(robot, **{field: zero for field, zero in away.items() if field not in known})
+        model = replace(
+            robot, **{field: zero for field, zero in away.items() if field not in known}
+        )
         law = ComputedTorque(model, KP, KD, case.working, -int(np.sign(_start(case).det_A)))
         run = simulate(robot, law, case.reference, control_period=PERIOD)
         error = np.hypot(*run.error[run.t >= SETTLED * run.t[-1]].T)
         missed = wanted - _torques(model, case)
         inverse = compile(model, ["xi", "xi_dot", "xi_ddot"], ["tau"], working=case.working)
         named = not fields or (
-            "gravity" in robot.parameters if name == "gravity" else any(field in robot.parameters for field in fields)
+            "gravity" in robot.parameters
+            if name == "gravity"
+            else any(field in robot.parameters for field in fields)
         )
         rms = float(np.sqrt(np.mean(error**2))), float(error.max())
         missed = float(np.sqrt(np.mean(np.sum(missed**2, axis=1))))
@@ -121,9 +138,14 @@ def _torques(robot, case):
 def step_time(robot: FiveBar) -> float:
     """Time of one step of any length of this robot's plant, s: the median of the faster half of many."""
     names = names_of([robot])
-    call, parameters = Buffered(free_step(type(robot), names)), np.array(parameters_of(robot, names))
+    call, parameters = (
+        Buffered(free_step(type(robot), names)),
+        np.array(parameters_of(robot, names)),
+    )
     state = np.array([0.3, 1.2, 1.5, 2.2, 1.0, -0.5, 0.7, 0.2])
-    inputs = [state, np.zeros(2), 1e-3, 1e-12, parameters] + [np.ones(2)] * bool({"fs1", "fs2"} & set(names))
+    inputs = [state, np.zeros(2), 1e-3, 1e-12, parameters] + [np.ones(2)] * bool(
+        {"fs1", "fs2"} & set(names)
+    )
     spent = []
     for _ in range(CALLS):
         before = time.perf_counter()
@@ -134,9 +156,27 @@ def step_time(robot: FiveBar) -> float:
 
 def table(found: dict[str, list[Rung]]) -> tuple[tuple[str, ...], list[list]]:
     """Header and rows of all cases' rungs, for a CSV or a print."""
-    header = ("robot", "rung", "named", "instructions", "step_us", "missed_Nm", "rms_um", "largest_um")
+    header = (
+        "robot",
+        "rung",
+        "named",
+        "instructions",
+        "step_us",
+        "missed_Nm",
+        "rms_um",
+        "largest_um",
+    )
     rows = [
-        [case, r.name, int(r.named), r.instructions, 1e6 * r.step, r.missed, 1e6 * r.rms, 1e6 * r.largest]
+        [
+            case,
+            r.name,
+            int(r.named),
+            r.instructions,
+            1e6 * r.step,
+            r.missed,
+            1e6 * r.rms,
+            1e6 * r.largest,
+        ]
         for case, rungs in found.items()
         for r in rungs
     ]

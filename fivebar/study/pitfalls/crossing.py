@@ -39,7 +39,9 @@ def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
     along = np.subtract(GOAL, START)
     velocity = speed * along / np.linalg.norm(along)
     middle = {0: tuple(place), 1: tuple(velocity), 2: (0.0, 0.0)}
-    return polynomial([(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})])
+    return polynomial(
+        [(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})]
+    )
 
 
 def torque(robot: Robot, reference: Reference, t: ArrayLike) -> np.ndarray:
@@ -55,7 +57,9 @@ class OpenLoop:
     robot: Robot
     period: float
 
-    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference) -> np.ndarray:
+    def __call__(
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference
+    ) -> np.ndarray:
         return torque(self.robot, reference, t + self.period / 2)
 
 
@@ -72,9 +76,14 @@ class Crossing:
         return float(np.abs(self.torque).max())
 
 
-def beside_crossing(robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400) -> Crossing:
+def beside_crossing(
+    robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400
+) -> Crossing:
     """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both sides."""
     when = check_path(robot, reference).time
-    sides = [-np.geomspace(when, closest, count), np.geomspace(closest, reference.duration - when, count)]
+    sides = [
+        -np.geomspace(when, closest, count),
+        np.geomspace(closest, reference.duration - when, count),
+    ]
     offset = np.concatenate(sides)
     return Crossing(when, offset, torque(robot, reference, when + offset))

@@ -56,7 +56,10 @@ def error_curve(robot: Robot, steps: Sequence[float]) -> Differentiation:
     t = np.linspace(0, 2, 50)
     exact = analytic(robot, t)
     errors = [
-        [np.abs(found - true).max() / np.abs(true).max() for found, true in zip(differences(robot, t, step), exact)]
+        [
+            np.abs(found - true).max() / np.abs(true).max()
+            for found, true in zip(differences(robot, t, step), exact)
+        ]
         for step in steps
     ]
     return Differentiation(np.asarray(steps, dtype=float), *np.array(errors).T)

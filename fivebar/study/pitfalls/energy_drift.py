@@ -52,7 +52,9 @@ def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float 
         t, states = march(FIXED[name], slope, state, duration, step)
         evaluations = (len(t) - 1) * (4 if name == "RK4" else 1)
     else:
-        found = adaptive(slope, state, np.linspace(0, duration, 1001), name, rtol=rtol, atol=1e-3 * rtol)
+        found = adaptive(
+            slope, state, np.linspace(0, duration, 1001), name, rtol=rtol, atol=1e-3 * rtol
+        )
         t, states, evaluations = found.t, found.states, found.evaluations
     if not len(t):
         return Drift(name, t, t, evaluations)

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from ...models.robots import FiveBar
 
 
-def half_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int | tuple[int, int]) -> np.ndarray:
+def half_angle(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int | tuple[int, int]
+) -> np.ndarray:
     """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 - c^2)) / (b - c)).
 
     Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is then theta = pi,
@@ -52,7 +54,11 @@ def approach(robot: FiveBar, distances: ArrayLike, angle: float, working: int = 
 
     distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture that is wanted.
     """
-    place = np.array([-robot.d / 2 - robot.l11, 0.0]) + robot.l12 * np.array([np.cos(angle), np.sin(angle)])
+    place = np.array([-robot.d / 2 - robot.l11, 0.0]) + robot.l12 * np.array(
+        [np.cos(angle), np.sin(angle)]
+    )
     distances = np.asarray(distances, dtype=float)
     xi = place + np.stack([distances, np.zeros_like(distances)], axis=-1)
-    return HalfAngle(distances, xi, half_angle_igm(robot, xi, working), dyad_igm(robot, xi, working))
+    return HalfAngle(
+        distances, xi, half_angle_igm(robot, xi, working), dyad_igm(robot, xi, working)
+    )

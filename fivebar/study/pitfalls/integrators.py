@@ -85,8 +85,12 @@ def adaptive(
     span = (t_eval[0], t_eval[-1])
     try:
         with np.errstate(all="ignore"):
-            found = solve_ivp(counted, span, state, method=method, t_eval=t_eval, rtol=rtol, atol=atol)
+            found = solve_ivp(
+                counted, span, state, method=method, t_eval=t_eval, rtol=rtol, atol=atol
+            )
     except (_TooMany, ValueError, np.linalg.LinAlgError) as error:
-        message = f"stopped after {limit} evaluations" if isinstance(error, _TooMany) else str(error)
+        message = (
+            f"stopped after {limit} evaluations" if isinstance(error, _TooMany) else str(error)
+        )
         return Solution(np.empty(0), np.empty((0, len(state))), False, message, count)
     return Solution(found.t, found.y.T, found.success, found.message, count)

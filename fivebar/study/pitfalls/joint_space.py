@@ -60,7 +60,10 @@ def joint_model(robot: FiveBar, state: np.ndarray, assembly: int) -> tuple[np.nd
         swing = ux[i] * ry - uy[i] * rx
         bias.append(-l1[i] * (ux[i] * cos[i] + uy[i] * sin[i]) * q_dot[i] ** 2 - swing**2 / l2[i])
     free = inverse_a(*bias)  # xi'' for q'' = 0
-    m11, m22 = robot.zz1 + robot.m * (j1 * j1).sum(axis=0), robot.zz2 + robot.m * (j2 * j2).sum(axis=0)
+    m11, m22 = (
+        robot.zz1 + robot.m * (j1 * j1).sum(axis=0),
+        robot.zz2 + robot.m * (j2 * j2).sum(axis=0),
+    )
     m12 = robot.m * (j1 * j2).sum(axis=0)
     c1, c2 = robot.m * (j1 * free).sum(axis=0), robot.m * (j2 * free).sum(axis=0)
     det_m = m11 * m22 - m12**2
@@ -102,7 +105,15 @@ def free_motion_by(
     found = adaptive(joint_slope(robot, assembly), state, t, method, rtol=rtol, atol=1e-3 * rtol)
     with np.errstate(all="ignore"):
         xi, _, _, energy = joint_model(robot, found.states.T, assembly)
-    return FreeRun(f"{method}, {rtol:g}", found.t, xi.T, energy, found.success, found.message, found.evaluations)
+    return FreeRun(
+        f"{method}, {rtol:g}",
+        found.t,
+        xi.T,
+        energy,
+        found.success,
+        found.message,
+        found.evaluations,
+    )
 
 
 def free_motion_by_rk4(robot: FiveBar, step: float, duration: float = 2.0) -> FreeRun:
@@ -113,16 +124,22 @@ def free_motion_by_rk4(robot: FiveBar, step: float, duration: float = 2.0) -> Fr
         state = np.concatenate([start.pose.q, start.q_dot])
         t, states = march(rk4, joint_slope(robot, assembly), state, duration, step)
         xi, _, _, energy = joint_model(robot, states.T, assembly)
-    return FreeRun(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1))
+    return FreeRun(
+        f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy, True, "reached the end", 4 * (len(t) - 1)
+    )
 
 
 def free_motion_of_ours(robot: Robot, step: float, duration: float = 2.0) -> FreeRun:
     """The same by fivebar.simulate, the four bars in fixed steps."""
     run = simulate(robot, duration=duration, start=free_start(robot), step=step, method="rk4")
-    return FreeRun("fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1))
+    return FreeRun(
+        "fivebar", run.t, run.xi, run.energy, True, "reached the end", 4 * (len(run.t) - 1)
+    )
 
 
-def whole_steps(count: int = 400, shortest: float = 4e-4, longest: float = 4e-3, duration: float = 2.0) -> np.ndarray:
+def whole_steps(
+    count: int = 400, shortest: float = 4e-4, longest: float = 4e-3, duration: float = 2.0
+) -> np.ndarray:
     """Evenly spaced steps, s, each moved to the nearest that divides `duration`, so that all end at the same time."""
     return duration / np.round(duration / np.linspace(shortest, longest, count))
 
@@ -164,10 +181,13 @@ def free_motion_by_steps(robot: FiveBar, steps: ArrayLike, duration: float = 2.0
     return StepSizes(steps, xi.T, energy / initial - 1)
 
 
-def free_motion_of_ours_by_steps(robot: Robot, steps: ArrayLike, duration: float = 2.0) -> StepSizes:
+def free_motion_of_ours_by_steps(
+    robot: Robot, steps: ArrayLike, duration: float = 2.0
+) -> StepSizes:
     """The same by fivebar.simulate, a run for each step; the energy error is the largest on the way."""
     runs = [free_motion_of_ours(robot, float(step), duration) for step in steps]
     return StepSizes(
-        np.asarray(steps, dtype=float), np.array([run.xi[-1] for run in runs]),
+        np.asarray(steps, dtype=float),
+        np.array([run.xi[-1] for run in runs]),
         np.array([run.energy_error for run in runs]),
-    )  # fmt: skip
+    )

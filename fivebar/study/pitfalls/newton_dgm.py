@@ -27,7 +27,11 @@ class NewtonPose:
 
 
 def newton_dgm(
-    robot: Robot, q: ArrayLike, start: tuple[float, float], tolerance: float = 1e-12, iterations: int = 50
+    robot: Robot,
+    q: ArrayLike,
+    start: tuple[float, float],
+    tolerance: float = 1e-12,
+    iterations: int = 50,
 ) -> NewtonPose:
     """Solve the vector loop of the five bars for the distal bars' angles by Newton's method.
 
@@ -38,13 +42,17 @@ def newton_dgm(
     tolerance: m, of the residual at which it stops.
     iterations: at most.
     """
-    (p1x, p1y), (p2x, p2y) = (drive.pivot(drive.direction(float(angle))) for drive, angle in zip(robot.drives, q))
+    (p1x, p1y), (p2x, p2y) = (
+        drive.pivot(drive.direction(float(angle))) for drive, angle in zip(robot.drives, q)
+    )
     l1, l2 = robot.distal
     phi1, phi2 = start
     for k in range(iterations + 1):
         c1, s1, c2, s2 = math.cos(phi1), math.sin(phi1), math.cos(phi2), math.sin(phi2)
         fx, fy = p1x + l1 * c1 - p2x - l2 * c2, p1y + l1 * s1 - p2y - l2 * s2
-        determinant = l1 * l2 * (c1 * s2 - s1 * c2)  # minus that of f's Jacobian; its sign is det A's
+        determinant = (
+            l1 * l2 * (c1 * s2 - s1 * c2)
+        )  # minus that of f's Jacobian; its sign is det A's
         converged = math.hypot(fx, fy) < tolerance
         if converged or determinant == 0 or k == iterations:
             break
@@ -64,7 +72,9 @@ class FarStart:
     diverged: float
 
 
-def far_start(robot: Robot, q: np.ndarray, start: tuple[float, float], assembly: int = -1) -> FarStart:
+def far_start(
+    robot: Robot, q: np.ndarray, start: tuple[float, float], assembly: int = -1
+) -> FarStart:
     """Newton from the same start at all poses q (n, 2) rad, judged by the closed form to 1e-9 m."""
     exact = dgm(robot, q, assembly)
     found = [newton_dgm(robot, angles, start) for angles in q]
@@ -93,6 +103,9 @@ def near_singular(
     phi = pose.q + pose.q_passive
     found = [newton_dgm(robot, angles, bars + (off, -off)) for angles, bars in zip(q, phi)]
     return NearSingular(
-        np.sin(phi[:, 1] - phi[:, 0]), np.array([pose.iterations for pose in found]),
-        np.array([pose.xi for pose in found]), pose.xi, q,
-    )  # fmt: skip
+        np.sin(phi[:, 1] - phi[:, 0]),
+        np.array([pose.iterations for pose in found]),
+        np.array([pose.xi for pose in found]),
+        pose.xi,
+        q,
+    )

@@ -43,7 +43,9 @@ def _figure(panels=1, height=4.6, width=6.4):
 
 
 def _legend(axes, columns=2):
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=columns, fontsize=8, frameon=False)
+    axes.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=columns, fontsize=8, frameon=False
+    )
 
 
 def _labelled(name):
@@ -54,50 +56,80 @@ def differentiation(curve: Differentiation) -> Figure:
     """Error of velocities and accelerations by differences against the step: truncation, then rounding."""
     figure, axes = _figure()
     for name, error, style, side in (
-        ("velocity", curve.velocity, OTHERS[1], "top"), ("acceleration", curve.acceleration, OTHERS[0], "bottom"),
-    ):  # fmt: skip
+        ("velocity", curve.velocity, OTHERS[1], "top"),
+        ("acceleration", curve.acceleration, OTHERS[0], "bottom"),
+    ):
         best = int(np.argmin(error))
         axes.loglog(curve.step, error, **style, **_labelled(f"{name}, by differences"))
         axes.plot(curve.step[best], error[best], "o", color=style["color"], ms=7)
         axes.annotate(
-            f"best {error[best]:.1g}\nat {curve.step[best]:.0e} s", (curve.step[best], error[best]), fontsize=8,
-            xytext=(0, -10 if side == "top" else 18), textcoords="offset points", ha="center", va=side,
-        )  # fmt: skip
-    axes.axhline(OURS_BOUND, color=INK, lw=2.2, label="fivebar's rates, which need no step: at most")
+            f"best {error[best]:.1g}\nat {curve.step[best]:.0e} s",
+            (curve.step[best], error[best]),
+            fontsize=8,
+            xytext=(0, -10 if side == "top" else 18),
+            textcoords="offset points",
+            ha="center",
+            va=side,
+        )
+    axes.axhline(
+        OURS_BOUND, color=INK, lw=2.2, label="fivebar's rates, which need no step: at most"
+    )
     axes.set(
-        xlabel="step between the positions (s)", ylabel="relative error", ylim=(1e-16, 1e2),
+        xlabel="step between the positions (s)",
+        ylabel="relative error",
+        ylim=(1e-16, 1e2),
         title="Rates by differences of positions",
-    )  # fmt: skip
+    )
     _legend(axes)
     return figure
 
 
-def free_motion(attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSizes, our_steps: StepSizes) -> Figure:
+def free_motion(
+    attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSizes, our_steps: StepSizes
+) -> Figure:
     """The free motion by SciPy's solvers and RK4 in joint coordinates, and the energy error over fixed step sizes."""
     figure, (left, right) = _figure(2)
-    for size, attempt, style in zip((13, 11, 9, 7, 5), attempts, OTHERS):  # marks that coincide are both seen
+    for size, attempt, style in zip(
+        (13, 11, 9, 7, 5), attempts, OTHERS
+    ):  # marks that coincide are both seen
         fine = np.isfinite(attempt.xi[:, 1])
         t, y = attempt.t[fine], 1e3 * attempt.xi[fine, 1]
         claim = '"success"' if attempt.success else "gave up"
-        left.plot(t, y, **style, **_labelled(f"{attempt.name}: {claim}{'' if fine.all() else ', nan'}"))
+        left.plot(
+            t, y, **style, **_labelled(f"{attempt.name}: {claim}{'' if fine.all() else ', nan'}")
+        )
         left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=size, mew=2)
     left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, **_labelled("fivebar"))
     left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
-    left.set(xlabel="time (s)", ylabel="y of the end-effector (mm)", title="Joint coordinates meet Type 2 at 0.1164 s")
+    left.set(
+        xlabel="time (s)",
+        ylabel="y of the end-effector (mm)",
+        title="Joint coordinates meet Type 2 at 0.1164 s",
+    )
     _legend(left)
     finite = np.isfinite(naive_steps.energy_error)
     right.set_yscale("log")
     milliseconds = 1e3 * naive_steps.step
     right.plot(
-        milliseconds[finite], np.abs(naive_steps.energy_error[finite]), "^", color=ORANGE, ms=6,
+        milliseconds[finite],
+        np.abs(naive_steps.energy_error[finite]),
+        "^",
+        color=ORANGE,
+        ms=6,
         label=f"joint coordinates, RK4: {finite.sum()} finished, without a word",
-    )  # fmt: skip
+    )
     right.plot(
-        milliseconds[~finite], np.full((~finite).sum(), 1e2), "|", color=ORANGE, ms=9,
+        milliseconds[~finite],
+        np.full((~finite).sum(), 1e2),
+        "|",
+        color=ORANGE,
+        ms=9,
         label=f"joint coordinates, RK4: {(~finite).sum()} of {len(finite)} ended in nan",
-    )  # fmt: skip
+    )
     right.plot(1e3 * our_steps.step, our_steps.energy_error, ".", color=INK, ms=5, label="fivebar")
-    right.set(xlabel="step (ms)", ylabel="relative error of the energy", title="RK4 with fixed steps, 2 s")
+    right.set(
+        xlabel="step (ms)", ylabel="relative error of the energy", title="RK4 with fixed steps, 2 s"
+    )
     _legend(right, 1)
     return figure
 
@@ -111,7 +143,11 @@ def energy(drifts: Iterable[Drift]) -> Figure:
         error = np.maximum(np.maximum.accumulate(np.abs(drift.error)), FLOOR)
         label = f"{drift.name} ({drift.evaluations} evaluations)"
         axes.semilogy(drift.t, error, **style, **(_labelled(drift.name) | {"label": label}))
-    axes.set(xlabel="time (s)", ylabel="largest relative error so far", title="Energy of a motion without torque")
+    axes.set(
+        xlabel="time (s)",
+        ylabel="largest relative error so far",
+        title="Energy of a motion without torque",
+    )
     _legend(axes)
     return figure
 
@@ -122,7 +158,11 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
     for (name, motion), style in zip(motions.items(), OTHERS):
         axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, **_labelled(name))
     axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, label="fivebar", lw=0.7)
-    axes.set(xlabel="time (s)", ylabel="error of a bar's length (m)", title="Closure of the loop, free motion")
+    axes.set(
+        xlabel="time (s)",
+        ylabel="error of a bar's length (m)",
+        title="Closure of the loop, free motion",
+    )
     _legend(axes)
     return figure
 
@@ -130,7 +170,10 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
 def crossing(naive: Crossing, compliant: Crossing) -> Figure:
     """Torques of the lab's task 2 and of a motion made to cross, against the time to the singularity."""
     figure, (before, after) = _figure(2)
-    for axes, side, title in ((before, -1, "before the crossing"), (after, 1, "after the crossing")):
+    for axes, side, title in (
+        (before, -1, "before the crossing"),
+        (after, 1, "after the crossing"),
+    ):
         for case, name, style in (
             (naive, "quintic line of task 2", OTHERS[0]),
             (compliant, "compliant polynomial", OURS),
@@ -138,7 +181,9 @@ def crossing(naive: Crossing, compliant: Crossing) -> Figure:
             here = np.sign(case.offset) == side
             largest = np.abs(case.torque[here]).max(axis=1)
             axes.loglog(np.abs(case.offset[here]), largest, **style, lw=2, label=name)
-        axes.set(xlabel=f"time {title} (s)", ylabel="larger torque (N m)", ylim=(1e-4, 1e2), title=title)
+        axes.set(
+            xlabel=f"time {title} (s)", ylabel="larger torque (N m)", ylim=(1e-4, 1e2), title=title
+        )
         _legend(axes)
     before.invert_xaxis()
     figure.suptitle("Exact torque through a Type-2 singularity")
@@ -150,13 +195,23 @@ def stability(limits: Sequence[MeasuredLimit]) -> Figure:
     figure, panels = _figure(len(limits))
     for axes, limit in zip(np.atleast_1d(panels), limits):
         axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")
-        axes.plot(*limit.measured.T, "o", color=INK, mfc="white", ms=6, label="limit on the simulated robot")
+        axes.plot(
+            *limit.measured.T,
+            "o",
+            color=INK,
+            mfc="white",
+            ms=6,
+            label="limit on the simulated robot",
+        )
         s = np.linspace(0, 0.6 if limit.delay else 1.0, 50)
         axes.plot(s**2, 2 * s, color=ORANGE, ls="--", lw=1.5, label="critically damped")
         delay = "one sample of delay" if limit.delay else "no delay"
         axes.set(
-            xlabel="Kp h² (no unit)", ylabel="Kd h (no unit)", xlim=(0, None), ylim=(0, None),
+            xlabel="Kp h² (no unit)",
+            ylabel="Kd h (no unit)",
+            xlim=(0, None),
+            ylim=(0, None),
             title=f"{delay}: agrees within {100 * limit.worst:.2g} %",
-        )  # fmt: skip
+        )
         _legend(axes, 3)
     return figure

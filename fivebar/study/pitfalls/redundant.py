@@ -75,15 +75,24 @@ class Redundant:
     energy_error: np.ndarray
 
 
-def redundant_motion(robot: FiveBar, start: Rates, duration: float, step: float, baumgarte: float = 0.0) -> Redundant:
+def redundant_motion(
+    robot: FiveBar, start: Rates, duration: float, step: float, baumgarte: float = 0.0
+) -> Redundant:
     """Free motion from `start` (Rates) by RK4 with fixed step, s."""
-    return _result(robot, *march(rk4, redundant_slope(robot, baumgarte), redundant_state(start), duration, step))
+    return _result(
+        robot,
+        *march(rk4, redundant_slope(robot, baumgarte), redundant_state(start), duration, step),
+    )
 
 
-def redundant_reference(robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13) -> Redundant:
+def redundant_reference(
+    robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13
+) -> Redundant:
     """The same by DOP853 at a tolerance where its drift does not matter: a check that shares no formula with ours."""
     t = np.linspace(0, duration, 101)
-    found = adaptive(redundant_slope(robot), redundant_state(start), t, "DOP853", tolerance, 1e-3 * tolerance)
+    found = adaptive(
+        redundant_slope(robot), redundant_state(start), t, "DOP853", tolerance, 1e-3 * tolerance
+    )
     return _result(robot, found.t, found.states)
 
 

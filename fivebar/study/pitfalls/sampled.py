@@ -69,7 +69,14 @@ class _Decided(Exception):
     pass
 
 
-def growth(robot: Robot, p: float, q: float, delay: int = 0, pose: ArrayLike = (0.3, 0.9), samples: int = 200) -> float:
+def growth(
+    robot: Robot,
+    p: float,
+    q: float,
+    delay: int = 0,
+    pose: ArrayLike = (0.3, 0.9),
+    samples: int = 200,
+) -> float:
     """Factor per sample by which a small disturbance of the simulated robot grows, held at `pose` by ComputedTorque.
 
     p, q: gains as above.
@@ -108,13 +115,21 @@ def _hold(robot, p, q, delay, pose, samples, noise, watch):
         return control(t, angles + of_angles, rates + of_rates / PERIOD, reference)
 
     try:
-        simulate(robot, watched, reference, start=start, control_period=PERIOD, step=PERIOD, delay=delay)
+        simulate(
+            robot, watched, reference, start=start, control_period=PERIOD, step=PERIOD, delay=delay
+        )
     except _Decided:
         pass
 
 
 def noise_gain(
-    robot: Robot, p: float, q: float, delay: int = 0, pose: ArrayLike = (0.3, 0.9), samples: int = 400, seed: int = 0
+    robot: Robot,
+    p: float,
+    q: float,
+    delay: int = 0,
+    pose: ArrayLike = (0.3, 0.9),
+    samples: int = 400,
+    seed: int = 0,
 ) -> float:
     """Standard deviation of the simulated robot's joint angles over that of the noise in what is measured.
 
@@ -138,7 +153,9 @@ def exact_noise_gain(p: float, q: float, delay: int = 0) -> float:
     """The same of the sampled double integrator, by its discrete Lyapunov equation; inf where it is not stable."""
     if not is_stable(p, q, delay):
         return math.inf
-    push = np.array([0.5, 1.0])  # of an acceleration, held for a period, on (angle, rate per period)
+    push = np.array(
+        [0.5, 1.0]
+    )  # of an acceleration, held for a period, on (angle, rate per period)
     A, feedback = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([p, q])
     if delay:
         A = np.block([[A, push[:, None]], [-feedback, 0.0]])
@@ -166,20 +183,29 @@ class MeasuredLimit:
 CENTRES = {0: (1.5, 1.4), 1: (0.12, 0.5)}
 
 
-def measure_limit(robot: Robot, delay: int = 0, count: int = 8, resolution: float = 1e-3) -> MeasuredLimit:
+def measure_limit(
+    robot: Robot, delay: int = 0, count: int = 8, resolution: float = 1e-3
+) -> MeasuredLimit:
     """Where the growth on the simulated robot is 1, on rays from a stable centre through `count` points of the limit.
 
     The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in parts of the ray.
     """
     curve, centre = boundary(delay), np.array(CENTRES[delay])
     if delay == 0:
-        lower, upper = (np.linspace(a, b, count // 2 + 2)[1:-1] for a, b in zip(curve[:2], curve[1:3]))
+        lower, upper = (
+            np.linspace(a, b, count // 2 + 2)[1:-1] for a, b in zip(curve[:2], curve[1:3])
+        )
         targets = np.concatenate([lower, upper])
     else:
         targets = curve[np.linspace(0, len(curve) - 2, count + 2).astype(int)[1:-1]]
     directions = targets - centre
     found = [
-        brentq(lambda s, d=d: math.log(growth(robot, *(centre + s * d), delay=delay)), 0.6, 1.4, xtol=resolution)
+        brentq(
+            lambda s, d=d: math.log(growth(robot, *(centre + s * d), delay=delay)),
+            0.6,
+            1.4,
+            xtol=resolution,
+        )
         for d in directions
     ]
     return MeasuredLimit(delay, centre + np.array(found)[:, None] * directions, targets)

@@ -55,5 +55,7 @@ def stretch(r1: float, r2: float, short: ArrayLike, count: int = 400) -> Stretch
     """Both heights as the bars are stretched. short: (n,), 0 for exactly stretched."""
     short = np.asarray(short, dtype=float)
     around = np.array([spans((r1 + r2) * (1 - s), count) for s in short])
-    pairs = [(printed_height(tuple(span), r1, r2), dyad_height(tuple(span), r1, r2)) for span in around]
+    pairs = [
+        (printed_height(tuple(span), r1, r2), dyad_height(tuple(span), r1, r2)) for span in around
+    ]
     return Stretched(short, around, *(np.array(column) for column in zip(*pairs)))

@@ -52,7 +52,9 @@ class Method:
     def knobs_of(self, problem: str, quick: bool) -> tuple[float, ...]:
         """The knobs, in a quick run every other one, the first among them."""
         knobs = self.knobs.get(problem, ()) if isinstance(self.knobs, dict) else self.knobs
-        return tuple(k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs))
+        return tuple(
+            k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs)
+        )
 
 
 @dataclass(frozen=True)
@@ -89,14 +91,23 @@ class Chart:
     problems: dict[str, str]
     methods: tuple[Method, ...]
     panels: tuple  # of rows, tuples of Panel
-    step: Callable[[float], float] | None = None  # knob -> step, in which the methods that have an order converge
+    step: Callable[[float], float] | None = (
+        None  # knob -> step, in which the methods that have an order converge
+    )
     apart: tuple = (LIMIT,)  # families that the caption compares apart from the others
-    picture: str | None = None  # module with figure(result) and caption(result) where the usual ones do not fit
+    picture: str | None = (
+        None  # module with figure(result) and caption(result) where the usual ones do not fit
+    )
     limit: float = 60.0  # s, for one attempt with all its repeats
 
     def jobs(self, quick: bool) -> list[tuple[str, Method, float]]:
         """(problem, method, knob) of all attempts, in the order in which they are made."""
-        return [(p, m, knob) for p in self.problems for m in self.methods for knob in m.knobs_of(p, quick)]
+        return [
+            (p, m, knob)
+            for p in self.problems
+            for m in self.methods
+            for knob in m.knobs_of(p, quick)
+        ]
 
     def method(self, name: str) -> Method:
         return next(m for m in self.methods if m.name == name)

@@ -45,13 +45,19 @@ def orders(result: Result, panel: Panel) -> dict[str, float]:
         points = counted(result, panel, method.name)
         if method.order and points:
             steps = [result.chart.step(row["knob"]) for row in points]
-            found[method.name] = observed_order(steps, [row[panel.y] for row in points], panel.rounding)
+            found[method.name] = observed_order(
+                steps, [row[panel.y] for row in points], panel.rounding
+            )
     return {name: order for name, order in found.items() if not math.isnan(order)}
 
 
 def counted(result: Result, panel: Panel, method: str | None = None) -> list[dict]:
     """The rows that are points of a panel."""
-    return [row for row in result.of(panel.problem, method) if row.get(panel.y, math.inf) <= panel.ceiling]
+    return [
+        row
+        for row in result.of(panel.problem, method)
+        if row.get(panel.y, math.inf) <= panel.ceiling
+    ]
 
 
 def failures(result: Result, panel: Panel) -> dict[str, list]:
@@ -77,8 +83,12 @@ def words_of(failed: list) -> str:
     parts = []
     for pattern, words in found.items():
         shares = sorted({int(share) for word in words for share in re.findall(r"(\d+)%", word)})
-        ends = f"{shares[0]}-{shares[-1]}%" if len(shares) > 1 else f"{shares[0]}%" if shares else ""
-        parts.append(pattern.replace("#%", ends) + (f" ({len(words)} times)" if len(words) > 1 else ""))
+        ends = (
+            f"{shares[0]}-{shares[-1]}%" if len(shares) > 1 else f"{shares[0]}%" if shares else ""
+        )
+        parts.append(
+            pattern.replace("#%", ends) + (f" ({len(words)} times)" if len(words) > 1 else "")
+        )
     return ", ".join(parts)
 
 
@@ -89,7 +99,9 @@ def caption(result: Result) -> str:
     for panel, level in [(each, level) for each in panels for level in each.levels]:
         mine, others, apart = _fastest(result, panel, level)
         if mine and apart:
-            named.setdefault(apart[0]["method"], []).append(mine[0]["seconds"] / apart[0]["seconds"])
+            named.setdefault(apart[0]["method"], []).append(
+                mine[0]["seconds"] / apart[0]["seconds"]
+            )
         if mine and others:
             ratio, name = others[0]["seconds"] / mine[0]["seconds"], others[0]["method"]
             if max(ratio, 1 / ratio) < LEVEL:
@@ -101,27 +113,39 @@ def caption(result: Result) -> str:
         elif others:
             short.setdefault(others[0]["method"], []).append(level)
         alone += bool(mine and not others)
-    total = len(won) + alone + sum(len(found) for part in (even, lost, short) for found in part.values())
-    said = []
+    total = (
+        len(won)
+        + alone
+        + sum(len(found) for part in (even, lost, short) for found in part.values())
+    )
+    notes = []
     if total:
         first = {0: "none", total: "all"}.get(len(won) + alone, len(won) + alone)
         first = f"of {total} errors asked for, fivebar gets to {first} first"
         first += f", {_range(won)} times as fast as the next" if won else ""
-        said.append(first + (f", to {'all' if alone == total else alone} of them alone" if alone else ""))
-    said += [f"it is level with {name} {_times(found)}" for name, found in even.items()]
-    said += [
-        f"it loses to {name} {_times(found)}, which is {_range(found)} times as fast" for name, found in lost.items()
+        notes.append(
+            first + (f", to {'all' if alone == total else alone} of them alone" if alone else "")
+        )
+    notes += [f"it is level with {name} {_times(found)}" for name, found in even.items()]
+    notes += [
+        f"it loses to {name} {_times(found)}, which is {_range(found)} times as fast"
+        for name, found in lost.items()
     ]
-    said += [f"it does not get to {_levels(found)}, which {name} does" for name, found in short.items()]
-    said += [f"apart from these, {name} is {_range(found)} times as fast as fivebar" for name, found in named.items()]
+    notes += [
+        f"it does not get to {_levels(found)}, which {name} does" for name, found in short.items()
+    ]
+    notes += [
+        f"apart from these, {name} is {_range(found)} times as fast as fivebar"
+        for name, found in named.items()
+    ]
     ratios = {}
     for panel in panels:
         for name, ratio in _ratios(result, panel).items():
             ratios.setdefault(name, []).append(ratio)
     if ratios:
         listed = ", ".join(f"{name} {_range(found)}" for name, found in ratios.items())
-        said.append(f"errors over fivebar's, in the median: {listed}")
-    text = "; ".join(said)
+        notes.append(f"errors over fivebar's, in the median: {listed}")
+    text = "; ".join(notes)
     return f"{text[:1].upper()}{text[1:]}." if text else "Nothing is to be compared."
 
 
@@ -132,14 +156,22 @@ def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
         ratios, failed = _ratios(result, panel), failures(result, panel)
         if not (panel.levels or ratios):
             continue
-        fastest = [{row["method"]: row for part in _fastest(result, panel, x) for row in part} for x in panel.levels]
+        fastest = [
+            {row["method"]: row for part in _fastest(result, panel, x) for row in part}
+            for x in panel.levels
+        ]
         rows = []
         for name in (method.name for method in result.chart.methods):
-            cells = [_short(f"{found[name]['seconds']:.1e}") if name in found else "-" for found in fastest]
+            cells = [
+                _short(f"{found[name]['seconds']:.1e}") if name in found else "-"
+                for found in fastest
+            ]
             cells += [_short(f"{ratios[name]:.2g}") if name in ratios else "-"] if ratios else []
             if name in failed or set(cells) != {"-"}:
                 rows.append([name, *cells, _failed(result, panel, failed.get(name))])
-        head = [f"s, to {_levels([level])}" for level in panel.levels] + ["error over fivebar's, median"] * bool(ratios)
+        head = [f"s, to {_levels([level])}" for level in panel.levels] + [
+            "error over fivebar's, median"
+        ] * bool(ratios)
         tables.append((panel.title, ["method", *head, "failed"], rows))
     return tables
 
@@ -150,7 +182,10 @@ def _failed(result, panel, failed):
         return ""
     if failed[0][0]["status"] == "left out":
         return words_of(failed)
-    total = sum((row["problem"], row["method"]) == (panel.problem, failed[0][0]["method"]) for row in result.rows)
+    total = sum(
+        (row["problem"], row["method"]) == (panel.problem, failed[0][0]["method"])
+        for row in result.rows
+    )
     return f"{len(failed)} of {total}: {words_of(failed)}"
 
 
@@ -171,7 +206,9 @@ def _fastest(result, panel, level):
 
 def _range(ratios):
     """From the least to the largest, with two digits."""
-    shown = list(dict.fromkeys(_short(f"{float(f'{ratio:.2g}'):g}") for ratio in (min(ratios), max(ratios))))
+    shown = list(
+        dict.fromkeys(_short(f"{float(f'{ratio:.2g}'):g}") for ratio in (min(ratios), max(ratios)))
+    )
     return " to ".join(shown)
 
 
@@ -198,7 +235,13 @@ def _ratios(result, panel):
             mine[row["knob"]] = row[panel.y]
     return {
         name: float(
-            np.median([r[panel.y] / mine[r["knob"]] for r in counted(result, panel, name) if r["knob"] in mine])
+            np.median(
+                [
+                    r[panel.y] / mine[r["knob"]]
+                    for r in counted(result, panel, name)
+                    if r["knob"] in mine
+                ]
+            )
         )
         for name, family in families.items()
         if family != OURS and any(r["knob"] in mine for r in counted(result, panel, name))

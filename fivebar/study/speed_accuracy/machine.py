@@ -18,22 +18,46 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 LIBRARIES = (
-    "fivebar", "numpy", "scipy", "casadi", "matplotlib", "heyoka", "mujoco", "pin", "drake", "exudyn", "pylinkage",
+    "fivebar",
+    "numpy",
+    "scipy",
+    "casadi",
+    "matplotlib",
+    "heyoka",
+    "mujoco",
+    "pin",
+    "drake",
+    "exudyn",
+    "pylinkage",
     "numba",
-)  # fmt: skip
+)
 
-PEERS = "heyoka", "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"  # modules of other simulators
+PEERS = (
+    "heyoka",
+    "mujoco",
+    "pinocchio",
+    "pydrake",
+    "exudyn",
+    "pylinkage",
+    "numba",
+)  # modules of other simulators
 PACKAGES = {"pinocchio": "pin", "pydrake": "drake"}  # where they are called otherwise
 
 
 def _installed(module):
-    return None if find_spec(module) else f"{module} is not installed: pip install {PACKAGES.get(module, module)}"
+    return (
+        None
+        if find_spec(module)
+        else f"{module} is not installed: pip install {PACKAGES.get(module, module)}"
+    )
 
 
 # What a method may need -> () -> None, or what is missing.
 NEEDED = {
     "C compiler": lambda: None if c_compiler() else "no C compiler (cc, gcc, clang)",
-    "C++ compiler": lambda: None if cxx_compiler() else "no C++ compiler (c++, g++, clang++) on Linux",
+    "C++ compiler": lambda: (
+        None if cxx_compiler() else "no C++ compiler (c++, g++, clang++) on Linux"
+    ),
     "Pinocchio's headers": lacks_headers,
     "ARM compilers": lacks_arm,
     **{name: partial(_installed, name) for name in PEERS},
@@ -48,16 +72,21 @@ def missing(needs: Iterable[str]) -> str | None:
 def describe() -> dict:
     """What a reader of the times must know of this machine: processor, cores, compiler, libraries' versions."""
     return {
-        "cpu": _processor(), "cores": os.cpu_count(), "system": platform.platform(),
+        "cpu": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
         "python": platform.python_version(),
-        "compiler": _compiler(), **{name: _version(name) for name in LIBRARIES},
-    }  # fmt: skip
+        "compiler": _compiler(),
+        **{name: _version(name) for name in LIBRARIES},
+    }
 
 
 def _processor():
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
-            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+            names = [
+                line.split(":", 1)[1].strip() for line in file if line.startswith("model name")
+            ]
         return names[0] if names else platform.machine()
     except OSError:
         return platform.processor() or platform.machine()
@@ -67,8 +96,10 @@ def _compiler():
     compiler = c_compiler()
     if compiler is None:
         return "none"
-    said = subprocess.run([compiler, "--version"], capture_output=True, text=True).stdout.splitlines()
-    return said[0] if said else compiler
+    notes = subprocess.run(
+        [compiler, "--version"], capture_output=True, text=True
+    ).stdout.splitlines()
+    return notes[0] if notes else compiler
 
 
 def _version(name):

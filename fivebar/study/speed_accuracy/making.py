@@ -61,9 +61,14 @@ def _make(modules, folder, quick):
             bar.set_description(f"{name}, drawn")
             pictures[name] = draw(result, folder)
             bar.refresh()
-    said = {n: (module_with(r.chart).caption(r), module_with(r.chart).table(r)) for n, r in ordered.items()}
-    write_page(folder / "index.html", ordered, pictures, said)
-    for partial in partials:  # not before all are done: an interrupted run of several charts keeps the finished ones
+    notes = {
+        n: (module_with(r.chart).caption(r), module_with(r.chart).table(r))
+        for n, r in ordered.items()
+    }
+    write_page(folder / "index.html", ordered, pictures, notes)
+    for partial in (
+        partials
+    ):  # not before all are done: an interrupted run of several charts keeps the finished ones
         partial.done()
     return {name: results[name] for name in modules}
 
@@ -92,7 +97,9 @@ def _few_colours(image):
     found, index, counts = np.unique(pixels, return_inverse=True, return_counts=True)
     levels = found[:, None] >> np.array([16, 8, 0]) & 255
     kept = levels[np.argsort(counts)[: -COLOURS - 1 : -1]]
-    nearest = np.array([np.argmin(((kept - level) ** 2).sum(axis=1)) for level in levels.astype(int)])
+    nearest = np.array(
+        [np.argmin(((kept - level) ** 2).sum(axis=1)) for level in levels.astype(int)]
+    )
     small = Image.fromarray(nearest[index].reshape(pixels.shape).astype(np.uint8))
     small.putpalette(kept.astype(np.uint8).tobytes())  # of gray levels it makes numbers of colours
     return small

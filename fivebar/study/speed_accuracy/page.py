@@ -36,13 +36,27 @@ td.word, th.word { text-align: left } h3 { font-size: 1rem; margin: 1rem 0 .3rem
 """
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 WORDS = ("problem", "method", "status", "word", "failed")  # columns set to the left
-COLUMNS = ("problem", "method", "knob", "status", "word", "seconds", "seconds_low", "seconds_high", "repeats")
+COLUMNS = (
+    "problem",
+    "method",
+    "knob",
+    "status",
+    "word",
+    "seconds",
+    "seconds_low",
+    "seconds_high",
+    "repeats",
+)
 
 
-def write_page(path: Path, results: dict[str, Result], pictures: dict[str, bytes], said: dict[str, tuple]) -> None:
+def write_page(
+    path: Path, results: dict[str, Result], pictures: dict[str, bytes], notes: dict[str, tuple]
+) -> None:
     """The page of results {name: Result}, pictures {name: PNG bytes} and said {name: (caption, table)}."""
     links = " ".join(f'<a href="#{escape(n)}">{escape(n)}</a>' for n in results)
-    sections = [_section(name, result, pictures[name], *said[name]) for name, result in results.items()]
+    sections = [
+        _section(name, result, pictures[name], *notes[name]) for name, result in results.items()
+    ]
     text = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -60,7 +74,9 @@ def _section(name, result, png, caption, tables):
     measures = list(dict.fromkeys(key for row in result.rows for key in row if key not in COLUMNS))
     keys = (*COLUMNS, *measures)
     rows = [[_text(row.get(key, "")) for key in keys] for row in result.rows]
-    compared = "".join(f"<h3>{escape(title)}</h3>{_table(head, rows)}" for title, head, rows in tables)
+    compared = "".join(
+        f"<h3>{escape(title)}</h3>{_table(head, rows)}" for title, head, rows in tables
+    )
     return (
         f'<section id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p>'
         f'<div class="chart"><img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"></div>'
@@ -74,10 +90,16 @@ def _section(name, result, png, caption, tables):
 def _table(head, rows):
     sides = [' class="word"' if key in WORDS else "" for key in head]
     lines = [("th", head), *(("td", row) for row in rows)]
-    return "<table>" + "".join(
-        "<tr>" + "".join(f"<{tag}{side}>{escape(cell)}</{tag}>" for side, cell in zip(sides, cells)) + "</tr>"
-        for tag, cells in lines
-    ) + "</table>"  # fmt: skip
+    return (
+        "<table>"
+        + "".join(
+            "<tr>"
+            + "".join(f"<{tag}{side}>{escape(cell)}</{tag}>" for side, cell in zip(sides, cells))
+            + "</tr>"
+            for tag, cells in lines
+        )
+        + "</table>"
+    )
 
 
 def _text(value):

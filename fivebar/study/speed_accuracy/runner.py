@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
-from ...base.processes import end_with_parent, unheard
+from ...base.processes import end_with_parent, without_interrupts
 from .chart import Attempt, Failed, load, module_of
 from .machine import describe, missing
 from .store import Partial, Result
@@ -26,12 +26,24 @@ if TYPE_CHECKING:
     from .chart import Chart, Method
 
 BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
-REFUSALS = (ArithmeticError, ValueError, RuntimeError, MemoryError)  # other errors are ours, and end the run
+REFUSALS = (
+    ArithmeticError,
+    ValueError,
+    RuntimeError,
+    MemoryError,
+)  # other errors are ours, and end the run
 WORDS = (
-    (SingularityError, "refused: singular"), (UnreachableError, "refused: unreachable"),
-    (ArithmeticError, "refused: not finite, or too fast"), (ValueError, "breaks down"), (RuntimeError, "gives up"),
-)  # fmt: skip
-THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"  # each process has one of them
+    (SingularityError, "refused: singular"),
+    (UnreachableError, "refused: unreachable"),
+    (ArithmeticError, "refused: not finite, or too fast"),
+    (ValueError, "breaks down"),
+    (RuntimeError, "gives up"),
+)
+THREADS = (
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "OMP_NUM_THREADS",
+)  # each process has one of them
 QUARTILES = (25, 50, 75)
 SHORTEST_SAMPLE = 1e-4  # s; shorter calls are timed together
 MOST_SAMPLES = 101
@@ -87,9 +99,12 @@ def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -
         samples = attempt.times() if attempt.times else times_of(attempt.call, once, budget)
     low, middle, high = (float(s) for s in np.percentile(samples / attempt.per, QUARTILES))
     return {
-        "seconds": middle, "seconds_low": low, "seconds_high": high, "repeats": len(samples),
+        "seconds": middle,
+        "seconds_low": low,
+        "seconds_high": high,
+        "repeats": len(samples),
         **{key: float(value) for key, value in measures.items()},
-    }  # fmt: skip
+    }
 
 
 def times_of(call: Callable[[], object], first: float, budget: float) -> np.ndarray:
@@ -146,7 +161,11 @@ class Worker:
             self.pipe.send((problem, method, knob))
             if not self.pipe.poll(self.limit):
                 self._end()
-                return {"status": "failed", "word": f"timeout, {self.limit:g} s", "seconds": self.limit}
+                return {
+                    "status": "failed",
+                    "word": f"timeout, {self.limit:g} s",
+                    "seconds": self.limit,
+                }
             row = self.pipe.recv()
         except (EOFError, ConnectionError):
             self._end()
@@ -158,13 +177,17 @@ class Worker:
     def _begin(self):
         spawn = multiprocessing.get_context("spawn")
         self.pipe, theirs = spawn.Pipe()
-        self.room = TemporaryDirectory(prefix="fivebar-chart-")  # what a process that is killed leaves behind
-        process = spawn.Process(target=_serve, args=(theirs, self.room.name, *self.arguments), daemon=True)
+        self.room = TemporaryDirectory(
+            prefix="fivebar-chart-"
+        )  # what a process that is killed leaves behind
+        process = spawn.Process(
+            target=_serve, args=(theirs, self.room.name, *self.arguments), daemon=True
+        )
         own = dict.fromkeys(THREADS, "1") | {"TMPDIR": self.room.name}
         before = {name: os.environ.get(name) for name in own}
         os.environ.update(own)  # read when NumPy is loaded, there
         try:
-            with unheard():
+            with without_interrupts():
                 process.start()
             self.process = process
         finally:

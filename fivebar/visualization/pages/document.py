@@ -44,8 +44,13 @@ def made(path: TextFile | None, code: str, content: dict, models: str = "") -> P
     text = document(
         HERE,
         content["title"],
-        library="\n".join((bokeh / name).read_text("utf-8") for name in ("bokeh.min.js", "bokeh-api.min.js")),
-        code="\n".join([script(name) for name in ("common", "picture", "plot")] + [models, *map(script, CODE[code])]),
+        library="\n".join(
+            (bokeh / name).read_text("utf-8") for name in ("bokeh.min.js", "bokeh-api.min.js")
+        ),
+        code="\n".join(
+            [script(name) for name in ("common", "picture", "plot")]
+            + [models, *map(script, CODE[code])]
+        ),
         content=as_json(content),
     )
     page = Page(content["title"], text)

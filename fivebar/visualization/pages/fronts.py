@@ -36,17 +36,31 @@ def save_page(front: Front, path: Path) -> None:
     heads = "".join(f'<th scope="col">{html.escape(text)}</th>' for text in ("", *units, "held by"))
     rows = []
     for number, (each, page) in enumerate(zip(front.designs, live), start=1):
-        told = f'<a href="{PLAY}{html.escape(page.fragment)}">robot {number}</a>' if page else f"robot {number}"
-        cells = [told, *(f"{value:.6g}" for value in (*each.parameters.values(), *each.values.values()))]
-        cells.append(html.escape("; ".join(sentence.partition(" is ")[0] for sentence in each.binding)))
+        told = (
+            f'<a href="{PLAY}{html.escape(page.fragment)}">robot {number}</a>'
+            if page
+            else f"robot {number}"
+        )
+        cells = [
+            told,
+            *(f"{value:.6g}" for value in (*each.parameters.values(), *each.values.values())),
+        ]
+        cells.append(
+            html.escape("; ".join(sentence.partition(" is ")[0] for sentence in each.binding))
+        )
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     picture = io.BytesIO()
     front.plot().savefig(picture, format="png", dpi=90)
     goals = " and ".join(f"{way} {name}" for name, way in front.goals.items())
-    folder_of_page, title = Path(pictures.__file__).parent / "designs", f"{len(front)} robots: {goals}"
+    folder_of_page, title = (
+        Path(pictures.__file__).parent / "designs",
+        f"{len(front)} robots: {goals}",
+    )
     picture = b64encode(picture.getvalue()).decode()
     notes = html.escape(repr(first.task)[1:-1])
-    page = document(folder_of_page, title, notes=notes, picture=picture, heads=heads, rows="\n".join(rows))
+    page = document(
+        folder_of_page, title, notes=notes, picture=picture, heads=heads, rows="\n".join(rows)
+    )
     with written(path) as out:
         out.write(page)
     if live[0] is not None:

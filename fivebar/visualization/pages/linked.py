@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def page(
-    subject: object, path: str | Path | None = None, show: str | Iterable | None = None, title: str | None = None
+    subject: object,
+    path: str | Path | None = None,
+    show: str | Iterable | None = None,
+    title: str | None = None,
 ) -> Page:
     """A web page, complete in one file, on which pointing at a plot shows the mechanism in that state: Page.
 
@@ -38,13 +41,21 @@ def page(
         raise TypeError(f"path must be a str or an os.PathLike, not {shown(path)}")
     if title is not None:
         text(title, "title")
-    if not (show is None or isinstance(show, (str, list, tuple, dict, set, Iterator)) or hasattr(show, "keys")):
+    if not (
+        show is None
+        or isinstance(show, (str, list, tuple, dict, set, Iterator))
+        or hasattr(show, "keys")
+    ):
         raise TypeError(f"show must be a name or several, not {shown(show)}")
     if is_planned(subject):
         subject = sampled(subject)
     if is_run(subject):
         code, content = "motion", runs_content({"": subject}, show)
-    elif isinstance(subject, Mapping) and subject and all(isinstance(each, Study) for each in subject.values()):
+    elif (
+        isinstance(subject, Mapping)
+        and subject
+        and all(isinstance(each, Study) for each in subject.values())
+    ):
         code, content = "motion", studies_content(subject, show)
     elif isinstance(subject, Mapping):
         code, content = "motion", runs_content(subject, show)
@@ -76,4 +87,6 @@ def map_page(
 ) -> Page:
     """The page of a map; along: a path (n, 2) m on it; regions: of `dexterous`, in place of the aspects."""
     content = map_content(data, along, regions)
-    return made(path, "map", content if title is None else content | {"title": title}, map_models(data))
+    return made(
+        path, "map", content if title is None else content | {"title": title}, map_models(data)
+    )

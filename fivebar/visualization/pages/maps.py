@@ -45,21 +45,30 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         # What joins its points, which the page computes; where they are here is of no account.
         "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2)))),
         "field": {
-            "name": data.field, "words": scale.words, "factor": scale.factor, "palette": scale.palette,
-            "limits": [scale.low, scale.high], "logarithmic": scale.logarithmic,
+            "name": data.field,
+            "words": scale.words,
+            "factor": scale.factor,
+            "palette": scale.palette,
+            "limits": [scale.low, scale.high],
+            "logarithmic": scale.logarithmic,
         },
         "x": packed(x),
         "y": packed(y),
-        "layers": [{"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
-                   for mode, layer in zip(data.modes, values)],
-        "loci": list((_task_loci if task else _joint_loci)(data)) + list(_more(data, along, regions)),
+        "layers": [
+            {"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
+            for mode, layer in zip(data.modes, values)
+        ],
+        "loci": list((_task_loci if task else _joint_loci)(data))
+        + list(_more(data, along, regions)),
         "numbers": [
             [region.number, *region.point.tolist(), _layers(data, [region.working])]
-            for region in ((aspects(robot) if regions is None else regions) if task and robot.turns else ())
+            for region in (
+                (aspects(robot) if regions is None else regions) if task and robot.turns else ()
+            )
         ],
         "columns": data.columns,
         "source": "Map.to_csv",
-    }  # fmt: skip
+    }
 
 
 def _more(data, along, regions):
@@ -68,7 +77,9 @@ def _more(data, along, regions):
         yield _locus(ALONG, _layers(data, data.modes), along)
     for region in regions or ():
         for loop in region.polygons:
-            yield _locus(DEXTEROUS, _layers(data, [region.working]), np.concatenate([loop, loop[:1]]))
+            yield _locus(
+                DEXTEROUS, _layers(data, [region.working]), np.concatenate([loop, loop[:1]])
+            )
 
 
 def map_models(data: Map) -> str:
@@ -100,15 +111,23 @@ def _layers(data, modes):
 
 
 def _locus(kind, layers, points):
-    return {"kind": kind, "layers": layers, "points": [packed(x) for x in np.reshape(points, (-1, 2)).T]}
+    return {
+        "kind": kind,
+        "layers": layers,
+        "points": [packed(x) for x in np.reshape(points, (-1, 2)).T],
+    }
 
 
 def _task_loci(data):
     loci = singularity_loci(data.robot)
     for piece in loci.task:
-        yield _locus(locus_words(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1]))
+        yield _locus(
+            locus_words(piece), _layers(data, piece.working), piece.drawn(data.y[0], data.y[-1])
+        )
     for xi, own in zip(loci.type3.xi, loci.type3.working):
-        layers = [k for k, mode in enumerate(data.modes) if all(o in (0, m) for o, m in zip(own, mode))]
+        layers = [
+            k for k, mode in enumerate(data.modes) if all(o in (0, m) for o, m in zip(own, mode))
+        ]
         yield _locus(TYPE_3, layers, xi)
 
 
@@ -116,9 +135,15 @@ def _joint_loci(data):
     loci = singularity_loci(data.robot)
     if not data.robot.turns:
         for piece in loci.joint:
-            yield _locus(locus_words(piece), _layers(data, piece.assembly), piece.drawn(data.x[0], data.x[-1]))
+            yield _locus(
+                locus_words(piece),
+                _layers(data, piece.assembly),
+                piece.drawn(data.x[0], data.x[-1]),
+            )
         return
-    pieces = [(locus_words(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint]
+    pieces = [
+        (locus_words(piece), _layers(data, piece.assembly), piece.points) for piece in loci.joint
+    ]
     pieces += [(TYPE_3, [0, 1], q[None]) for q in loci.type3.q]
     for kind, layers, points in pieces:
         for turned in turned_into(data, points):

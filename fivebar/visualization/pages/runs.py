@@ -59,14 +59,23 @@ def sampled(plan: Plan | TimedPath) -> Sampled:
     """A Plan or a TimedPath at 2001 times, with the singularities that it crosses."""
     robot, t = plan.robot, np.linspace(0.0, plan.duration, 2001)
     rates = plan.accelerations(t).rates
-    pose, limit = rates.pose, (plan.limits if hasattr(plan, "limits") else plan.problem.limits).torque
+    pose, limit = (
+        rates.pose,
+        (plan.limits if hasattr(plan, "limits") else plan.problem.limits).torque,
+    )
     limits = np.ravel([] if limit is None else limit)
     return Sampled(
-        robot, t, robot.continuous(pose.q), rates.q_dot, pose.xi, plan.tau(t), energy(rates),
+        robot,
+        t,
+        robot.continuous(pose.q),
+        rates.q_dot,
+        pose.xi,
+        plan.tau(t),
+        energy(rates),
         potential(pose) + np.zeros(len(t)),
         float(limits[0]) if len(limits) and np.ptp(limits) == 0 else None,
         tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose)),
-    )  # fmt: skip
+    )
 
 
 class Mark(NamedTuple):
@@ -102,7 +111,9 @@ QUANTITIES = {
     "error": Quantity("tracking error", "m", (*AXES, "distance"), _error, True),
     "q_error": Quantity("active joints' error", "{joint}", LEGS, lambda run: run.q_error, True),
     "tau": Quantity("motors", "{effort}", LEGS, lambda run: run.tau),
-    "margins": Quantity("sines, 0 at a singularity", "", ("left leg", "right leg", "distal bars"), _margins),
+    "margins": Quantity(
+        "sines, 0 at a singularity", "", ("left leg", "right leg", "distal bars"), _margins
+    ),
     "energy": Quantity("kinetic energy", "J", ("energy",), lambda run: run.energy[:, None]),
     "potential": Quantity("potential energy", "J", ("energy",), lambda run: run.potential[:, None]),
 }
@@ -117,24 +128,34 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
     subjects, columns, notes = [], [], _differences(runs) if several else []
     for name, run in runs.items():
-        keep, words = kept(len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv")
+        keep, words = kept(
+            len(run.t), width * len(runs), f"Run.to_csv of {name}" if several else "Run.to_csv"
+        )
         run, broken = _sampled(name, run, keep)
         computed = {key: QUANTITIES[key].of(run) for key in show}
-        notes += words + (broken or gaps(name, computed)) + list(getattr(run.measured, "said", ()))
-        columns.append({f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]})
+        notes += words + (broken or gaps(name, computed)) + list(getattr(run.measured, "notes", ()))
+        columns.append(
+            {f"{key} {part}": computed[key][:, k] for key in show for part, k in parts[key]}
+        )
         reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
         own = subject(name, run.t, run_body(run), columns[-1], reference=reference, marks=marks)
         subjects.append(own)
     words = next(iter(runs.values())).robot.words
-    units = {key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show}
+    units = {
+        key: QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit) for key in show
+    }
     titles = [(f"{key} {part}", units[key]) for key in show for part, _ in parts[key]]
     return {
         "title": f"{words.title}: {', '.join(runs)}" if several else robot_title(run.robot),
         "notes": notes,
         "axis": {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": subjects,
-        "panels": [own for key in show for own in _panels(key, runs, columns, parts[key], units[key], several)],
+        "panels": [
+            own
+            for key in show
+            for own in _panels(key, runs, columns, parts[key], units[key], several)
+        ],
         "table": [[key, f"{key} ({unit})" if unit else key] for key, unit in titles],
         "source": "Run.to_csv",
     }
@@ -143,14 +164,20 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
 def _panels(key, runs, columns, parts, unit, several):
     """The plots of a quantity: one with all its parts, or with several runs one for each part."""
     quantity, names, step = QUANTITIES[key], [part for part, _ in parts], key == "tau"
-    limits = sorted({run.torque_limit for run in runs.values() if step and run.torque_limit is not None})
+    limits = sorted(
+        {run.torque_limit for run in runs.values() if step and run.torque_limit is not None}
+    )
     for group in [[part] for part in names] if several else [names]:
         curves = [
             (name if several else part, k, f"{key} {part}", columns[k][f"{key} {part}"])
             for k, name in enumerate(runs)
             for part in group
         ]
-        title = f"{quantity.title}, {group[0]}" if several and len(quantity.parts) > 1 else quantity.title
+        title = (
+            f"{quantity.title}, {group[0]}"
+            if several and len(quantity.parts) > 1
+            else quantity.title
+        )
         yield panel(title, unit, curves, [sign * x for x in limits for sign in (1, -1)], step)
 
 
@@ -163,7 +190,9 @@ def _checked(runs, show):
             raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
         must_increase(run.t, f"the run {name!r}" if name else "the run")
     if len({run.robot.turns for run in runs.values()}) > 1:
-        raise ValueError("runs of robots with cranks and with sliders cannot be compared: they have no units in common")
+        raise ValueError(
+            "runs of robots with cranks and with sliders cannot be compared: they have no units in common"
+        )
     referenced = all(run.xi_ref is not None for run in runs.values())
     if show is None:
         return ("error", "tau", "q", "margins") if referenced else ("xi", "tau", "q", "margins")
@@ -190,13 +219,19 @@ def _differences(runs):
     if any(run.robot != several[0].robot for run in several):
         notes.append("The robots differ.")
     if len({(run.t[0], run.t[-1]) for run in several}) > 1:
-        notes.append("The runs differ in time; outside its own each one stays at its first or last sample.")
+        notes.append(
+            "The runs differ in time; outside its own each one stays at its first or last sample."
+        )
     return notes
 
 
 def _sampled(name, run, keep):
     """These samples of the run, with nan for inf, of which no cosine can be taken, and a note on both."""
-    arrays = {f.name: getattr(run, f.name) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
+    arrays = {
+        f.name: getattr(run, f.name)
+        for f in fields(run)
+        if isinstance(getattr(run, f.name), np.ndarray)
+    }
     for key, values in arrays.items():
         if len(values) != len(run.t):
             raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {key}")

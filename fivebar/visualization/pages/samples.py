@@ -42,7 +42,9 @@ def parts(body: Skeleton) -> dict:
 
 def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> dict:
     """A motion on the page: times (n,) s, its body in these poses, columns {key: (n,)}, and what else it has."""
-    blocks = [ends for *ends, joint in body.blocks if joint not in body.actuated]  # others are drawn as motors
+    blocks = [
+        ends for *ends, joint in body.blocks if joint not in body.actuated
+    ]  # others are drawn as motors
     drawn = max(0, *body.joints, *(point for pair in (*body.rails, *blocks) for point in pair)) + 1
     return {
         "name": name,
@@ -65,30 +67,47 @@ def _joints(points):
     if not len(finite):
         raise ValueError("no sample has a pose that could be drawn: all are nan")
     return [
-        finite[0, k].tolist() if not np.ptp(finite[:, k], axis=0).any() else [packed(x) for x in points[:, k].T]
+        finite[0, k].tolist()
+        if not np.ptp(finite[:, k], axis=0).any()
+        else [packed(x) for x in points[:, k].T]
         for k in range(points.shape[1])
     ]
 
 
-def panel(title: str, unit: str, curves: list, limits: Sequence[float] = (), step: bool = False) -> dict:
+def panel(
+    title: str, unit: str, curves: list, limits: Sequence[float] = (), step: bool = False
+) -> dict:
     """A plot: curves are (label, subject, key, values), in `unit`, shown in one in which they read well."""
     finite = [np.abs(values[np.isfinite(values)]) for *_, values in curves]
     largest = max((values.max() for values in finite if len(values)), default=0.0)
     shown = _shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
     return {
-        "title": title, "unit": of_unit(shown[1]), "scale": shown[0], "limits": list(limits), "step": step,
-        "curves": [{"label": label, "subject": subject, "key": key} for label, subject, key, _ in curves],
-    }  # fmt: skip
+        "title": title,
+        "unit": of_unit(shown[1]),
+        "scale": shown[0],
+        "limits": list(limits),
+        "step": step,
+        "curves": [
+            {"label": label, "subject": subject, "key": key} for label, subject, key, _ in curves
+        ],
+    }
 
 
 def _shown_unit(unit, largest):
     """Factor and name: a number without unit stays as it is, and so does an angle of a hundredth and more."""
-    return (1.0, unit) if not unit or (unit.startswith("rad") and largest >= 0.01) else readable(largest, unit)
+    return (
+        (1.0, unit)
+        if not unit or (unit.startswith("rad") and largest >= 0.01)
+        else readable(largest, unit)
+    )
 
 
 def gaps(whose: str, columns: dict) -> list[str]:
     """A note where samples are not finite, for columns {name: (n, ...)}."""
-    holes = {name: ~np.isfinite(values.reshape(len(values), -1)).all(axis=1) for name, values in columns.items()}
+    holes = {
+        name: ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        for name, values in columns.items()
+    }
     holes = {name: hole for name, hole in holes.items() if hole.any()}
     if not holes:
         return []

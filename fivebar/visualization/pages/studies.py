@@ -33,7 +33,10 @@ def study_content(study: Study, show: str | Iterable | None = None) -> dict:
         if one_way
         else {"name": "time", "unit": "s", "scale": 1.0},
         "subjects": [subject("", study.t[keep], body.at(keep), columns, x=x)],
-        "panels": [_panel([(_short(name, own), 0, name, columns[name]) for name in own], own) for own in panels],
+        "panels": [
+            _panel([(_short(name, own), 0, name, columns[name]) for name in own], own)
+            for own in panels
+        ],
         "table": [[name, f"{name} ({of_unit(unit(name))})"] for name in names],
         "source": "Study.to_csv",
     }
@@ -53,7 +56,13 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
             for name, (keep, body, columns, _) in found.items()
         ],
         "panels": [
-            _panel([(own, k, name, columns[name]) for k, (own, (_, _, columns, _)) in enumerate(found.items())], [name])
+            _panel(
+                [
+                    (own, k, name, columns[name])
+                    for k, (own, (_, _, columns, _)) in enumerate(found.items())
+                ],
+                [name],
+            )
             for name in names
         ],
         "table": [[name, f"{name} ({of_unit(unit(name))})"] for name in names],
@@ -66,14 +75,21 @@ def _asked(studies, show):
     for study in studies:
         must_increase(study.t, "the study")
     one = isinstance(show, str) or not isinstance(show, Iterable)
-    panels = [names_of(names) for names in (usual_panels(studies[0]) if show is None else [show] if one else show)]
+    panels = [
+        names_of(names)
+        for names in (usual_panels(studies[0]) if show is None else [show] if one else show)
+    ]
     names = list(dict.fromkeys(name for own in panels for name in own))
     if not names:
         raise ValueError("show is empty: it needs names of the study's quantities")
     for own in panels:
-        units = {unit(name) for study in studies for name in own if study[name] is not None}  # refuses unknown names
+        units = {
+            unit(name) for study in studies for name in own if study[name] is not None
+        }  # refuses unknown names
         if len(units) != 1:
-            raise ValueError(f"a plot has one unit, but {', '.join(own)} have {', '.join(sorted(units))}")
+            raise ValueError(
+                f"a plot has one unit, but {', '.join(own)} have {', '.join(sorted(units))}"
+            )
     return panels, names
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi as ca
 
 from ...base.backend import as_numbers, sqrt
-from ...models.charts import Bars, halves
+from ...models.charts import BarAngles, halves
 from ...models.dyads import cross
 from ...models.dynamics import energy, forward_dynamics, gravity_torques
 from ...models.four_joints import bars_rates, closed
@@ -24,8 +24,20 @@ from .mechanisms import mechanisms
 LENGTHS = "l11", "l12", "l21", "l22", "d"
 INERTIAS = "zz1", "zz2", "m"
 BEYOND = (
-    "mx11", "my11", "mx21", "my21", "zz12", "zz22", "my12", "my22", "gravity", "fv1", "fv2", "fv12", "fv22",
-)  # fmt: skip
+    "mx11",
+    "my11",
+    "mx21",
+    "my21",
+    "zz12",
+    "zz22",
+    "my12",
+    "my22",
+    "gravity",
+    "fv1",
+    "fv2",
+    "fv12",
+    "fv22",
+)
 LIGHT = "gravity", "fv1", "fv2"  # of a robot whose distal bars carry forces along them alone
 FLAT = "sense", "senseJoints", "fourBarMotion", "inLine", "slope", "slopeHeavy"
 
@@ -53,12 +65,19 @@ def _poses():
     p, point, modes, mode, out = _symbols(p=5, point=2, modes=2, mode=1, force=2)
     robot = _robot(p)
     with as_numbers():
-        reached, driven = task_pose(robot, *_pairs(point, modes)), joint_pose(robot, *_pairs(point), mode)
-        yield named("igm", posed(reached) | {"clear": _clearances(robot, reached.point)}, point, modes, p)
+        reached, driven = (
+            task_pose(robot, *_pairs(point, modes)),
+            joint_pose(robot, *_pairs(point), mode),
+        )
+        yield named(
+            "igm", posed(reached) | {"clear": _clearances(robot, reached.point)}, point, modes, p
+        )
         yield named("dgm", posed(driven), point, mode, p)
     bare = task_pose(robot, *_pairs(point, modes))
     yield named("sense", {"parallel": bare.det_A}, point, modes, p)
-    yield named("senseJoints", {"margin": joint_pose(robot, *_pairs(point), mode).reach_margin}, point, p)
+    yield named(
+        "senseJoints", {"margin": joint_pose(robot, *_pairs(point), mode).reach_margin}, point, p
+    )
     J = _jacobian(bare)
     yield named("gains", {"J": J, "torque": J.T @ out}, point, modes, out, p)
 
@@ -68,7 +87,9 @@ def _clearances(robot, point):
     found = []
     for drive, bar in zip(robot.drives, robot.distal):
         span = sqrt(sum(each * each for each in drive.apart(*point)))
-        found += [limit - span if outer else span - abs(limit) for limit, outer in drive.limits(bar)]
+        found += [
+            limit - span if outer else span - abs(limit) for limit, outer in drive.limits(bar)
+        ]
     return ca.vertcat(*found)
 
 
@@ -81,15 +102,25 @@ def _jacobian(pose):
 
 def _loci():
     """Closed four-bars over their parameter, and what a five-bar with these bars in line is."""
-    t, sides, span, slack, signs, mirrored = _symbols(t=1, sides=4, span=1, slack=4, signs=2, mirrored=1)
+    t, sides, span, slack, signs, mirrored = _symbols(
+        t=1, sides=4, span=1, slack=4, signs=2, mirrored=1
+    )
     with as_numbers():
         directions, _ = four_bar_directions(
-            tuple(sides[k] for k in range(4)), span, ((slack[0], slack[1]), (slack[2], slack[3])), *_pairs(signs), t
+            tuple(sides[k] for k in range(4)),
+            span,
+            ((slack[0], slack[1]), (slack[2], slack[3])),
+            *_pairs(signs),
+            t,
         )
     (x1, y1), (x2, y2), (x, y) = directions
     flipped = -x2, y2, -x1, y1, x, -y
-    found = [ca.if_else(mirrored, there, here) for there, here in zip(flipped, (x1, y1, x2, y2, x, y))]
-    yield named("fourBarMotion", {"directions": ca.vertcat(*found)}, t, sides, span, slack, signs, mirrored)
+    found = [
+        ca.if_else(mirrored, there, here) for there, here in zip(flipped, (x1, y1, x2, y2, x, y))
+    ]
+    yield named(
+        "fourBarMotion", {"directions": ca.vertcat(*found)}, t, sides, span, slack, signs, mirrored
+    )
 
     bars, p = _symbols(bars=8, p=5)
     u11, u12, u21, u22 = ((bars[2 * k], bars[2 * k + 1]) for k in range(4))
@@ -97,10 +128,14 @@ def _loci():
     (left, right), (l12, _) = robot.drives, robot.distal
     elbow = left.pivot(u11)
     outputs = {
-        "x": elbow[0] + l12 * u12[0], "y": elbow[1] + l12 * u12[1],
-        "q1": left.coordinate(u11), "q2": right.coordinate(u21),
-        "serial1": left.sine(u11, u12), "serial2": right.sine(u21, u22), "parallel": cross(u12, u22),
-    }  # fmt: skip
+        "x": elbow[0] + l12 * u12[0],
+        "y": elbow[1] + l12 * u12[1],
+        "q1": left.coordinate(u11),
+        "q2": right.coordinate(u21),
+        "serial1": left.sine(u11, u12),
+        "serial2": right.sine(u21, u22),
+        "parallel": cross(u12, u22),
+    }
     yield named("inLine", outputs, bars, p)
 
     r, d, radius = _symbols(r=1, d=1, radius=1)
@@ -109,15 +144,22 @@ def _loci():
 
 def _motion():
     """The state of all four bars: how it begins, its slope, its closure, its energy."""
-    p, point, modes, velocity, state, tau = _symbols(p=5, point=2, modes=2, velocity=2, state=8, tau=2)
-    chart = Bars()
+    p, point, modes, velocity, state, tau = _symbols(
+        p=5, point=2, modes=2, velocity=2, state=8, tau=2
+    )
+    chart = BarAngles()
     a, a_dot, _ = chart.coordinates(ikm(task_pose(_robot(p), *_pairs(point, modes)), velocity))
     yield named("begin", {"state": ca.vertcat(*a, *a_dot)}, point, modes, velocity, p)
 
     c, c_dot, rates = closed(_robot(p), *halves(state, chart))
     (x, y), (vx, vy) = rates.pose.point, rates.components[1]
-    seen = {"closed": ca.vertcat(*c, *c_dot), "xi": ca.vertcat(x, y), "xi_dot": ca.vertcat(vx, vy),
-            "serial": ca.vertcat(*rates.pose.sines), "parallel": rates.pose.det_A}  # fmt: skip
+    seen = {
+        "closed": ca.vertcat(*c, *c_dot),
+        "xi": ca.vertcat(x, y),
+        "xi_dot": ca.vertcat(vx, vy),
+        "serial": ca.vertcat(*rates.pose.sines),
+        "parallel": rates.pose.det_A,
+    }
     yield named("closeLoop", seen, state, p)
 
     for name, names in (("slope", LIGHT), ("slopeHeavy", BEYOND)):
@@ -130,5 +172,13 @@ def _motion():
     whole = ca.SX.sym("whole", count_of(FiveBar, BEYOND))
     robot = with_parameters(FiveBar, whole, BEYOND)
     rates = bars_rates(robot, *halves(state, chart))
-    yield named("energies", {"kinetic": energy(rates), "potential": potential(rates.pose)}, state, whole)
-    yield named("holding", {"torque": gravity_torques(task_pose(robot, *_pairs(point, modes)))}, point, modes, whole)
+    yield named(
+        "energies", {"kinetic": energy(rates), "potential": potential(rates.pose)}, state, whole
+    )
+    yield named(
+        "holding",
+        {"torque": gravity_torques(task_pose(robot, *_pairs(point, modes)))},
+        point,
+        modes,
+        whole,
+    )

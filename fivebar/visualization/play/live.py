@@ -31,9 +31,23 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 PARTS = (
-    "loci", "field", "robot", "pens", "draw", "sketch", "motion", "fragment", "five", "hands", "five_controls",
-    "linkage", "bench", "bench_controls", "bench_hands", "start",
-)  # fmt: skip
+    "loci",
+    "field",
+    "robot",
+    "pens",
+    "draw",
+    "sketch",
+    "motion",
+    "fragment",
+    "five",
+    "hands",
+    "five_controls",
+    "linkage",
+    "bench",
+    "bench_controls",
+    "bench_hands",
+    "start",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +62,9 @@ class Live:
     fragment: str
 
     def __repr__(self) -> str:
-        title = self.subject.words.title if isinstance(self.subject, FiveBar) else self.subject.title
+        title = (
+            self.subject.words.title if isinstance(self.subject, FiveBar) else self.subject.title
+        )
         return one_line("Live page", title, self.fragment)
 
     @property
@@ -67,9 +83,14 @@ class Live:
         return framed(self.html, "live page", 760)
 
 
-@takes(robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)), pose=optional(instance(Pose)))
+@takes(
+    robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)),
+    pose=optional(instance(Pose)),
+)
 def play(
-    robot: FiveBar | Linkage | None = None, pose: Pose | None = None, branch: int | tuple[int, int] | None = None
+    robot: FiveBar | Linkage | None = None,
+    pose: Pose | None = None,
+    branch: int | tuple[int, int] | None = None,
 ) -> Live:
     """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci follow: Live.
 
@@ -91,7 +112,9 @@ def play(
     elif pose.robot != robot:
         raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
-        raise ValueError("pose must be a single one that closes, away from Type 1: the page's working modes are signs")
+        raise ValueError(
+            "pose must be a single one that closes, away from Type 1: the page's working modes are signs"
+        )
     return Live(robot, pose, _fragment(robot, pose))
 
 
@@ -100,14 +123,19 @@ def _fragment(robot, pose):
     numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
     numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
     signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
-    return "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
+    return (
+        "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
+    )
 
 
 def _content(robot, pose, opening):
     tableau = {
-        "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])], "B": DOP853.B.tolist(),
-        "C": DOP853.C[:12].tolist(), "E3": DOP853.E3.tolist(), "E5": DOP853.E5.tolist(),
-    }  # fmt: skip
+        "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])],
+        "B": DOP853.B.tolist(),
+        "C": DOP853.C[:12].tolist(),
+        "E3": DOP853.E3.tolist(),
+        "E5": DOP853.E5.tolist(),
+    }
     return {
         "title": "Five-bar, live",
         "opening": opening,
@@ -124,7 +152,10 @@ def _content(robot, pose, opening):
 @lru_cache(maxsize=1)
 def _presets():
     named = {name: each for name, each in ROBOTS.items() if each.robot.turns}
-    return {name: _parameters(each.robot, _start(each.robot)) | {"source": each.source} for name, each in named.items()}
+    return {
+        name: _parameters(each.robot, _start(each.robot)) | {"source": each.source}
+        for name, each in named.items()
+    }
 
 
 def _parameters(robot, pose):
@@ -134,9 +165,11 @@ def _parameters(robot, pose):
     size = sum(own[name] for name in LENGTHS)
     digit = 10 ** np.floor(np.log10(size / 5))
     return {
-        "robot": own, "xi": pose.xi.tolist(), "working": pose.working.tolist(),
+        "robot": own,
+        "xi": pose.xi.tolist(),
+        "working": pose.working.tolist(),
         "wanted": float(digit * np.round(size / 5 / digit)),
-    }  # fmt: skip
+    }
 
 
 def _start(robot):
@@ -157,7 +190,9 @@ def _start(robot):
 @lru_cache(maxsize=4)
 def _page(content):
     """The page around this JSON; only a script of this very text is run by the browser."""
-    code = "\n".join(["", '"use strict";', script("common"), models(), *(_own(name) for name in PARTS), ""])
+    code = "\n".join(
+        ["", '"use strict";', script("common"), models(), *(_own(name) for name in PARTS), ""]
+    )
     policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
     return document(HERE, "Five-bar, live", policy, content=content, code=code)
 

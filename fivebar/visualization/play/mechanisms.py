@@ -52,7 +52,9 @@ def _four_bar(values):
 
 
 def _press(values):
-    return _of_symbols(SixBarPress, **dict(zip(_BARS, values)), l12=_PRESS.l12, theta11=_PRESS.theta11)
+    return _of_symbols(
+        SixBarPress, **dict(zip(_BARS, values)), l12=_PRESS.l12, theta11=_PRESS.theta11
+    )
 
 
 def _slider(held):
@@ -60,23 +62,37 @@ def _slider(held):
 
 
 # MechAnalyzer's crank-rocker
-_SIDES = {name: (x, False) for name, x in (("ground", 0.2), ("crank", 0.06), ("coupler", 0.16), ("rocker", 0.14))}
+_SIDES = {
+    name: (x, False)
+    for name, x in (("ground", 0.2), ("crank", 0.06), ("coupler", 0.16), ("rocker", 0.14))
+}
 _POINT = {"along": (0.08, True), "across": (0.06, True)}
 _SLIDER = {"crank": (0.05, False), "rod": (0.15, False), "offset": (0.0, True)}
 _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5", "l11")}
 KINDS = [
     Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True),
-    *(Kind(f"slider_{held}", f"slider-crank, {held} held", _SLIDER, _slider(held),
-           "slide" if held in ("guide", "slider") else "guide", held in ("crank", "rod")) for held in HELD),
+    *(
+        Kind(
+            f"slider_{held}",
+            f"slider-crank, {held} held",
+            _SLIDER,
+            _slider(held),
+            "slide" if held in ("guide", "slider") else "guide",
+            held in ("crank", "rod"),
+        )
+        for held in HELD
+    ),
     Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2),
-]  # fmt: skip
+]
 
 
 @lru_cache(maxsize=1)
 def mechanisms() -> tuple[list[ca.Function], dict]:
     """The functions, and for each {what the page says and draws of it}."""
     found = [_mechanism(kind) for kind in KINDS]
-    return [function for function, _ in found], {kind.name: words for kind, (_, words) in zip(KINDS, found)}
+    return [function for function, _ in found], {
+        kind.name: words for kind, (_, words) in zip(KINDS, found)
+    }
 
 
 def _mechanism(kind):
@@ -88,17 +104,27 @@ def _mechanism(kind):
         chain = motion.chain
         at = motion.position(chain.traced)
         if kind.angle:
-            out = motion.angle(kind.out), motion.rate(kind.out), motion.angular_acceleration(kind.out)
+            out = (
+                motion.angle(kind.out),
+                motion.rate(kind.out),
+                motion.angular_acceleration(kind.out),
+            )
         else:
             out = motion.coordinate(kind.out)
-        whole = ca.fabs(ca.sum1(at) + out[0]) < ca.inf  # the output, too: a press has a dyad beyond what is traced
+        whole = (
+            ca.fabs(ca.sum1(at) + out[0]) < ca.inf
+        )  # the output, too: a press has a dyad beyond what is traced
         outputs = {
             "points": ca.vertcat(*(ca.SX(motion.position(name)).T for name in chain.points)),
-            "velocity": motion.velocity(chain.traced), "acceleration": motion.acceleration(chain.traced),
-            "tangential": motion.tangential(chain.traced), "normal": motion.normal(chain.traced),
-            "radius": motion.curvature_radius(chain.traced), "output": ca.vertcat(*out),
-            "transmission": motion.transmission_angle(), "closes": whole,
-        }  # fmt: skip
+            "velocity": motion.velocity(chain.traced),
+            "acceleration": motion.acceleration(chain.traced),
+            "tangential": motion.tangential(chain.traced),
+            "normal": motion.normal(chain.traced),
+            "radius": motion.curvature_radius(chain.traced),
+            "output": ca.vertcat(*out),
+            "transmission": motion.transmission_angle(),
+            "closes": whole,
+        }
     names = list(chain.points)
 
     def places(groups):
@@ -106,14 +132,24 @@ def _mechanism(kind):
 
     marks = chain.marks
     words = {
-        "title": kind.title, "names": [name if name not in marks else "" for name in names],
-        "parameters": [{"name": name, "value": x, "signed": signed} for name, (x, signed) in kind.parameters.items()],
-        "bars": places(chain.bars), "grounded": places([chain.grounded])[0], "actuated": places([chain.actuated])[0],
-        "traced": names.index(chain.traced), "rails": places(chain.rails), "blocks": places(chain.blocks),
-        "pins": [k for k, name in enumerate(names) if name not in marks], "branches": kind.branches,
-        "branch": [-1, -1] if kind.branches == 2 else [1], "output": OUTPUTS.get(kind.out, kind.out),
+        "title": kind.title,
+        "names": [name if name not in marks else "" for name in names],
+        "parameters": [
+            {"name": name, "value": x, "signed": signed}
+            for name, (x, signed) in kind.parameters.items()
+        ],
+        "bars": places(chain.bars),
+        "grounded": places([chain.grounded])[0],
+        "actuated": places([chain.actuated])[0],
+        "traced": names.index(chain.traced),
+        "rails": places(chain.rails),
+        "blocks": places(chain.blocks),
+        "pins": [k for k, name in enumerate(names) if name not in marks],
+        "branches": kind.branches,
+        "branch": [-1, -1] if kind.branches == 2 else [1],
+        "output": OUTPUTS.get(kind.out, kind.out),
         "angle": kind.angle,
-    }  # fmt: skip
+    }
     return named(kind.name, outputs, q, speed, branch, values), words
 
 
@@ -129,14 +165,19 @@ def straight_lines() -> dict:
         scale = 0.2 / linkage.ground  # in the source's unit: here a ground of 200 mm
         point = linkage.point or (linkage.coupler / 2, 0.0)
         found[name] = {
-            "values": [scale * x for x in (*linkage.sides, *point)], "branch": [mechanism.branch],
-            "through": (scale * through).tolist(), "direction": (level @ mechanism.direction).tolist(),
-            "stroke": sorted(angle - linkage.tilt for angle in mechanism.stroke), "source": mechanism.source,
-        }  # fmt: skip
+            "values": [scale * x for x in (*linkage.sides, *point)],
+            "branch": [mechanism.branch],
+            "through": (scale * through).tolist(),
+            "direction": (level @ mechanism.direction).tolist(),
+            "stroke": sorted(angle - linkage.tilt for angle in mechanism.stroke),
+            "source": mechanism.source,
+        }
     return found
 
 
-def address_of(linkage: FourBar | SliderCrank | SixBarPress, branch: object = None, crank: float | None = None) -> str:
+def address_of(
+    linkage: FourBar | SliderCrank | SixBarPress, branch: object = None, crank: float | None = None
+) -> str:
     """What follows the live page's address, for this linkage with its ground laid on the x axis.
 
     branch: None is its usual one; crank: rad, None an angle at which it closes. ValueError for a press whose guide is
@@ -149,16 +190,22 @@ def address_of(linkage: FourBar | SliderCrank | SixBarPress, branch: object = No
         name, values = f"slider_{linkage.held}", (linkage.crank, linkage.rod, linkage.offset)
     else:
         if (linkage.l12, linkage.theta11) != (_PRESS.l12, _PRESS.theta11):
-            raise ValueError("the live page has the paper's l12 and theta11 only, and this press has others")
+            raise ValueError(
+                "the live page has the paper's l12 and theta11 only, and this press has others"
+            )
         name, values = "press", [getattr(linkage, each) for each in _BARS]
     if crank is None:
         allowed = crank_range(linkage, branch)
         if not allowed.intervals:
-            raise ValueError("on this branch the linkage closes at no crank angle: there is nothing to show")
+            raise ValueError(
+                "on this branch the linkage closes at no crank angle: there is nothing to show"
+            )
         low, high = max(allowed.intervals, key=lambda interval: interval[1] - interval[0])
         crank = 0.6 if allowed.full else (low + high) / 2
         crank -= getattr(linkage, "tilt", 0.0)
-    signs = "".join("+" if each > 0 else "-" for each in (branch if isinstance(branch, tuple) else (branch,)))
+    signs = "".join(
+        "+" if each > 0 else "-" for each in (branch if isinstance(branch, tuple) else (branch,))
+    )
     crank = math.remainder(crank, 2 * math.pi)
     return f"#linkage={name}&values={','.join(map(digits, values))}&branch={signs}&crank={digits(crank)}"
 

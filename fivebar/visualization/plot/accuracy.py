@@ -28,16 +28,31 @@ def tip_errors(found: TipError) -> Figure:
     left.loglog(span, span, color=INK, lw=1, label="equal")
     left.loglog(linear[good], drawn[good], "o", ms=5, color=BLUE, label="a pose, RMS")
     all_there = good & np.isfinite(found.radius)
-    left.loglog(1e3 * found.worst[all_there], 1e3 * found.radius[all_there], "s", ms=4, color=ORANGE, mfc="none",
-                label="worst case, and radius of 95 %")  # fmt: skip
-    finish(left, 3, xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)", title="error of the tip")
+    left.loglog(
+        1e3 * found.worst[all_there],
+        1e3 * found.radius[all_there],
+        "s",
+        ms=4,
+        color=ORANGE,
+        mfc="none",
+        label="worst case, and radius of 95 %",
+    )
+    finish(
+        left, 3, xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)", title="error of the tip"
+    )
     det = np.abs(np.atleast_1d(found.pose.det_A)).ravel()
     ratio = np.where(good, drawn / np.where(linear > 0, linear, 1.0), np.nan)
     right.plot(det, ratio, "o", ms=5, color=BLUE, label="Monte Carlo / Jacobian")
     right.axhline(1.0, color=INK, lw=1)
     if (lost := found.open).max() > 0:
         right.plot(det, lost, "x", ms=6, color=ORANGE, label="share of robots that do not close")
-    finish(right, 2, xlabel="|det A|, 0 at Type 2", ylabel="ratio", title="where first order no longer does")
+    finish(
+        right,
+        2,
+        xlabel="|det A|, 0 at Type 2",
+        ylabel="ratio",
+        title="where first order no longer does",
+    )
     return figure
 
 
@@ -55,7 +70,9 @@ def repeated(found: Repeatability) -> Figure:
         axes.plot(*circle, color=GREEN, lw=1.2, label=f"RP = {1e3 * found.RP[k]:.4g} mm")
         if found.commanded is not None:
             off = 1e3 * (found.commanded[k] - found.barycentre[k])
-            axes.plot(*off, "X", ms=8, color=ORANGE, label=f"commanded, AP = {1e3 * found.AP[k]:.4g} mm")
+            axes.plot(
+                *off, "X", ms=8, color=ORANGE, label=f"commanded, AP = {1e3 * found.AP[k]:.4g} mm"
+            )
         axes.set_aspect("equal")
         finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title=f"pose {k + 1}")
     return figure
@@ -66,7 +83,10 @@ def toured(found: MeasurementPoses) -> Figure:
     figure = Figure(figsize=(7.2, 7.6), layout="constrained")
     axes = figure.add_subplot()
     points = 1e3 * found.xi
-    modes = [(*map(int, working), int(assembly)) for working, assembly in zip(found.working, found.assembly)]
+    modes = [
+        (*map(int, working), int(assembly))
+        for working, assembly in zip(found.working, found.assembly)
+    ]
     axes.plot(*points.T, color=PALE, lw=0.8, zorder=1)
     for k, mode in enumerate(dict.fromkeys(modes)):
         own = points[[each == mode for each in modes]]

@@ -36,24 +36,40 @@ def _arrows(axes, found):
     points = 1e3 * found.rows.points[whole]
     width = max(float(np.ptp(points, axis=0).max()), 1e-9)
     for off, colour, words in (
-        (-found.residuals_before[whole], ORANGE, "before"), (-found.residuals[whole], BLUE, "after"),
-    ):  # fmt: skip
+        (-found.residuals_before[whole], ORANGE, "before"),
+        (-found.residuals[whole], BLUE, "after"),
+    ):
         longest = float(np.nanmax(np.hypot(*off.T), initial=0.0))
         factor = _round(ARROW * width / (1e3 * longest)) if longest > 1e-15 else 1.0
         scale, unit = readable(longest, "m")
         axes.quiver(
-            *points.T, *(1e3 * factor * off.T), angles="xy", scale_units="xy", scale=1, width=0.003, color=colour,
-            label=f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}", zorder=4,
-        )  # fmt: skip
+            *points.T,
+            *(1e3 * factor * off.T),
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            width=0.003,
+            color=colour,
+            label=f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}",
+            zorder=4,
+        )
     axes.plot(*points.T, "o", ms=4, mfc="white", color=INK, label="measured", zorder=3)
     for row in np.flatnonzero(whole):
         if found.rows.where[row] in found.outliers:
             place = 1e3 * found.rows.points[row]
             axes.plot(*place, "o", ms=13, mfc="none", color=ORANGE, zorder=5)
-            axes.annotate(found.rows.where[row], place, textcoords="offset points", xytext=(8, 6), fontsize=8)
+            axes.annotate(
+                found.rows.where[row], place, textcoords="offset points", xytext=(8, 6), fontsize=8
+            )
     axes.set_aspect("equal")
     axes.margins(0.12)
-    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="predicted − measured, from the measured point")
+    finish(
+        axes,
+        2,
+        xlabel="x (mm)",
+        ylabel="y (mm)",
+        title="predicted − measured, from the measured point",
+    )
 
 
 def _numbers(axes, found):
@@ -77,9 +93,15 @@ def _rows(axes, found):
     axes.vlines(number, 0, scale * size, color=PALE, lw=1)
     axes.plot(number[~out], scale * size[~out], "o", ms=4, color=BLUE, label="miss of a row")
     if out.any():
-        axes.plot(number[out], scale * size[out], "D", ms=6, color=ORANGE, label="off all other rows")
+        axes.plot(
+            number[out], scale * size[out], "D", ms=6, color=ORANGE, label="off all other rows"
+        )
     axes.axhline(
-        scale * found.rms, color=INK, lw=1, ls="--", label=f"RMS of a coordinate {scale * found.rms:.3g} {unit}"
+        scale * found.rms,
+        color=INK,
+        lw=1,
+        ls="--",
+        label=f"RMS of a coordinate {scale * found.rms:.3g} {unit}",
     )
     title = "rows"
     if found.p_value is not None:
@@ -114,4 +136,6 @@ def _unknowns(axes, found):
 def _round(factor):
     """The nearest of 1, 2, 5 times a power of ten below."""
     power = 10.0 ** np.floor(np.log10(max(factor, 1e-9)))
-    return power * max((step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)), default=1)
+    return power * max(
+        (step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)), default=1
+    )

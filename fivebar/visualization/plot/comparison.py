@@ -42,7 +42,10 @@ def _errors(axes, compared, styles):
         scale, unit = readable(rms, "m")
         # In powers of ten; a nanometre is finer than any robot.
         axes.semilogy(
-            run.t, 1e6 * np.maximum(size, 1e-9), **styles[name], label=f"{name}, RMS {scale * rms:.3g} {unit}"
+            run.t,
+            1e6 * np.maximum(size, 1e-9),
+            **styles[name],
+            label=f"{name}, RMS {scale * rms:.3g} {unit}",
         )
     axes.margins(x=0)
     title = "tracking error of the end-effector"

@@ -36,12 +36,16 @@ def sweep_picture(sweep: Sweep, figure: str | None = None) -> Figure:
     values = sweep[figure]
     columns = {name: sweep[name] for name in sweep.names}
     if not np.isfinite(values).any():
-        raise ValueError(f"there is nothing to draw: {figure} is finite in none of {len(values)} designs")
+        raise ValueError(
+            f"there is nothing to draw: {figure} is finite in none of {len(values)} designs"
+        )
     if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
         return _atlas(columns, values, figure)
     step = max(1, len(values) // MOST_POINTS)
     shown = np.flatnonzero(np.isfinite(values))[::step]
-    varied = {name: column[shown] for name, column in columns.items() if np.ptp(column) > 0} or columns
+    varied = {
+        name: column[shown] for name, column in columns.items() if np.ptp(column) > 0
+    } or columns
     values = values[shown]
     if len(varied) == 2:
         return _coloured(varied, values, figure)
@@ -50,7 +54,14 @@ def sweep_picture(sweep: Sweep, figure: str | None = None) -> Figure:
     for axes, (name, column) in zip(panels, varied.items()):
         order = np.argsort(column, kind="stable")
         alone = len(varied) == 1
-        axes.plot(column[order], values[order], "-" if alone else ".", ms=2, color=BLUE, alpha=1 if alone else 0.5)
+        axes.plot(
+            column[order],
+            values[order],
+            "-" if alone else ".",
+            ms=2,
+            color=BLUE,
+            alpha=1 if alone else 0.5,
+        )
         axes.set_xlabel(_with_unit(name))
         axes.grid(alpha=0.25)
     panels[0].set_ylabel(label(figure))
@@ -85,7 +96,9 @@ def _atlas(columns, values, figure):
     corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
     axes.plot((2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2], color=BLACK, lw=1)
     for (a, b, c), side in zip(corners[:4], ("left", "right", "right", "left")):
-        place = dict(xytext=(4 if side == "left" else -4, 3), textcoords="offset points", ha=side, fontsize=7)
+        place = dict(
+            xytext=(4 if side == "left" else -4, 3), textcoords="offset points", ha=side, fontsize=7
+        )
         axes.annotate(f"({a:g}, {b:g}, {c:g})", ((2 * a + c) / np.sqrt(3), c), **place)
     axes.margins(0.16, 0.1)
     axes.set(xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$", ylabel=r"$r_3$", title=r"$r_1 + r_2 + r_3 = 3$")
@@ -135,12 +148,30 @@ def _robots(panels, designs):
         task, (x, y) = design.task, design.place
         if task.table:
             x0, x1, y0, y1 = task.table
-            axes.add_patch(Rectangle((1e3 * (x + x0), 1e3 * (y + y0)), 1e3 * (x1 - x0), 1e3 * (y1 - y0), fc=GREEN,
-                                     alpha=0.25, ec=GREEN, zorder=0))  # fmt: skip
+            axes.add_patch(
+                Rectangle(
+                    (1e3 * (x + x0), 1e3 * (y + y0)),
+                    1e3 * (x1 - x0),
+                    1e3 * (y1 - y0),
+                    fc=GREEN,
+                    alpha=0.25,
+                    ec=GREEN,
+                    zorder=0,
+                )
+            )
             points.append(np.array([(x + x0, y + y0), (x + x1, y + y1)]))
         elif task.disc:
             cx, cy, r = task.disc
-            axes.add_patch(Circle((1e3 * (x + cx), 1e3 * (y + cy)), 1e3 * r, fc=GREEN, alpha=0.25, ec=GREEN, zorder=0))
+            axes.add_patch(
+                Circle(
+                    (1e3 * (x + cx), 1e3 * (y + cy)),
+                    1e3 * r,
+                    fc=GREEN,
+                    alpha=0.25,
+                    ec=GREEN,
+                    zorder=0,
+                )
+            )
             points.append(np.array([(x + cx - r, y + cy - r), (x + cx + r, y + cy + r)]))
         elif (line := drawn_line(task)) is not None:
             axes.plot(*(1e3 * (line + design.place)).T, color=GREEN, lw=2)
@@ -157,7 +188,9 @@ def _robots(panels, designs):
 def front_picture(front: Front, robots: int = 5) -> Figure:
     """A front, and robots along it in the order of the first goal, to one scale."""
     goals = list(front.goals)
-    drawn = sorted(set(np.linspace(0, len(front) - 1, min(robots, len(front))).round().astype(int).tolist()))
+    drawn = sorted(
+        set(np.linspace(0, len(front) - 1, min(robots, len(front))).round().astype(int).tolist())
+    )
     picture = Figure(figsize=(11, 7.2), layout="constrained")
     rows = picture.subfigures(2, 1, height_ratios=(1.35, 1))
     axes = rows[0].subplots()
@@ -169,15 +202,25 @@ def front_picture(front: Front, robots: int = 5) -> Figure:
         axes.plot(x, y, "o-", color=BLUE, ms=5, lw=1)
     for number, k in enumerate(drawn, start=1):
         axes.plot(x[k], y[k], "o", ms=13, mfc="none", mec=ORANGE, mew=1.5, zorder=3)
-        axes.annotate(str(number), (x[k], y[k]), (9, 7), textcoords="offset points", color=ORANGE, weight="bold")
+        axes.annotate(
+            str(number),
+            (x[k], y[k]),
+            (9, 7),
+            textcoords="offset points",
+            color=ORANGE,
+            weight="bold",
+        )
     axes.margins(0.06, 0.1)
     axes.set(xlabel=_goal(front, goals[0]), ylabel=_goal(front, goals[1]))
     axes.grid(alpha=0.25)
     panels = rows[1].subplots(1, len(drawn), sharey=True, squeeze=False)[0]
     _robots(panels, [front.designs[k] for k in drawn])
     for number, (panel, k) in enumerate(zip(panels, drawn), start=1):
-        lengths = [f"{name} {1e3 * value:.4g}" for name, value in front.designs[k].parameters.items()
-                   if name[0] in "ld"]  # fmt: skip
+        lengths = [
+            f"{name} {1e3 * value:.4g}"
+            for name, value in front.designs[k].parameters.items()
+            if name[0] in "ld"
+        ]
         panel.set_title(f"{number}: " + ", ".join(lengths) + (" mm" if lengths else ""), fontsize=8)
     return picture
 

@@ -24,9 +24,13 @@ WIDTH = 12.0  # in
 
 
 def drawing(
-    robot: Robot, working: tuple[int, int], asked: Sequence[np.ndarray], drawn: Sequence[np.ndarray],
-    errors: Sequence[np.ndarray], title: str = "",
-) -> Figure:  # fmt: skip
+    robot: Robot,
+    working: tuple[int, int],
+    asked: Sequence[np.ndarray],
+    drawn: Sequence[np.ndarray],
+    errors: Sequence[np.ndarray],
+    title: str = "",
+) -> Figure:
     """Figure of strokes asked for and drawn, lists of (n, 2) m, with errors, (n,) m, of what was drawn.
 
     Left the robot where it begins, with its singularities in these working modes; right the strokes, those drawn in the
@@ -36,7 +40,9 @@ def drawing(
     low, high = everything.min(axis=0), everything.max(axis=0)
     pad = 0.06 * float((high - low).max())
     shape = float((high - low + 2 * pad)[1] / (high - low + 2 * pad)[0])
-    figure = Figure(figsize=(WIDTH, min(max(0.62 * WIDTH * 2 * shape + 1.6, 5.0), 11.0)), layout="constrained")
+    figure = Figure(
+        figsize=(WIDTH, min(max(0.62 * WIDTH * 2 * shape + 1.6, 5.0), 11.0)), layout="constrained"
+    )
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
     _place(figure.add_subplot(grid[:, 0]), robot, working, asked)
     above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
@@ -59,7 +65,10 @@ def drawing(
         (above, "asked"),
         (below, f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"),
     ):
-        axes.set(xlim=1e3 * np.array([low[0] - pad, high[0] + pad]), ylim=1e3 * np.array([low[1] - pad, high[1] + pad]))
+        axes.set(
+            xlim=1e3 * np.array([low[0] - pad, high[0] + pad]),
+            ylim=1e3 * np.array([low[1] - pad, high[1] + pad]),
+        )
         axes.set_aspect("equal")
         axes.grid(alpha=0.25)
         axes.set(xlabel="x (mm)", ylabel="y (mm)", title=words)
@@ -78,10 +87,15 @@ def path_picture(path: Path) -> Figure:
     wide, high = np.maximum(np.ptp(pieces.reshape(-1, 2), axis=0), 1e-12)
     figure = Figure(figsize=(7, min(max(7 * high / wide, 1.5), 7) + 1.2), layout="constrained")
     axes = figure.add_subplot()
-    for down, style in ((True, dict(color=REFERENCE, lw=1.6)), (False, dict(color=INK, lw=0.8, ls=(0, (1, 2))))):
+    for down, style in (
+        (True, dict(color=REFERENCE, lw=1.6)),
+        (False, dict(color=INK, lw=0.8, ls=(0, (1, 2)))),
+    ):
         label = "pen down" if down else "pen up"
         axes.add_collection(
-            LineCollection(1e3 * pieces[pen == down], label=label if (pen == down).any() else None, **style)
+            LineCollection(
+                1e3 * pieces[pen == down], label=label if (pen == down).any() else None, **style
+            )
         )
     axes.plot(*(1e3 * rests.T), "o", color=INK, ms=3, ls="none", label="rests")
     axes.autoscale()
@@ -96,7 +110,11 @@ def _place(axes, robot, working, asked):
     for stroke in asked:
         axes.plot(*(1e3 * stroke.T), color=REFERENCE, lw=1.0, zorder=5)
     draw_loci(axes, robot, tuple(working))
-    axes.plot(*(1e3 * start.xi), "o", color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins")
+    axes.plot(
+        *(1e3 * start.xi), "o", color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins"
+    )
     axes.set_aspect("equal")
     signs = ", ".join(f"{sign:+d}" for sign in working).replace("-", "−")
-    finish(axes, 3, xlabel="x (mm)", ylabel="y (mm)", title=f"the robot, in working modes ({signs})")
+    finish(
+        axes, 3, xlabel="x (mm)", ylabel="y (mm)", title=f"the robot, in working modes ({signs})"
+    )

@@ -18,9 +18,13 @@ if TYPE_CHECKING:
 
 LINES = {  # by the leg that changes its mode, and whether it folds for that
     (0, False): dict(color=LEFT, lw=1.8, ls="-", label="Type 1, the left leg in line"),
-    (0, True): dict(color=LEFT, lw=1.8, ls=(0, (1.2, 1.4)), label="the left leg folded on its base joint"),
+    (0, True): dict(
+        color=LEFT, lw=1.8, ls=(0, (1.2, 1.4)), label="the left leg folded on its base joint"
+    ),
     (1, False): dict(color=RIGHT, lw=1.8, ls="-", label="Type 1, the right leg in line"),
-    (1, True): dict(color=RIGHT, lw=1.8, ls=(0, (1.2, 1.4)), label="the right leg folded on its base joint"),
+    (1, True): dict(
+        color=RIGHT, lw=1.8, ls=(0, (1.2, 1.4)), label="the right leg folded on its base joint"
+    ),
     (None, False): dict(color=INK, lw=1.4, ls=(0, (6, 2.5)), label="Type 2"),
 }
 FILL = {1: "white", -1: "#d6dbe0"}
@@ -42,7 +46,9 @@ def aspect_graph(robot: FiveBar) -> Figure:
     for working in MODES:
         x, y = np.array(working) / 2
         words = f"working modes ({working[0]:+d}, {working[1]:+d})".replace("-", "−")
-        axes.text(x, y + np.sign(y) * 0.45, words, ha="center", va="center", color=PALE, fontsize=10)
+        axes.text(
+            x, y + np.sign(y) * 0.45, words, ha="center", va="center", color=PALE, fontsize=10
+        )
     drawn = {}
     for passage in passages(robot):
         style = LINES[passage.leg, passage.fold]
@@ -51,11 +57,15 @@ def aspect_graph(robot: FiveBar) -> Figure:
         bow = f"arc3,rad={BOW}"
         ends = [at[number] for number in passage.between]
         axes.add_patch(
-            FancyArrowPatch(*ends, connectionstyle=bow, arrowstyle="-", shrinkA=0, shrinkB=0, zorder=1, **kind)
+            FancyArrowPatch(
+                *ends, connectionstyle=bow, arrowstyle="-", shrinkA=0, shrinkB=0, zorder=1, **kind
+            )
         )
     for aspect in found:
         box = dict(boxstyle="circle,pad=0.35", fc=FILL[aspect.assembly], ec=INK, lw=1.0)
-        text = dict(ha="center", va="center", fontsize=11, fontweight="bold", color=INK, bbox=box, zorder=3)
+        text = dict(
+            ha="center", va="center", fontsize=11, fontweight="bold", color=INK, bbox=box, zorder=3
+        )
         axes.text(*at[aspect.number], str(aspect.number), **text)
     axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02))
     handles = [Line2D([], [], **drawn[key]) for key in LINES if key in drawn]
@@ -63,7 +73,14 @@ def aspect_graph(robot: FiveBar) -> Figure:
     for sign in sorted({aspect.assembly for aspect in found}, reverse=True):
         label = f"assembly mode {sign:+d}".replace("-", "−")
         handles.append(Line2D([], [], mfc=FILL[sign], label=label, **dots))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False, handlelength=3.2)
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=2,
+        fontsize=9,
+        frameon=False,
+        handlelength=3.2,
+    )
     return figure
 
 
@@ -71,9 +88,13 @@ def _places(found):
     """Where each aspect stands: on a ring about the place of its modes, one assembly mode above the other."""
     places = {}
     for working in MODES:
-        own = sorted((a for a in found if a.working == working), key=lambda a: (-a.assembly, a.point[0]))
+        own = sorted(
+            (a for a in found if a.working == working), key=lambda a: (-a.assembly, a.point[0])
+        )
         # Begun a little off the axes, so that no line to another ring passes behind a node between.
         angles = 2.0 - 2 * np.pi * np.arange(len(own)) / max(len(own), 1)
         for aspect, angle in zip(own, angles):
-            places[aspect.number] = tuple(np.array(working) / 2 + RING * np.array([np.cos(angle), np.sin(angle)]))
+            places[aspect.number] = tuple(
+                np.array(working) / 2 + RING * np.array([np.cos(angle), np.sin(angle)])
+            )
     return places

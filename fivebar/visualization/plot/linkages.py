@@ -57,13 +57,24 @@ def picture(axes: Axes, study: Study) -> None:
             for pair, colour in pairs:
                 axes.plot(*points[sample, pair].T, color=colour, zorder=2 + first, **style)
     axes.plot(*points[:, body.traced].T, color=PATH, lw=1.6, zorder=4, label=f"path of {traced}")
-    axes.plot(*points[0, body.feet].T, color=BASE, marker="^", ms=9, mfc="white", ls=":", lw=1.2, zorder=1.5)
+    axes.plot(
+        *points[0, body.feet].T,
+        color=BASE,
+        marker="^",
+        ms=9,
+        mfc="white",
+        ls=":",
+        lw=1.2,
+        zorder=1.5,
+    )
     for rail in body.fixed_rails:
         axes.plot(*points[0, rail].T, color=BASE, lw=5, alpha=0.35, zorder=0)
     for name, place in zip(body.names, points[0]):
         axes.annotate(name, place, textcoords="offset points", xytext=(6, 6), fontsize=9)
     axes.margins(0.08)  # room for the names
-    axes.set(xlabel="x (m)", ylabel="y (m)", title=f"{study.linkage.title}; at the start, later (pale)")
+    axes.set(
+        xlabel="x (m)", ylabel="y (m)", title=f"{study.linkage.title}; at the start, later (pale)"
+    )
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, frameon=False, loc="upper right")
@@ -104,12 +115,25 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
         number = labels.index(curve.label)
         new = curve.label not in [line.get_label() for line in axes.lines]
         axes.plot(
-            *curve.points.T, color=COLOURS[number % len(COLOURS)], ls=DASHES[number % len(DASHES)], lw=1.6,
+            *curve.points.T,
+            color=COLOURS[number % len(COLOURS)],
+            ls=DASHES[number % len(DASHES)],
+            lw=1.6,
             label=curve.label if new else None,
-        )  # fmt: skip
+        )
     for four_bar in linkages:
-        foot = np.add(four_bar.base, four_bar.ground * np.array([np.cos(four_bar.tilt), np.sin(four_bar.tilt)]))
-        axes.plot(*np.transpose([four_bar.base, foot]), color=BASE, marker="^", ms=9, mfc="white", ls="none")
+        foot = np.add(
+            four_bar.base,
+            four_bar.ground * np.array([np.cos(four_bar.tilt), np.sin(four_bar.tilt)]),
+        )
+        axes.plot(
+            *np.transpose([four_bar.base, foot]),
+            color=BASE,
+            marker="^",
+            ms=9,
+            mfc="white",
+            ls="none",
+        )
     axes.set(xlabel="x (m)", ylabel="y (m)", title="coupler curves")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.25)

@@ -40,7 +40,9 @@ if TYPE_CHECKING:
 
 
 def _part(name, low, high):
-    return LinearSegmentedColormap.from_list(name, colormaps[name](np.linspace(low, high, 257)), 257)
+    return LinearSegmentedColormap.from_list(
+        name, colormaps[name](np.linspace(low, high, 257)), 257
+    )
 
 
 # Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
@@ -50,7 +52,10 @@ PALETTES["lines"] = _part("viridis", 0.0, 0.78)  # without the yellow, which is 
 OUTSIDE = "#ececec"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
-_LINE, _POINT = dict(color=INK, lw=1.5), dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
+_LINE, _POINT = (
+    dict(color=INK, lw=1.5),
+    dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4),
+)
 STYLES = {
     TYPE_1: _LINE | dict(ls="-"),
     ACROSS: _LINE | dict(ls="-"),
@@ -67,7 +72,9 @@ STYLES = {
 }
 
 
-def singularity_map(data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None) -> Figure:
+def singularity_map(
+    data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None
+) -> Figure:
     """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
 
     path: points (n, 2) of the map's own space, m or rad, drawn on all panels; dexterous: regions of `fb.dexterous`,
@@ -77,9 +84,13 @@ def singularity_map(data: Map, path: ArrayLike | None = None, dexterous: tuple |
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
     extent = [scale * limit for axis in (data.x, data.y) for limit in (axis[0], axis[-1])]
     height = np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.4, 2.0)
-    figure = Figure(figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained")
+    figure = Figure(
+        figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained"
+    )
     panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
-    regions = (dexterous if dexterous is not None else aspects(data.robot)) if task and turns else None
+    regions = (
+        (dexterous if dexterous is not None else aspects(data.robot)) if task and turns else None
+    )
     name = "aspect" if dexterous is None else "region"
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
@@ -111,13 +122,23 @@ def singularity_map(data: Map, path: ArrayLike | None = None, dexterous: tuple |
     extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
     figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
     handles = [Line2D([], [], label=words, **style) for words, style in known.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False, handlelength=3.2)
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=3,
+        fontsize=9,
+        frameon=False,
+        handlelength=3.2,
+    )
     return figure
 
 
 def _to_borders(extent, shape):
     """The image's borders: half a step beyond the outer nodes, which are the middles of its pixels."""
-    dx, dy = (extent[1] - extent[0]) / (shape[1] - 1) / 2, (extent[3] - extent[2]) / (shape[0] - 1) / 2
+    dx, dy = (
+        (extent[1] - extent[0]) / (shape[1] - 1) / 2,
+        (extent[3] - extent[2]) / (shape[0] - 1) / 2,
+    )
     return extent[0] - dx, extent[1] + dx, extent[2] - dy, extent[3] + dy
 
 
@@ -128,7 +149,9 @@ def _title(data, mode, regions, name):
     if regions is None:
         return modes
     numbers = [str(a.number) for a in regions if a.working == mode]
-    listed = f"{name}s {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join([name, *numbers])
+    listed = (
+        f"{name}s {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join([name, *numbers])
+    )
     if not numbers:
         listed = f"no {name}"
     return f"{modes}: {listed}"
@@ -144,14 +167,23 @@ def _task_loci(axes, data, mode, scale, known):
     for piece in loci.task:
         if mode in piece.working:
             _draw(axes, known, locus_words(piece), scale * piece.drawn(data.y[0], data.y[-1]))
-    threes = [xi for xi, own in zip(loci.type3.xi, loci.type3.working) if all(o in (0, m) for o, m in zip(own, mode))]
+    threes = [
+        xi
+        for xi, own in zip(loci.type3.xi, loci.type3.working)
+        if all(o in (0, m) for o, m in zip(own, mode))
+    ]
     if threes:
         _draw(axes, known, TYPE_3, scale * np.array(threes))
     for drive in data.robot.drives:
         if data.robot.turns:
             _draw(axes, known, "base joint", scale * np.array([[drive.x, drive.y]]))
         else:
-            _draw(axes, known, "guide", scale * np.array([(drive.x, y) for y in (data.y[0], data.y[-1])]))
+            _draw(
+                axes,
+                known,
+                "guide",
+                scale * np.array([(drive.x, y) for y in (data.y[0], data.y[-1])]),
+            )
 
 
 def _joint_loci(axes, data, mode, scale, known):
@@ -162,7 +194,10 @@ def _joint_loci(axes, data, mode, scale, known):
         for piece in own:
             _draw(axes, known, locus_words(piece), scale * piece.drawn(data.x[0], data.x[-1]))
         return
-    for words, points in [*((locus_words(p), p.points) for p in own), *((TYPE_3, q[None]) for q in loci.type3.q)]:
+    for words, points in [
+        *((locus_words(p), p.points) for p in own),
+        *((TYPE_3, q[None]) for q in loci.type3.q),
+    ]:
         for turned in turned_into(data, points):
             _draw(axes, known, words, scale * turned)
 
@@ -172,16 +207,28 @@ def _aspect_numbers(axes, regions, scale):
     width = np.ptp(axes.get_xlim())
     for aspect in regions:
         x, y = scale * aspect.point
-        if not (axes.get_xlim()[0] < x < axes.get_xlim()[1] and axes.get_ylim()[0] < y < axes.get_ylim()[1]):
+        if not (
+            axes.get_xlim()[0] < x < axes.get_xlim()[1]
+            and axes.get_ylim()[0] < y < axes.get_ylim()[1]
+        ):
             continue
         box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
-        text = dict(ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, zorder=6, color=INK)
+        text = dict(
+            ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, zorder=6, color=INK
+        )
         if scale * aspect.clearance > 0.03 * width:
             axes.text(x, y, str(aspect.number), **text)
         else:
             towards = (34 if x >= sum(axes.get_xlim()) / 2 - 0.01 * width else -34, 0)
             arrow = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
-            axes.annotate(str(aspect.number), (x, y), towards, textcoords="offset points", arrowprops=arrow, **text)
+            axes.annotate(
+                str(aspect.number),
+                (x, y),
+                towards,
+                textcoords="offset points",
+                arrowprops=arrow,
+                **text,
+            )
 
 
 def _outline(axes, region, scale, known):
@@ -201,4 +248,6 @@ def _path(axes, points, known):
 
 
 def _degrees(width):
-    return MultipleLocator(next((step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9), 180))
+    return MultipleLocator(
+        next((step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9), 180)
+    )

@@ -40,8 +40,10 @@ def planned(plan: Plan) -> Figure:
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
     # Once, too, where a node is on the singularity.
-    crossings = {kind: [i for margin in own for i in np.flatnonzero(np.diff(margin >= 0))]
-                 for kind, own in ((Singularity.SERIAL, pose.sines), (Singularity.PARALLEL, [pose.det_A]))}  # fmt: skip
+    crossings = {
+        kind: [i for margin in own for i in np.flatnonzero(np.diff(margin >= 0))]
+        for kind, own in ((Singularity.SERIAL, pose.sines), (Singularity.PARALLEL, [pose.det_A]))
+    }
     _path(figure.add_subplot(grid[:, 0]), plan, pose, crossings)
     above = figure.add_subplot(grid[0, 1])
     _torques(above, plan, t, motion[:, -2:])
@@ -62,9 +64,18 @@ def _bars(axes, plan, t, bars):
     words = plan.robot.words
     scale, unit = (180 / np.pi, "deg") if plan.robot.turns else (1e3, "mm")
     for leg, (name, colour) in enumerate(zip(words.joints, (LEFT, RIGHT))):
-        axes.plot(t, scale * bars[:, 2 * leg], color=colour, lw=1.4, label=f"$q_{{{name[1:]}}}$ ({unit})")
+        axes.plot(
+            t, scale * bars[:, 2 * leg], color=colour, lw=1.4, label=f"$q_{{{name[1:]}}}$ ({unit})"
+        )
         label = rf"$\phi_{leg + 1}$ (deg)"
-        axes.plot(t, 180 / np.pi * bars[:, 2 * leg + 1], color=colour, lw=1.4, ls=(0, (1.2, 1.2)), label=label)
+        axes.plot(
+            t,
+            180 / np.pi * bars[:, 2 * leg + 1],
+            color=colour,
+            lw=1.4,
+            ls=(0, (1.2, 1.2)),
+            label=label,
+        )
     axes.margins(x=0)
     finish(axes, 4, title="the four bars: proximal solid, distal dotted")
 
@@ -82,7 +93,15 @@ def _path(axes, plan, pose, crossings):
     axes.plot(*(1e3 * xi[-1]), "s", color=REFERENCE, mec="white", ms=8, zorder=4)
     for i, (conditions, _) in enumerate(plan.problem.stops[1:-1]):
         label = "via" if i == 0 else None
-        axes.plot(*(1e3 * _point(plan, conditions[0])), "D", color=INK, mfc="white", ms=7, zorder=4, label=label)
+        axes.plot(
+            *(1e3 * _point(plan, conditions[0])),
+            "D",
+            color=INK,
+            mfc="white",
+            ms=7,
+            zorder=4,
+            label=label,
+        )
     for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
         places = 1e3 * xi[crossings[kind]]
         if len(places):
@@ -103,7 +122,11 @@ def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | Non
     which are left out without."""
     known = set()
     for piece in singularity_loci(robot).task:
-        if working in (None, *piece.working) and len(piece.points) > 1 and (ends or not piece.unbounded):
+        if (
+            working in (None, *piece.working)
+            and len(piece.points) > 1
+            and (ends or not piece.unbounded)
+        ):
             style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
             label = style["label"] if style["label"] not in known else None
             known.add(style["label"])
@@ -118,7 +141,9 @@ def _point(plan, at):
     return plan.problem.accelerations(motion).rates.pose.xi
 
 
-def draw_torques(axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str) -> str:
+def draw_torques(
+    axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str
+) -> str:
     """Torques (n, 2) and their limits, the first of these named `limit`; gives the unit."""
     most = limits.torque or (0.0, 0.0)
     scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
@@ -132,11 +157,22 @@ def draw_torques(axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limit
 
 def _torques(axes, plan, t, tau):
     own = plan.robot.words
-    unit = draw_torques(axes, own, t, tau, plan.problem.limits, f"limit, met {100 * plan.saturated:.0f} % of the time")
+    unit = draw_torques(
+        axes,
+        own,
+        t,
+        tau,
+        plan.problem.limits,
+        f"limit, met {100 * plan.saturated:.0f} % of the time",
+    )
     for knot in plan.pieces.knots:
-        axes.plot([knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform())
+        axes.plot(
+            [knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform()
+        )
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
-    words = " + ".join(f"{weight:g} {name}" if len(weights) > 1 else name for name, weight in weights.items())
+    words = " + ".join(
+        f"{weight:g} {name}" if len(weights) > 1 else name for name, weight in weights.items()
+    )
     axes.margins(x=0)
     title = f"{own.effort}s for least {words}; {len(plan.pieces.xi)} intervals (ticks)"
     finish(axes, 4, ylabel=f"{own.effort} ({unit})", title=title)
@@ -144,7 +180,11 @@ def _torques(axes, plan, t, tau):
 
 def _sines(axes, plan, t, pose):
     limits = plan.problem.limits
-    names = (r"$\sin q_{12}$", r"$\sin q_{22}$") if plan.robot.turns else (r"$\sin \phi_1$", r"$\sin \phi_2$")
+    names = (
+        (r"$\sin q_{12}$", r"$\sin q_{22}$")
+        if plan.robot.turns
+        else (r"$\sin \phi_1$", r"$\sin \phi_2$")
+    )
     for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
         axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=name)
         if limits.serial is not None:

@@ -25,7 +25,11 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     titles: a text for each; None: their modes. ValueError for no pose, poses that do not close, titles that do not fit.
     """
     poses = [poses] if isinstance(poses, Pose) else list(poses)
-    modes = [_modes(*one) for given in poses for one in zip(given.working.reshape(-1, 2), np.ravel(given.assembly))]
+    modes = [
+        _modes(*one)
+        for given in poses
+        for one in zip(given.working.reshape(-1, 2), np.ravel(given.assembly))
+    ]
     titles = modes if titles is None else list(titles)
     if not modes:
         raise ValueError("there is no pose to draw")
@@ -39,7 +43,9 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     columns = min(len(modes), IN_A_ROW)
     rows = -(-len(modes) // columns)
     shape = np.divide(*(high - low)[::-1])
-    figure = Figure(figsize=(WIDTH * columns + 0.5, rows * (WIDTH * shape + 0.35) + 0.5), layout="constrained")
+    figure = Figure(
+        figsize=(WIDTH * columns + 0.5, rows * (WIDTH * shape + 0.35) + 0.5), layout="constrained"
+    )
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for sample, (axes, title) in enumerate(zip(panels, titles)):
         draw_robot(axes, body, sample)
@@ -62,8 +68,12 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
     """
     points = 1e3 * body.points[sample]
     for path, colours in zip(body.paths, LEGS):
-        for bar, colour in reversed(list(zip(zip(path, path[1:]), colours))):  # a bar folded back lies under the other
-            axes.plot(*points[list(bar)].T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=2, **style)
+        for bar, colour in reversed(
+            list(zip(zip(path, path[1:]), colours))
+        ):  # a bar folded back lies under the other
+            axes.plot(
+                *points[list(bar)].T, "o-", color=colour, lw=3, ms=6, mfc="white", zorder=2, **style
+            )
     axes.plot(*points[list(body.actuated)].T, "s", color=INK, ms=9, ls="none", zorder=3, **style)
     for low, _ in body.rails:
         axes.axvline(points[low, 0], color=GUIDE, lw=6, zorder=0)

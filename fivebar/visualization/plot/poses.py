@@ -36,7 +36,9 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     columns = min(poses, 6)
     rows = -(-poses // columns)
     side = 12.0 / max(columns, 3)
-    figure = Figure(figsize=(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8), layout="constrained")
+    figure = Figure(
+        figsize=(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8), layout="constrained"
+    )
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, time in zip(panels, np.linspace(0.0, scene.duration, poses)):
         _stage(axes, scene)
@@ -46,10 +48,16 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
         axes.remove()
     figure.suptitle(_heading(scene), fontsize=11)
     entries = {layer.key: layer.colour for machine in scene.machines for layer in machine.layers}
-    bars = {name: colours[0] for machine in scene.machines for name, colours in machine.body.key.items()}
-    handles = [Line2D([], [], color=colour, lw=3, label=key) for key, colour in (bars | entries).items()]
+    bars = {
+        name: colours[0] for machine in scene.machines for name, colours in machine.body.key.items()
+    }
+    handles = [
+        Line2D([], [], color=colour, lw=3, label=key) for key, colour in (bars | entries).items()
+    ]
     if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False
+        )
     return figure
 
 
@@ -81,13 +89,19 @@ def film(scene: Scene, path: str | Path) -> None:
             f"{kind} is written by the program ffmpeg, which is not here: install it (apt-get install ffmpeg, brew "
             "install ffmpeg), or take .html or .gif"
         )
-    arguments = ["-movflags", "+faststart"] if kind == ".mp4" else ["-deadline", "realtime", "-cpu-used", "5"]
+    arguments = (
+        ["-movflags", "+faststart"]
+        if kind == ".mp4"
+        else ["-deadline", "realtime", "-cpu-used", "5"]
+    )
     try:
         codec = "h264" if kind == ".mp4" else "vp9"
         writer = FFMpegWriter(FILM[0], codec, extra_args=["-pix_fmt", "yuv420p", *arguments])
         _filmed(scene, path, writer, *FILM)
     except CalledProcessError as error:
-        raise OSError(f"ffmpeg could not write a {kind}: {' '.join(error.stderr.split()[-40:])}") from None
+        raise OSError(
+            f"ffmpeg could not write a {kind}: {' '.join(error.stderr.split()[-40:])}"
+        ) from None
 
 
 def _filmed(scene, path, writer, per_second, most, dpi):
@@ -107,7 +121,9 @@ def _filmed(scene, path, writer, per_second, most, dpi):
             for artist in moving:
                 artist.remove()
             moving = _draw(axes, scene, time)
-            heading.set_text(f"{_heading(scene)}  {scene.machines[0].frames.start + time:.2f} s{faster}")
+            heading.set_text(
+                f"{_heading(scene)}  {scene.machines[0].frames.start + time:.2f} s{faster}"
+            )
             writer.grab_frame()
 
 
@@ -156,7 +172,10 @@ def _stage(axes, scene):
 
 def _line(axes, layer, at):
     style = dict(
-        color=layer.colour, lw=8 * layer.width, alpha=layer.opacity, zorder=7 + layer.lift if layer.over else 2.5
+        color=layer.colour,
+        lw=8 * layer.width,
+        alpha=layer.opacity,
+        zorder=7 + layer.lift if layer.over else 2.5,
     )
     style["ls"] = (0, (4, 2)) if layer.dash else "-"
     return [line for path in layer.paths for line in axes.plot(*(path + at).T, **style)]
@@ -179,7 +198,14 @@ def _draw(axes, scene, time):
                 artists += _layer(axes, machine, layer, time, at)
         for event in machine.events:
             if abs(event.t - time) <= 0.2:
-                ring = Circle(np.add(event.place, at), 1.8 * machine.width, fc="none", ec=EVENT, lw=3, zorder=9)
+                ring = Circle(
+                    np.add(event.place, at),
+                    1.8 * machine.width,
+                    fc="none",
+                    ec=EVENT,
+                    lw=3,
+                    zorder=9,
+                )
                 artists.append(axes.add_patch(ring))
     return artists
 
@@ -195,19 +221,35 @@ def _between(t, values, time):
 
 def _machine(axes, machine, points):
     w, body = machine.width, machine.body
-    patches = [_capsule(points[i], points[j], 0.6 * w, RAIL, zorder=2.7) for i, j in body.moving_rails]
+    patches = [
+        _capsule(points[i], points[j], 0.6 * w, RAIL, zorder=2.7) for i, j in body.moving_rails
+    ]
     for i, j, joint in body.blocks:
         half = (points[j] - points[i]) / 2
         half = half * max(1.0, 1.3 * w / (np.hypot(*half) or 1.0))
         across, middle = w * half[::-1] * (-1, 1) / np.hypot(*half), (points[i] + points[j]) / 2
         corners = middle + np.array([-half - across, half - across, half + across, across - half])
-        patches.append(Polygon(corners, fc=MOTOR if joint in body.actuated else RAIL, ec="white", lw=0.5, zorder=2.8))
+        patches.append(
+            Polygon(
+                corners,
+                fc=MOTOR if joint in body.actuated else RAIL,
+                ec="white",
+                lw=0.5,
+                zorder=2.8,
+            )
+        )
     for (i, j), height, colour in zip(body.bars, machine.heights, machine.body.colours):
-        patches.append(_capsule(points[i], points[j], w, colour, zorder=3 + height / machine.top, ec="white", lw=0.5))
+        patches.append(
+            _capsule(
+                points[i], points[j], w, colour, zorder=3 + height / machine.top, ec="white", lw=0.5
+            )
+        )
     for joint in body.joints:
         radius, colour = (0.62 * w, MOTOR) if joint in body.travelling else (0.36 * w, STEEL)
         patches.append(Circle(points[joint], radius, fc=colour, zorder=5))
-        patches.append(Circle(points[joint], 0.22 * w, fc=PATH if joint == body.traced else PIN, zorder=6))
+        patches.append(
+            Circle(points[joint], 0.22 * w, fc=PATH if joint == body.traced else PIN, zorder=6)
+        )
     return [axes.add_patch(patch) for patch in patches]
 
 
@@ -215,9 +257,14 @@ def _layer(axes, machine, layer, time, at):
     t, w, colour = machine.frames.t, machine.pen, layer.colour
     if isinstance(layer, Ghost):
         points = _between(t, layer.mechanism, time) + at
-        pairs = [(points[i], points[j]) for i, j in machine.body.bars if np.isfinite(points[[i, j]]).all()]
+        pairs = [
+            (points[i], points[j])
+            for i, j in machine.body.bars
+            if np.isfinite(points[[i, j]]).all()
+        ]
         return [
-            axes.add_patch(_capsule(a, b, 0.8 * machine.width, layer.colour, zorder=2.6, alpha=0.4)) for a, b in pairs
+            axes.add_patch(_capsule(a, b, 0.8 * machine.width, layer.colour, zorder=2.6, alpha=0.4))
+            for a, b in pairs
         ]
     place = _between(t, layer.places, time) + at
     if isinstance(layer, Arrows):
@@ -235,14 +282,20 @@ def _layer(axes, machine, layer, time, at):
     along = (path[-1] - path[-2]) / np.hypot(*(path[-1] - path[-2]))
     head, across = min(1.3 * w, 0.7 * length), along[::-1] * (-1, 1)
     tip = path[-1] + (head * along if isinstance(layer, Turning) else 0)
-    corners = [tip, tip - head * along + 0.45 * head * across, tip - head * along - 0.45 * head * across]
+    corners = [
+        tip,
+        tip - head * along + 0.45 * head * across,
+        tip - head * along - 0.45 * head * across,
+    ]
     if isinstance(layer, Arrows):
         path = np.array([place, tip - head * along])
     words = dict(ha="center", va="center", fontsize=8, clip_on=True, zorder=8.5)
     sign = axes.text(*(tip + 0.8 * w * along), layer.sign if head > 0.9 * w else "", **words)
     return [
-        sign, *axes.plot(*path.T, color=colour, lw=2, zorder=8), axes.add_patch(Polygon(corners, fc=colour, zorder=8))
-    ]  # fmt: skip
+        sign,
+        *axes.plot(*path.T, color=colour, lw=2, zorder=8),
+        axes.add_patch(Polygon(corners, fc=colour, zorder=8)),
+    ]
 
 
 def _capsule(a, b, width, colour, **style):
@@ -250,4 +303,6 @@ def _capsule(a, b, width, colour, **style):
     span = b - a
     along = span / (np.hypot(*span) or 1.0)
     turned = width / 2 * (ROUND[:, :1] * along + ROUND[:, 1:] * (along[::-1] * (-1, 1)))
-    return Polygon(np.concatenate([a + turned, b - turned]), **{"fc": colour, "ec": "none", **style})
+    return Polygon(
+        np.concatenate([a + turned, b - turned]), **{"fc": colour, "ec": "none", **style}
+    )

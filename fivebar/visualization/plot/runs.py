@@ -37,14 +37,24 @@ def _path(axes, run):
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
     if run.xi_ref is not None:
-        axes.plot(*(1e3 * run.xi_ref.T), color=REFERENCE, lw=4, alpha=0.6, label="reference", zorder=3)
+        axes.plot(
+            *(1e3 * run.xi_ref.T), color=REFERENCE, lw=4, alpha=0.6, label="reference", zorder=3
+        )
     axes.plot(*(1e3 * run.xi.T), color=INK, lw=1.2, label="end-effector", zorder=4)
     for event in run.events:
         where = [np.interp(event.t, run.t, 1e3 * run.xi[:, k]) for k in (0, 1)]
         axes.plot(*where, "x", color=INK, ms=7, zorder=5)
-        axes.annotate(f"Type {int(event.type)}", where, textcoords="offset points", xytext=(6, 4), fontsize=8)
+        axes.annotate(
+            f"Type {int(event.type)}", where, textcoords="offset points", xytext=(6, 4), fontsize=8
+        )
     axes.set_aspect("equal")
-    finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title="path, with the robot at start (pale) and end")
+    finish(
+        axes,
+        2,
+        xlabel="x (mm)",
+        ylabel="y (mm)",
+        title="path, with the robot at start (pale) and end",
+    )
 
 
 def _errors(axes, run):
@@ -59,7 +69,14 @@ def _errors(axes, run):
     axes.plot(run.t, scale * size, color=INK, lw=1.6, label="distance")
     axes.axhline(scale * rms, color=INK, lw=1, ls="--", label=f"RMS {scale * rms:.3g} {unit}")
     peak = int(np.nanargmax(size))
-    axes.plot(run.t[peak], scale * largest, "o", color=INK, ms=5, label=f"maximum {scale * largest:.3g} {unit}")
+    axes.plot(
+        run.t[peak],
+        scale * largest,
+        "o",
+        color=INK,
+        ms=5,
+        label=f"maximum {scale * largest:.3g} {unit}",
+    )
     _crossings(axes, run)
     finish(axes, 5, ylabel=f"error ({unit})", title="tracking error of the end-effector")
 
@@ -71,15 +88,30 @@ def _torques(axes, run):
         axes.step(run.t, scale * run.tau[:, k], where="post", color=colour, lw=1.2, label=name)
     if run.torque_limit is not None:
         for limit in (-run.torque_limit, run.torque_limit):
-            axes.axhline(scale * limit, color=INK, lw=1, ls=":", label="limit" if limit > 0 else None)
+            axes.axhline(
+                scale * limit, color=INK, lw=1, ls=":", label="limit" if limit > 0 else None
+            )
         saturated = run.saturated.any(axis=1)
         axes.fill_between(
-            run.t, 0, 1, where=saturated, step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0,
+            run.t,
+            0,
+            1,
+            where=saturated,
+            step="post",
+            transform=axes.get_xaxis_transform(),
+            color="0.85",
+            zorder=0,
             label=f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time",
-        )  # fmt: skip
+        )
     _crossings(axes, run)
     axes.margins(x=0)
-    finish(axes, 4, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"motor {words.effort}s")
+    finish(
+        axes,
+        4,
+        xlabel="time (s)",
+        ylabel=f"{words.effort} ({unit})",
+        title=f"motor {words.effort}s",
+    )
 
 
 def _crossings(axes, run):
@@ -87,4 +119,6 @@ def _crossings(axes, run):
     for event in run.events:
         axes.axvline(event.t, color=PALE, lw=1, ls=(0, (4, 3)), zorder=0.5)
         words = dict(rotation=90, ha="right", va="top", fontsize=7, color=PALE)
-        axes.text(event.t, 0.98, f"Type {int(event.type)}", transform=axes.get_xaxis_transform(), **words)
+        axes.text(
+            event.t, 0.98, f"Type {int(event.type)}", transform=axes.get_xaxis_transform(), **words
+        )

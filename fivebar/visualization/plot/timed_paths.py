@@ -56,7 +56,16 @@ def _drawing(figure, axes, motion, t):
                 figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
     if motion.crossing.any():
         places = 1e3 * motion.path(motion.s[motion.crossing])[0]
-        axes.plot(*places.T, "x", color=INK, ms=9, mew=1.6, ls="none", zorder=5, label="crossing of Type 2")
+        axes.plot(
+            *places.T,
+            "x",
+            color=INK,
+            ms=9,
+            mew=1.6,
+            ls="none",
+            zorder=5,
+            label="crossing of Type 2",
+        )
     axes.set_aspect("equal")
     finish(axes, 4, xlabel="x (mm)", ylabel="y (mm)", title="the path, with the robot at its start")
 
@@ -66,14 +75,20 @@ def _phase_plane(axes, motion, t):
     s = motion.path.knots[motion.piece[k]] + motion.first[k] + gone
     scale, unit = readable(motion.path.length, "m")
     with np.errstate(invalid="ignore"):
-        beside = motion.crossing | np.roll(motion.crossing, 1) | np.roll(motion.crossing, -1)  # there it is not known
+        beside = (
+            motion.crossing | np.roll(motion.crossing, 1) | np.roll(motion.crossing, -1)
+        )  # there it is not known
         top = np.sqrt(np.where(np.isfinite(motion.cap) & ~beside, motion.cap, np.nan))
         above = np.sqrt(motion.ceiling)
     axes.plot(scale * s, speed, color=LEFT, lw=1.8, label="the motion", zorder=3)
-    axes.plot(scale * motion.s, above, color=INK, lw=0.9, ls=":", label="no motion is above", zorder=4)
+    axes.plot(
+        scale * motion.s, above, color=INK, lw=0.9, ls=":", label="no motion is above", zorder=4
+    )
     axes.plot(scale * motion.s, top, color=RIGHT, lw=1.1, label="maximum velocity curve", zorder=2)
     for place in motion.s[motion.crossing]:
-        axes.axvline(scale * place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK))
+        axes.axvline(
+            scale * place, **LOCI[Singularity.PARALLEL] | dict(label=None, lw=0.8, color=INK)
+        )
     axes.set_ylim(0, 1.6 * speed.max())
     axes.margins(x=0)
     proved = f", proved: none below {motion.lower_bound:.6g} s" if motion.lower_bound else ""

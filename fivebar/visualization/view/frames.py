@@ -66,14 +66,18 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
     start, t = float(t[0]), t - t[0]
     index, note = _thinned(t)
     gaps = _gaps(t, good)
-    edges = [i for first, last in stretches(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)]
+    edges = [
+        i for first, last in stretches(~good) for i in (first - 1, last + 1) if 0 <= i < len(t)
+    ]
     index = np.union1d(index, edges).astype(int)
     index = index[good[index]]
     notes = [note] if note else []
     if gaps:
         spans = ", ".join(f"{start + low:.6g} to {start + high:.6g} s" for low, high in gaps[:3])
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
-        notes.append(f"{int((~good).sum())} of {len(t)} samples {lack}: nothing is drawn from {spans}{more}.")
+        notes.append(
+            f"{int((~good).sum())} of {len(t)} samples {lack}: nothing is drawn from {spans}{more}."
+        )
     return Frames(index, t[index], start, float(t[-1]), gaps, tuple(notes))
 
 
@@ -90,13 +94,20 @@ def _thinned(t):
     after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
     index = np.unique(np.where(times - t[after - 1] < t[after] - times, after - 1, after))
     coarse = len(times) == MOST
-    return index, f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart." if coarse else None
+    return (
+        index,
+        f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart."
+        if coarse
+        else None,
+    )
 
 
 def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
     """(first, last) index of each stretch of true values."""
     change = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
-    return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist()))
+    return list(
+        zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist())
+    )
 
 
 def _gaps(t, good):

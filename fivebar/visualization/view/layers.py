@@ -71,7 +71,11 @@ class Line(Layer):
         w = machine.pen
         paths = self.paths
         if self.dash:
-            paths = [piece for path in paths for piece in dashed(path, *(w * share for share in self.dash))]
+            paths = [
+                piece
+                for path in paths
+                for piece in dashed(path, *(w * share for share in self.dash))
+            ]
         height = machine.top + self.lift * w if self.over else (self.lift - 0.5) * machine.layer
         see_through = {"transparent": True, "opacity": self.opacity} if self.opacity < 1 else {}
         band = ribbon(paths, self.width * w, height, self.colour, **see_through)
@@ -97,9 +101,17 @@ class Area(Layer):
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         points = np.concatenate(self.strips).reshape(-1, 2)
         flat = np.pad(points, [(0, 0), (0, 1)], constant_values=-4.6 * machine.layer)
-        row = np.concatenate([np.arange(len(rows)) < len(rows) - 1 for rows in self.strips])  # that has one above
+        row = np.concatenate(
+            [np.arange(len(rows)) < len(rows) - 1 for rows in self.strips]
+        )  # that has one above
         faces = 2 * np.flatnonzero(row)[:, None] + (0, 1, 2, 2, 1, 3)
-        glass = {"type": "MeshBasicMaterial", "side": 2, "transparent": True, "opacity": 0.12, "depthWrite": False}
+        glass = {
+            "type": "MeshBasicMaterial",
+            "side": 2,
+            "transparent": True,
+            "opacity": 0.12,
+            "depthWrite": False,
+        }
         edge = ribbon(self.outline, 0.1 * machine.pen, -0.6 * machine.layer, self.colour)
         yield Part(f"{self.name}/{number}", [triangles(flat, faces, self.colour, **glass), edge])
 
@@ -143,9 +155,15 @@ class Arrows(Layer):
         path = f"{self.name}/{number}"
         yield Part(path, [], placed(self.places, angles_of(arrows)), flags(machine.frames.t, good))
         # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading asks for.
-        shaft = polygon(np.array([(0, -0.14 * w), (1, -0.14 * w), (1, 0.14 * w), (0, 0.14 * w)]), height, self.colour)
+        shaft = polygon(
+            np.array([(0, -0.14 * w), (1, -0.14 * w), (1, 0.14 * w), (0, 0.14 * w)]),
+            height,
+            self.colour,
+        )
         tip = polygon(np.array([(0, -0.45), (1, 0), (0, 0.45)]), height, self.colour)
-        yield Part(f"{path}/shaft", [shaft], {"scale[x]": ("number", np.maximum(length - head, 1e-6 * w))})
+        yield Part(
+            f"{path}/shaft", [shaft], {"scale[x]": ("number", np.maximum(length - head, 1e-6 * w))}
+        )
         at = np.column_stack([length - head, np.zeros((len(head), 2))])
         size = np.maximum(head, 1e-6 * w)
         scale = np.column_stack([size, size, np.ones(len(size))])
@@ -184,15 +202,25 @@ class Turning(Layer):
         sweep, w = np.where(good, self.sweeps(), 0.0), machine.pen
         path, height = f"{self.name}/{number}", machine.top + 0.2 * w
         # The page draws as many pieces of the band as the tip has passed: no track can change a geometry.
-        side = np.column_stack([np.ones(len(sweep)), np.where(sweep < 0, -1.0, 1.0), np.ones(len(sweep))])
+        side = np.column_stack(
+            [np.ones(len(sweep)), np.where(sweep < 0, -1.0, 1.0), np.ones(len(sweep))]
+        )
         moved = placed(self.places) | {"scale": ("vector3", side)}
         yield Part(path, [], moved, flags(machine.frames.t, good))
         size = np.abs(sweep)
-        yield Part(f"{path}/band", [arc(self.radius * w, 0.34 * w, SWEEP, PIECES, height, self.colour)])
-        tip = polygon((self.radius * w, 0) + w * np.array([(-0.55, 0), (0.55, 0), (0, 1.1)]), height, self.colour)
+        yield Part(
+            f"{path}/band", [arc(self.radius * w, 0.34 * w, SWEEP, PIECES, height, self.colour)]
+        )
+        tip = polygon(
+            (self.radius * w, 0) + w * np.array([(-0.55, 0), (0.55, 0), (0, 1.1)]),
+            height,
+            self.colour,
+        )
         full = np.clip(size / 0.3, 0.02, 1.0)
         scale = np.column_stack([np.ones(len(size)), full, np.ones(len(size))])
-        yield Part(f"{path}/tip", [tip], {"rotation[z]": ("number", size), "scale": ("vector3", scale)})
+        yield Part(
+            f"{path}/tip", [tip], {"rotation[z]": ("number", size), "scale": ("vector3", scale)}
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +247,13 @@ class Ghost(Layer):
         glass = {"transparent": True, "opacity": 0.4, "depthWrite": False}
         for b, (i, j) in enumerate(machine.body.bars):
             span = points[:, j] - points[:, i]
-            solid = link(machine.lengths[b], 0.8 * machine.width, low, low + 0.1 * machine.layer, self.colour, **glass)
+            solid = link(
+                machine.lengths[b],
+                0.8 * machine.width,
+                low,
+                low + 0.1 * machine.layer,
+                self.colour,
+                **glass,
+            )
             path = f"{self.name}/{number}-{b}"
             yield Part(path, [solid], placed(points[:, i], angles_of(span)), shown)

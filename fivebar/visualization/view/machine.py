@@ -56,7 +56,11 @@ class Machine:
     def width(self) -> float:
         """A bar's width, m: slim for its length, and never as wide as the shortest bar is long."""
         lengths = [length for length in self.lengths if length > 1e-6 * self.size]
-        return min(0.085 * float(np.mean(lengths)), 0.5 * min(lengths)) if lengths else 0.03 * self.size
+        return (
+            min(0.085 * float(np.mean(lengths)), 0.5 * min(lengths))
+            if lengths
+            else 0.03 * self.size
+        )
 
     @cached_property
     def pen(self) -> float:
@@ -66,7 +70,9 @@ class Machine:
     @cached_property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """((x, y) low, (x, y) high) of all that is drawn, m."""
-        shown = np.concatenate([self.body.points.reshape(-1, 2), *(layer.reach(self) for layer in self.layers)])
+        shown = np.concatenate(
+            [self.body.points.reshape(-1, 2), *(layer.reach(self) for layer in self.layers)]
+        )
         border = 2.9 * self.width
         return shown.min(axis=0) - border, shown.max(axis=0) + border
 
@@ -99,7 +105,11 @@ def parts(machine: Machine) -> Iterator[Part]:
     for b, (bar, length) in enumerate(zip(body.bars, machine.lengths)):
         tracks = placed(body.points[:, bar[0]], angles_of(body.span(bar)))
         low, colour = machine.heights[b], body.colours[b]
-        yield Part(f"shadows/{b}", [link(length, 1.05 * w, -4.4 * layer, -4.3 * layer, "#000000", **SHADOW)], tracks)
+        yield Part(
+            f"shadows/{b}",
+            [link(length, 1.05 * w, -4.4 * layer, -4.3 * layer, "#000000", **SHADOW)],
+            tracks,
+        )
         solids = [link(length, w, low, low + 0.9 * layer, colour)]
         if length > 4 * w:
             groove = link(length - 2.4 * w, 0.36 * w, low, low + 0.93 * layer, _darker(colour))
@@ -143,10 +153,16 @@ def _base(machine):
     for foot in feet:
         solids.append(box(foot, 3.4 * w, 3.4 * w, -4 * layer, -3 * layer, PLATE))
         for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            solids.append(cylinder(0.2 * w, -3 * layer, -2.8 * layer, RAIL, foot + 1.35 * w * np.array([x, y])))
+            solids.append(
+                cylinder(
+                    0.2 * w, -3 * layer, -2.8 * layer, RAIL, foot + 1.35 * w * np.array([x, y])
+                )
+            )
     for a, b in zip(feet, feet[1:]):
         angle = np.arctan2(*(b - a)[::-1])
-        solids.append(box((a + b) / 2, np.hypot(*(b - a)), 2.2 * w, -4 * layer, -3.2 * layer, PLATE, angle))
+        solids.append(
+            box((a + b) / 2, np.hypot(*(b - a)), 2.2 * w, -4 * layer, -3.2 * layer, PLATE, angle)
+        )
     for rail in machine.body.fixed_rails:
         ends = a, b = fixed[list(rail)]
         angle, length, middle = np.arctan2(*(b - a)[::-1]), np.hypot(*(b - a)), (a + b) / 2
@@ -168,11 +184,19 @@ def _block(machine, number, i, j, joint):
     w, layer, body = machine.width, machine.layer, machine.body
     span, driven = body.span((i, j)), joint in body.actuated
     length = max(float(np.hypot(*span.T).mean()), 2.6 * w)
-    solids = [box((0.0, 0.0), length, 2.0 * w, -2.2 * layer, -0.25 * layer, MOTOR if driven else RAIL)]
+    solids = [
+        box((0.0, 0.0), length, 2.0 * w, -2.2 * layer, -0.25 * layer, MOTOR if driven else RAIL)
+    ]
     if driven:
-        solids += [box((0.0, side * 0.75 * w), 0.7 * length, 0.2 * w, -0.5 * layer, -0.15 * layer, RAIL)
-                   for side in (-1, 1)]  # fmt: skip
-    return Part(f"blocks/{number}", solids, placed((body.points[:, i] + body.points[:, j]) / 2, angles_of(span)))
+        solids += [
+            box((0.0, side * 0.75 * w), 0.7 * length, 0.2 * w, -0.5 * layer, -0.15 * layer, RAIL)
+            for side in (-1, 1)
+        ]
+    return Part(
+        f"blocks/{number}",
+        solids,
+        placed((body.points[:, i] + body.points[:, j]) / 2, angles_of(span)),
+    )
 
 
 def flash(machine: Machine) -> Part:
@@ -184,5 +208,9 @@ def flash(machine: Machine) -> Part:
             piece = turn[[k, (k + 1) % 48]] if inner else turn
             edge = np.stack([np.cos(piece), np.sin(piece)], axis=1)
             corners = np.concatenate([inner * edge, outer * edge[::-1]]) if inner else outer * edge
-            rings.append(polygon(w * corners, machine.top + 0.4 * w, EVENT, transparent=True, opacity=opacity))
+            rings.append(
+                polygon(
+                    w * corners, machine.top + 0.4 * w, EVENT, transparent=True, opacity=opacity
+                )
+            )
     return Part("flash", rings)

@@ -37,7 +37,8 @@ def page(scene: Scene) -> str:
         messages.append({"type": "set_transform", "path": root, "matrix": at(x, y, scale=scale)})
         animations += _machine(root, machine, messages, entries)
         tips += [
-            {"path": f"{root}/moving/{layer.name}/{number}/tip", "text": layer.sign} | layer.place_of_sign(machine)
+            {"path": f"{root}/moving/{layer.name}/{number}/tip", "text": layer.sign}
+            | layer.place_of_sign(machine)
             for number, layer in enumerate(machine.layers)
             if layer.sign
         ]
@@ -47,32 +48,52 @@ def page(scene: Scene) -> str:
             labels.append({"text": scene.names[k], "x": x + scale * middle, "y": y + scale * low})
     messages.append({"type": "set_animation", "options": {"play": True}, "animations": animations})
     count = sum(len(machine.events) for machine in scene.machines)
-    notes = list(scene.notes) + ([f"{len(events)} of {count} events are marked."] if count > len(events) else [])
+    notes = list(scene.notes) + (
+        [f"{len(events)} of {count} events are marked."] if count > len(events) else []
+    )
     data = {
-        "duration": scene.duration, "start": scene.machines[0].frames.start, "events": events, "labels": labels,
-        "tips": tips, "entries": list(entries.values()),
+        "duration": scene.duration,
+        "start": scene.machines[0].frames.start,
+        "events": events,
+        "labels": labels,
+        "tips": tips,
+        "entries": list(entries.values()),
         "gaps": [gap for machine in scene.machines for gap in machine.frames.gaps],
-        "half": [scale * side / 2 for side in span], "field": FIELD_OF_VIEW, "pieces": PIECES / SWEEP,
-        "bands": [f"/m{k}/moving/{layer.name}/{number}" for k, machine in enumerate(scene.machines)
-                  for number, layer in enumerate(machine.layers) if isinstance(layer, Turning)],
-    }  # fmt: skip
+        "half": [scale * side / 2 for side in span],
+        "field": FIELD_OF_VIEW,
+        "pieces": PIECES / SWEEP,
+        "bands": [
+            f"/m{k}/moving/{layer.name}/{number}"
+            for k, machine in enumerate(scene.machines)
+            for number, layer in enumerate(machine.layers)
+            if isinstance(layer, Turning)
+        ],
+    }
     script = "\n".join((HERE / f"{name}.js").read_text("utf-8") for name in ("page", "flat"))
     return document(
-        HERE, scene.title, notes="".join(f"<p>{html.escape(note)}</p>" for note in notes), data=as_json(data),
-        viewer=_packed_viewer(viewer), scene=_packed(messages), script=script,
+        HERE,
+        scene.title,
+        notes="".join(f"<p>{html.escape(note)}</p>" for note in notes),
+        data=as_json(data),
+        viewer=_packed_viewer(viewer),
+        scene=_packed(messages),
+        script=script,
         licences=html.escape(_licences(viewer)),
-    )  # fmt: skip
+    )
 
 
 @lru_cache(maxsize=1)
 def _packed_viewer(viewer):
     """The viewer's script, compressed: a quarter of its size, even in letters."""
-    return b64encode(gzip.compress((viewer / "dist" / "main.min.js").read_bytes(), 9, mtime=0)).decode()
+    return b64encode(
+        gzip.compress((viewer / "dist" / "main.min.js").read_bytes(), 9, mtime=0)
+    ).decode()
 
 
 def _licences(viewer):
     return "\n".join(
-        (viewer / name).read_text("utf-8") for name in ("LICENSE", "dist/main.min.js.THIRD_PARTY_LICENSES.json")
+        (viewer / name).read_text("utf-8")
+        for name in ("LICENSE", "dist/main.min.js.THIRD_PARTY_LICENSES.json")
     )
 
 
@@ -82,7 +103,9 @@ def _packed(messages):
 
     packets = [umsgpack.packb(message) for message in messages]
     return b64encode(
-        gzip.compress(b"".join(struct.pack("<I", len(packet)) + packet for packet in packets), 6, mtime=0)
+        gzip.compress(
+            b"".join(struct.pack("<I", len(packet)) + packet for packet in packets), 6, mtime=0
+        )
     ).decode()
 
 
@@ -111,9 +134,13 @@ def _machine(root, machine, messages, entries):
     for part in parts(machine):
         add(part, f"{root}/still" if part.path == "base" else f"{root}/moving")
     for name, colours in machine.body.key.items():
-        entries.setdefault((name, *colours), {"key": name, "glyph": "bar", "colours": colours, "nodes": []})
+        entries.setdefault(
+            (name, *colours), {"key": name, "glyph": "bar", "colours": colours, "nodes": []}
+        )
     w = machine.width  # the light comes from the upper left
-    messages.append({"type": "set_transform", "path": f"{root}/moving/shadows", "matrix": at(0.3 * w, -0.4 * w)})
+    messages.append(
+        {"type": "set_transform", "path": f"{root}/moving/shadows", "matrix": at(0.3 * w, -0.4 * w)}
+    )
     if machine.frames.switches is not None:
         animations += clips(root, Part("moving", [], shown=machine.frames.switches), times)
     for number, layer in enumerate(machine.layers):
@@ -122,11 +149,16 @@ def _machine(root, machine, messages, entries):
             add(part, group)
         entry = entries.setdefault(
             layer.name, {"key": layer.key, "glyph": layer.glyph, "colours": [], "nodes": []}
-        )  # fmt: skip
-        for known, own in ((entry["colours"], layer.colour), (entry["nodes"], f"{group}/{layer.name}")):
+        )
+        for known, own in (
+            (entry["colours"], layer.colour),
+            (entry["nodes"], f"{group}/{layer.name}"),
+        ):
             if own not in known:
                 known.append(own)
     if machine.events:
         messages.append(node(f"{root}/flash", flash(machine).meshes))
-        messages.append({"type": "set_property", "path": f"{root}/flash", "property": "visible", "value": False})
+        messages.append(
+            {"type": "set_property", "path": f"{root}/flash", "property": "visible", "value": False}
+        )
     return animations

@@ -28,8 +28,12 @@ if TYPE_CHECKING:
     from ...simulation.run import Run
 
 WRITERS = {
-    ".html": "a page", ".gif": "an animation", ".mp4": "a film", ".webm": "a film", ".png": "a strip of poses",
-}  # fmt: skip
+    ".html": "a page",
+    ".gif": "an animation",
+    ".mp4": "a film",
+    ".webm": "a film",
+    ".png": "a strip of poses",
+}
 HEIGHT = 480  # px, of the frame in a notebook
 
 
@@ -55,7 +59,9 @@ class Scene:
     @cached_property
     def offsets(self) -> tuple[float, ...]:
         """By how much each machine is moved to the right, m, so that they stand side by side."""
-        gap = 0.12 * max(float(high[0] - low[0]) for low, high in (machine.box for machine in self.machines))
+        gap = 0.12 * max(
+            float(high[0] - low[0]) for low, high in (machine.box for machine in self.machines)
+        )
         offsets, end = [], None
         for machine in self.machines:
             low, high = machine.box
@@ -66,8 +72,12 @@ class Scene:
     @cached_property
     def window(self) -> tuple[list[float], list[float]]:
         """((x, y) low, (x, y) high) of all machines, moved side by side, m: floats."""
-        low = np.min([m.box[0] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
-        high = np.max([m.box[1] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0)
+        low = np.min(
+            [m.box[0] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0
+        )
+        high = np.max(
+            [m.box[1] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0
+        )
         return low.tolist(), high.tolist()
 
     @property
@@ -78,7 +88,9 @@ class Scene:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, as sentences."""
-        return tuple(dict.fromkeys(note for machine in self.machines for note in machine.frames.notes))
+        return tuple(
+            dict.fromkeys(note for machine in self.machines for note in machine.frames.notes)
+        )
 
     def save(self, path: str | Path) -> None:
         """Write it to a file: .html the page, .gif an animation, .mp4 or .webm a film, .png a strip of six poses.
@@ -156,14 +168,19 @@ def scene(
     """
     sources = [source(robot, motion)]
     if beside is not None:
-        sources.append(source(getattr(beside, "robot", None) or getattr(beside, "linkage", robot), beside))
+        sources.append(
+            source(getattr(beside, "robot", None) or getattr(beside, "linkage", robot), beside)
+        )
     names = () if names is None else tuple(map(str, names))
     if names and len(names) != len(sources):
         raise ValueError(f"names has {len(names)} texts for {len(sources)} motions")
     if not names and len(sources) == 2:
         names = "first", "second"
     groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
-    machines = tuple(Machine(own.frames, own.body, tuple(own.events), layers) for own, layers in zip(sources, groups))
+    machines = tuple(
+        Machine(own.frames, own.body, tuple(own.events), layers)
+        for own, layers in zip(sources, groups)
+    )
     return Scene(machines, sources[0].heading if title is None else str(title), names)
 
 

@@ -20,9 +20,18 @@ if TYPE_CHECKING:
     from .studies import OfStudy
 
 SINGULAR, WORKSPACE = "#7e6bd9", GREEN
-VELOCITY, ACCELERATION, FORCE, TORQUE = "#9933ff", "#999933", "#ff1166", "#994477"  # told apart by the colour-blind
+VELOCITY, ACCELERATION, FORCE, TORQUE = (
+    "#9933ff",
+    "#999933",
+    "#ff1166",
+    "#994477",
+)  # told apart by the colour-blind
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
-DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}  # in widths of a bar
+DASHES = {
+    "stretched": (0.9, 0.5),
+    "folded": (1.2, 0.5),
+    "self-motion": (0.3, 0.35),
+}  # in widths of a bar
 
 
 def shown(source: OfRobot | OfStudy, items: str | Iterable[str]) -> list[Layer]:
@@ -30,9 +39,13 @@ def shown(source: OfRobot | OfStudy, items: str | Iterable[str]) -> list[Layer]:
     layers = []
     for item in names_of(items):
         if item not in ITEMS:
-            raise ValueError(f"nothing named {item!r} can be shown; the known names are {', '.join(ITEMS)}")
+            raise ValueError(
+                f"nothing named {item!r} can be shown; the known names are {', '.join(ITEMS)}"
+            )
         if item not in source.known:
-            raise ValueError(f"a {source.title} has no {item!r} to show, but {', '.join(source.known)}")
+            raise ValueError(
+                f"a {source.title} has no {item!r} to show, but {', '.join(source.known)}"
+            )
         layers += ITEMS[item](source)
     return layers
 
@@ -48,7 +61,10 @@ def alike(groups: list[list[Layer]]) -> list[tuple[Layer, ...]]:
     for layer in (layer for layers in groups for layer in layers):
         if hasattr(layer, "largest"):
             largest[layer.name] = max(largest.get(layer.name, 0.0), layer.largest)
-    return [tuple(replace(x, largest=largest[x.name]) if x.name in largest else x for x in layers) for layers in groups]
+    return [
+        tuple(replace(x, largest=largest[x.name]) if x.name in largest else x for x in layers)
+        for layers in groups
+    ]
 
 
 def _trace(source):
@@ -91,10 +107,23 @@ def _loci(source):
         own = [piece for piece in pieces if tuple(mode.tolist()) in piece.working]
         for kind in dict.fromkeys(_style(piece) for piece in own):
             mine = [piece for piece in own if _style(piece) == kind]
-            paths = [p.drawn(*ends) if len(p.points) > 1 else _circle(p.points[0], 0.4 * width, 25) for p in mine]
+            paths = [
+                p.drawn(*ends) if len(p.points) > 1 else _circle(p.points[0], 0.4 * width, 25)
+                for p in mine
+            ]
             good = None if now.all() else now
             words = "loci: Type 1 solid, Type 2 dashed"
-            layers.append(Line("loci", paths, SINGULAR, width=0.16, dash=DASHES.get(kind), good=good, words=words))
+            layers.append(
+                Line(
+                    "loci",
+                    paths,
+                    SINGULAR,
+                    width=0.16,
+                    dash=DASHES.get(kind),
+                    good=good,
+                    words=words,
+                )
+            )
     return layers
 
 
@@ -110,7 +139,11 @@ def _circle(place, radius, points):
 def _workspace(source):
     if not source.robot.turns:
         raise ValueError("the workspace of a robot on guides has no end, so it cannot be shown")
-    arcs = [p.points for p in singularity_loci(source.robot).task if p.type == Singularity.SERIAL and len(p.points) > 1]
+    arcs = [
+        p.points
+        for p in singularity_loci(source.robot).task
+        if p.type == Singularity.SERIAL and len(p.points) > 1
+    ]
     return [Area("workspace", _strips(source.robot, np.concatenate(arcs)), arcs, WORKSPACE)]
 
 
@@ -120,7 +153,8 @@ def _strips(robot, border):
     sides = []  # per leg, the intervals of x that it reaches at each height
     for drive, bar in zip(robot.drives, robot.distal):
         outer, inner = (
-            np.sqrt(np.maximum((drive.length + side * bar) ** 2 - (y - drive.y) ** 2, 0)) for side in (1, -1)
+            np.sqrt(np.maximum((drive.length + side * bar) ** 2 - (y - drive.y) ** 2, 0))
+            for side in (1, -1)
         )
         parted = [(drive.x - outer, drive.x - inner), (drive.x + inner, drive.x + outer)]
         sides.append(parted if inner.any() else [(drive.x - outer, drive.x + outer)])
@@ -128,14 +162,19 @@ def _strips(robot, border):
     for left in sides[0]:
         for right in sides[1]:
             first, last = np.maximum(left[0], right[0]), np.minimum(left[1], right[1])
-            rows = np.stack([np.stack([first, y], axis=1), np.stack([np.maximum(first, last), y], axis=1)], axis=1)
+            rows = np.stack(
+                [np.stack([first, y], axis=1), np.stack([np.maximum(first, last), y], axis=1)],
+                axis=1,
+            )
             strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
     return strips
 
 
 def _elbow_circles(source):
     if not source.robot.turns:
-        raise ValueError("elbow-circles are for cranks: the feet of this robot slide along its rails")
+        raise ValueError(
+            "elbow-circles are for cranks: the feet of this robot slide along its rails"
+        )
     style = dict(dash=(0.5, 0.5), lift=0.1, words="circles of the elbows")
     return [
         Line("elbow-circles", [_circle((drive.x, drive.y), drive.length, 181)], leg[0], **style)
@@ -144,12 +183,18 @@ def _elbow_circles(source):
 
 
 def _velocity(source):
-    return [_arrows("velocity", source.traced, source.velocity, VELOCITY, "m/s", "v: velocity", "v")]
+    return [
+        _arrows("velocity", source.traced, source.velocity, VELOCITY, "m/s", "v: velocity", "v")
+    ]
 
 
 def _acceleration(source):
     words = "a: acceleration"
-    return [_arrows("acceleration", source.traced, source.acceleration, ACCELERATION, "m/s²", words, "a")]
+    return [
+        _arrows(
+            "acceleration", source.traced, source.acceleration, ACCELERATION, "m/s²", words, "a"
+        )
+    ]
 
 
 def _bar_forces(source):
@@ -165,14 +210,22 @@ def _torques(source):
     torques = source.torques
     layers, letter = [], "τ" if source.effort == "torque" else "F"
     signs = [f"{letter}{k}" for k in "₁₂"[: len(torques)]] if len(torques) > 1 else [letter]
-    words = f"{', '.join(signs)}: motor {source.effort}s" if len(torques) > 1 else f"{letter}: motor {source.effort}"
+    words = (
+        f"{', '.join(signs)}: motor {source.effort}s"
+        if len(torques) > 1
+        else f"{letter}: motor {source.effort}"
+    )
     for sign, (place, axis, values) in zip(signs, torques):
         largest = max(_largest(v) for _, a, v in torques if (a is None) == (axis is None))
         if axis is None:
-            layers.append(Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest, words, sign))
+            layers.append(
+                Turning(f"{source.effort}s", place, values, TORQUE, "N m", largest, words, sign)
+            )
         else:
             vectors = values[:, None] * axis
-            layers.append(Arrows(f"{source.effort}s", place, vectors, TORQUE, "N", largest, words, sign))
+            layers.append(
+                Arrows(f"{source.effort}s", place, vectors, TORQUE, "N", largest, words, sign)
+            )
     return layers
 
 

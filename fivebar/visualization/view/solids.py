@@ -20,36 +20,80 @@ def packed(numbers: ArrayLike, dtype: str = "<f4") -> object:
     return umsgpack.Ext({"<f4": 0x17, "<u4": 0x16}[dtype], np.asarray(numbers, dtype).tobytes())
 
 
-def at(x: float = 0.0, y: float = 0.0, z: float = 0.0, angle: float = 0.0, scale: float = 1.0) -> list[float]:
+def at(
+    x: float = 0.0, y: float = 0.0, z: float = 0.0, angle: float = 0.0, scale: float = 1.0
+) -> list[float]:
     c, s = scale * np.cos(angle), scale * np.sin(angle)
     return [float(entry) for entry in (c, s, 0, 0, -s, c, 0, 0, 0, 0, scale, 0, x, y, z, 1)]
 
 
 def mesh(geometry: dict, matrix: list[float], colour: str, **material) -> dict:
-    return {"geometry": geometry, "matrix": matrix, "material": {**SHADED, "color": int(colour[1:], 16), **material}}
+    return {
+        "geometry": geometry,
+        "matrix": matrix,
+        "material": {**SHADED, "color": int(colour[1:], 16), **material},
+    }
 
 
 def box(
-    centre: ArrayLike, length: float, width: float, low: float, high: float, colour: str, angle: float = 0.0, **material
+    centre: ArrayLike,
+    length: float,
+    width: float,
+    low: float,
+    high: float,
+    colour: str,
+    angle: float = 0.0,
+    **material,
 ) -> dict:
-    geometry = {"type": "BoxGeometry", "width": float(length), "height": float(width), "depth": high - low}
+    geometry = {
+        "type": "BoxGeometry",
+        "width": float(length),
+        "height": float(width),
+        "depth": high - low,
+    }
     return mesh(geometry, at(*centre, (low + high) / 2, angle), colour, **material)
 
 
-def cylinder(radius: float, low: float, high: float, colour: str, centre: ArrayLike = (0.0, 0.0), **material) -> dict:
+def cylinder(
+    radius: float, low: float, high: float, colour: str, centre: ArrayLike = (0.0, 0.0), **material
+) -> dict:
     geometry = {
-        "type": "CylinderGeometry", "radiusTop": float(radius), "radiusBottom": float(radius), "height": high - low,
+        "type": "CylinderGeometry",
+        "radiusTop": float(radius),
+        "radiusBottom": float(radius),
+        "height": high - low,
         "radialSegments": 32,
-    }  # fmt: skip
-    upright = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, *map(float, centre), (low + high) / 2, 1]  # its axis is along y
+    }
+    upright = [
+        1,
+        0,
+        0,
+        0,
+        0,
+        0,
+        1,
+        0,
+        0,
+        -1,
+        0,
+        0,
+        *map(float, centre),
+        (low + high) / 2,
+        1,
+    ]  # its axis is along y
     return mesh(geometry, upright, colour, **material)
 
 
-def triangles(vertices: ArrayLike, faces: ArrayLike, colour: str, normals: ArrayLike | None = None, **material) -> dict:
+def triangles(
+    vertices: ArrayLike, faces: ArrayLike, colour: str, normals: ArrayLike | None = None, **material
+) -> dict:
     attributes = {"position": {"itemSize": 3, "type": "Float32Array", "array": packed(vertices)}}
     if normals is not None:
         attributes["normal"] = {"itemSize": 3, "type": "Float32Array", "array": packed(normals)}
-    data = {"attributes": attributes, "index": {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")}}
+    data = {
+        "attributes": attributes,
+        "index": {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")},
+    }
     return mesh({"type": "BufferGeometry", "data": data}, at(), colour, **material)
 
 
@@ -127,13 +171,19 @@ def arc(radius: float, width: float, sweep: float, pieces: int, height: float, c
     """A flat band on a circle about the origin from angle 0 to `sweep`; its first 6 k indices are k pieces of it."""
     angle = np.linspace(0.0, sweep, pieces + 1)[:, None]
     unit = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
-    vertices = np.stack([(radius - width / 2) * unit, (radius + width / 2) * unit], axis=1).reshape(-1, 2)
+    vertices = np.stack([(radius - width / 2) * unit, (radius + width / 2) * unit], axis=1).reshape(
+        -1, 2
+    )
     faces = 2 * np.arange(pieces)[:, None] + (0, 1, 2, 2, 1, 3)
-    return triangles(np.column_stack([vertices, np.full(len(vertices), height)]), faces, colour, **PLAIN)
+    return triangles(
+        np.column_stack([vertices, np.full(len(vertices), height)]), faces, colour, **PLAIN
+    )
 
 
 def polygon(corners: np.ndarray, height: float, colour: str, **material) -> dict:
     """A convex flat polygon, corners (n, 2)."""
     n = len(corners)
     faces = [(0, k, k + 1) for k in range(1, n - 1)]
-    return triangles(np.column_stack([corners, np.full(n, height)]), faces, colour, **{**PLAIN, **material})
+    return triangles(
+        np.column_stack([corners, np.full(n, height)]), faces, colour, **{**PLAIN, **material}
+    )

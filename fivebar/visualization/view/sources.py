@@ -11,9 +11,10 @@ import numpy as np
 
 from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
 from ...models.geometry import Pose, igm
+from ...models.joint_positions import elbows, joints
 from ...models.kinematics import dkm, ikm, ikm2
 from ..crossings import crossings
-from ..skeleton import Skeleton, elbows, joints, measured_pose, robot_body
+from ..skeleton import Skeleton, measured_pose, robot_body
 from ..style import robot_title
 from .frames import choose, grid
 from .machine import Notice
@@ -39,7 +40,9 @@ def source(robot: object, motion: Run | Study | Callable) -> OfRobot | OfStudy:
             raise TypeError(f"a reference needs the robot that follows it, not {robot!r}")
         found = OfReference(robot, motion)
     else:
-        raise TypeError(f"a scene needs a Run, a Plan or other reference, or a Study, not {type(motion).__name__}")
+        raise TypeError(
+            f"a scene needs a Run, a Plan or other reference, or a Study, not {type(motion).__name__}"
+        )
     own = getattr(motion, "linkage", None) or getattr(motion, "robot", robot)
     if robot != own:
         raise ValueError(f"this motion is of another robot: {own}, not {robot}")
@@ -57,9 +60,17 @@ class OfRobot:
     """A robot with two drives at the frames of a motion; q, xi (m, 2); everything else is computed when first read."""
 
     known = (
-        "trace", "reference", "loci", "workspace", "elbow-circles", "velocity", "acceleration", "bar-forces",
-        "torques", "ghost",
-    )  # fmt: skip
+        "trace",
+        "reference",
+        "loci",
+        "workspace",
+        "elbow-circles",
+        "velocity",
+        "acceleration",
+        "bar-forces",
+        "torques",
+        "ghost",
+    )
     xi_ref = None
 
     def __init__(self, robot: Robot):
@@ -85,7 +96,11 @@ class OfRobot:
         for leg in modes.T:
             nonzero = np.flatnonzero(leg)
             first = nonzero[0] if len(nonzero) else 0
-            leg[:] = leg[np.maximum.accumulate(np.where(leg != 0, np.arange(len(leg)), first))] if len(nonzero) else -1
+            leg[:] = (
+                leg[np.maximum.accumulate(np.where(leg != 0, np.arange(len(leg)), first))]
+                if len(nonzero)
+                else -1
+            )
         return modes
 
     @property
@@ -104,7 +119,9 @@ class OfRobot:
         if all(self.robot.inertias):
             forces = bar_forces(rates, self.tau[rows])
         else:  # a reference: without inertia of a drive, what all drives say determines both
-            forces = np.stack(drives_forces(ikm2(rates, self.acceleration), tuple(self.tau.T)), axis=-1)
+            forces = np.stack(
+                drives_forces(ikm2(rates, self.acceleration), tuple(self.tau.T)), axis=-1
+            )
         return scattered(forces[..., None] * rates.pose.A, rows)
 
     @property
@@ -123,17 +140,31 @@ class OfRun(OfRobot):
     def __init__(self, run: Run):
         super().__init__(run.robot)
         self.frames = choose(run.t, run.q, run.xi)
-        thin = {name: getattr(run, name)[self.frames.index] for name in ("t", "q", "q_dot", "xi", "tau", "energy")}
+        thin = {
+            name: getattr(run, name)[self.frames.index]
+            for name in ("t", "q", "q_dot", "xi", "tau", "energy")
+        }
         thin["friction_loss"] = None  # not shown
-        self.run = replace(run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index])
-        self.q, self.xi, self.tau, self.xi_ref = self.run.q, self.run.xi, self.run.tau, self.run.xi_ref
+        self.run = replace(
+            run, **thin, xi_ref=None if run.xi_ref is None else run.xi_ref[self.frames.index]
+        )
+        self.q, self.xi, self.tau, self.xi_ref = (
+            self.run.q,
+            self.run.xi,
+            self.run.tau,
+            self.run.xi_ref,
+        )
 
     @property
     def events(self) -> Iterator[Notice]:
         for event in self.run.events:
             t = event.t - self.frames.start
             place = tuple(float(np.interp(t, self.frames.t, column)) for column in self.xi.T)
-            yield Notice(t, f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s", place)
+            yield Notice(
+                t,
+                f"Type {int(event.type)} singularity ({event.margin} = 0) at {event.t:.6g} s",
+                place,
+            )
 
     @cached_property
     def elbows(self) -> np.ndarray:
@@ -219,4 +250,8 @@ class OfReference(OfRobot):
     @cached_property
     def tau(self) -> np.ndarray:
         planned = getattr(self.reference, "tau", None)
-        return planned(self.times) if planned else inverse_dynamics(ikm2(self._rates, self.acceleration))
+        return (
+            planned(self.times)
+            if planned
+            else inverse_dynamics(ikm2(self._rates, self.acceleration))
+        )

@@ -44,4 +44,10 @@ class OfStudy:
 
     @property
     def torques(self) -> list[tuple]:
-        return [(self.body.points[:, self.body.actuated[0]], None, self.study["torque"][self.frames.index])]
+        return [
+            (
+                self.body.points[:, self.body.actuated[0]],
+                None,
+                self.study["torque"][self.frames.index],
+            )
+        ]

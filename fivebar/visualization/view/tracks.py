@@ -40,23 +40,41 @@ def node(path: str, meshes: list) -> dict:
         {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": mesh["matrix"]}
         for i, mesh in enumerate(meshes)
     ]
-    return {"type": "set_object", "path": path, "object": {
-        "metadata": {"version": 4.5, "type": "Object"},
-        "geometries": [{"uuid": f"g{i}", **mesh["geometry"]} for i, mesh in enumerate(meshes)],
-        "materials": [{"uuid": f"m{i}", **mesh["material"]} for i, mesh in enumerate(meshes)],
-        "object": children[0] if len(children) == 1 else {"type": "Group", "children": children},
-    }}  # fmt: skip
+    return {
+        "type": "set_object",
+        "path": path,
+        "object": {
+            "metadata": {"version": 4.5, "type": "Object"},
+            "geometries": [{"uuid": f"g{i}", **mesh["geometry"]} for i, mesh in enumerate(meshes)],
+            "materials": [{"uuid": f"m{i}", **mesh["material"]} for i, mesh in enumerate(meshes)],
+            "object": children[0]
+            if len(children) == 1
+            else {"type": "Group", "children": children},
+        },
+    }
 
 
 def clips(root: str, part: Part, times: np.ndarray) -> Iterator[dict]:
     """The animations of a part under `root`; times (m,) s. A track of one value holds it."""
-    tracks = [_track(name, kind, times[: len(values)], values) for name, (kind, values) in part.tracks.items()]
+    tracks = [
+        _track(name, kind, times[: len(values)], values)
+        for name, (kind, values) in part.tracks.items()
+    ]
     if part.shown is not None:
-        tracks.append({"name": ".visible", "type": "bool", "times": packed(part.shown[0]),
-                       "values": [bool(flag) for flag in part.shown[1]]})  # fmt: skip
+        tracks.append(
+            {
+                "name": ".visible",
+                "type": "bool",
+                "times": packed(part.shown[0]),
+                "values": [bool(flag) for flag in part.shown[1]],
+            }
+        )
     if tracks:
         # at 1 frame a second the viewer's frame numbers are seconds, and need not be whole
-        yield {"path": f"{root}/{part.path}", "clip": {"name": "default", "fps": 1, "tracks": tracks}}
+        yield {
+            "path": f"{root}/{part.path}",
+            "clip": {"name": "default", "fps": 1, "tracks": tracks},
+        }
 
 
 def _track(name, kind, times, values):

@@ -113,7 +113,11 @@ def crossing_trajectory(t, x0, y0, x1, y1, duration):
     half = s * duration
     if t < half:
         u, T = t / half, half
-        p, pD, pDD = s * (2 * u**3 - u**4), s * (6 * u**2 - 4 * u**3) / T, s * (12 * u - 12 * u**2) / T**2
+        p, pD, pDD = (
+            s * (2 * u**3 - u**4),
+            s * (6 * u**2 - 4 * u**3) / T,
+            s * (12 * u - 12 * u**2) / T**2,
+        )
     else:
         u, T = (duration - t) / (duration - half), duration - half
         rest = 1 - s

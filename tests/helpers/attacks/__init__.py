@@ -12,6 +12,11 @@ from .reading import READING
 from .spreading import SPREADING
 from .strange import STRANGE
 
-SELF_HARM = {"patched builtins", "patched json", "traced", "late alarm"}  # his own later answers may be lost
+SELF_HARM = {
+    "patched builtins",
+    "patched json",
+    "traced",
+    "late alarm",
+}  # his own later answers may be lost
 
 ATTACKS = READING | CLAIMING | ENDINGS | STRANGE | SPREADING | FILLING

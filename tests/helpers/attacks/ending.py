@@ -12,8 +12,16 @@ ENDINGS = {
     "infinite loop": ("def evil(x):\n    while True: pass", {"timeout"}, 0.3),
     "sleep": ("import time\ndef evil(x): time.sleep(1e6)", {"timeout"}, 0.3),
     "loop in C": ("def evil(x): return sum(iter(int, 1))", {"timeout"}, 0.3),
-    "stopped": ("import os, signal\ndef evil(x): os.kill(os.getpid(), signal.SIGSTOP)", {"exception"}, 5),
-    "own memory written": ('def evil(x): open("/proc/self/mem", "r+b").write(b"x")', {"exception"}, 5),
+    "stopped": (
+        "import os, signal\ndef evil(x): os.kill(os.getpid(), signal.SIGSTOP)",
+        {"exception"},
+        5,
+    ),
+    "own memory written": (
+        'def evil(x): open("/proc/self/mem", "r+b").write(b"x")',
+        {"exception"},
+        5,
+    ),
     "typed into the terminal": (
         """
 import fcntl, os
@@ -28,7 +36,11 @@ def evil(x):
         {"exception"},
         5,
     ),
-    "a backtracking pattern": ('import re\ndef evil(x): return re.match("(a+)+b", "a" * 60)', {"timeout"}, 0.3),
+    "a backtracking pattern": (
+        'import re\ndef evil(x): return re.match("(a+)+b", "a" * 60)',
+        {"timeout"},
+        0.3,
+    ),
     "all exceptions caught": (
         "def evil(x):\n    while True:\n        try:\n            while True: pass\n        except BaseException: pass",
         {"timeout"},

@@ -1,7 +1,11 @@
 """Programs that fill or empty memory, disk and pipes."""
 
 FILLING = {
-    "memory bomb": ("def evil(x):\n    a = []\n    while True: a.append(bytearray(10**7))", {"memory"}, 5),
+    "memory bomb": (
+        "def evil(x):\n    a = []\n    while True: a.append(bytearray(10**7))",
+        {"memory"},
+        5,
+    ),
     "memory at once": ("def evil(x): return [0] * 10**11", {"memory"}, 5),
     "memory kept": (
         "kept = []\ndef evil(x):\n    while True: kept.append([0] * 1000)",

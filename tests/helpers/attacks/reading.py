@@ -1,7 +1,11 @@
 """Programs that look for the answers."""
 
 READING = {
-    "secrets from disk": ('def evil(x): return float(open("SECRETS").read()) * x', {"exception"}, 5),
+    "secrets from disk": (
+        'def evil(x): return float(open("SECRETS").read()) * x',
+        {"exception"},
+        5,
+    ),
     "package from disk": ('def evil(x): return open("PACKAGE").read()[:9]', {"exception"}, 5),
     "package by its file": (
         """
@@ -88,7 +92,11 @@ def evil(x): return sorted(m for m in sys.modules if "fivebar" in m or "pytest" 
         {"exception"},
         5,
     ),
-    "grader's memory": ('def evil(x): return open("/proc/GRADER/mem", "rb").read(1)', {"exception"}, 5),
+    "grader's memory": (
+        'def evil(x): return open("/proc/GRADER/mem", "rb").read(1)',
+        {"exception"},
+        5,
+    ),
     "grader's memory by a system call": (
         """
 import ctypes
@@ -139,7 +147,11 @@ def evil(x):
         {"exception"},
         5,
     ),
-    "name server": ('import socket\ndef evil(x): return socket.getaddrinfo("example.org", 80)', {"exception"}, 5),
+    "name server": (
+        'import socket\ndef evil(x): return socket.getaddrinfo("example.org", 80)',
+        {"exception"},
+        5,
+    ),
     "web page": (
         'import urllib.request\ndef evil(x): return urllib.request.urlopen("http://127.0.0.1:1/").read()',
         {"exception"},

@@ -73,8 +73,16 @@ def evil(x):
         {"exception"},
         5,
     ),
-    "grader killed": ("import os, signal\ndef evil(x): os.kill(GRADER, signal.SIGKILL)", {"exception"}, 5),
-    "parent killed": ("import os, signal\ndef evil(x): os.kill(os.getppid(), signal.SIGKILL)", {"exception"}, 5),
+    "grader killed": (
+        "import os, signal\ndef evil(x): os.kill(GRADER, signal.SIGKILL)",
+        {"exception"},
+        5,
+    ),
+    "parent killed": (
+        "import os, signal\ndef evil(x): os.kill(os.getppid(), signal.SIGKILL)",
+        {"exception"},
+        5,
+    ),
     "all killed": ("import os, signal\ndef evil(x): os.kill(-1, signal.SIGKILL)", {"exception"}, 5),
     "own group killed": ("import os\ndef evil(x): os.killpg(0, 9)", {"exception"}, 5),
     "grader killed by a descriptor": (
@@ -96,5 +104,9 @@ def evil(x):
         {"exception"},
         5,
     ),
-    "grader slowed": ("import os\ndef evil(x): os.setpriority(os.PRIO_PROCESS, GRADER, 19)", {"exception"}, 5),
+    "grader slowed": (
+        "import os\ndef evil(x): os.setpriority(os.PRIO_PROCESS, GRADER, 19)",
+        {"exception"},
+        5,
+    ),
 }

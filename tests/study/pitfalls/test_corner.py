@@ -34,7 +34,9 @@ def check(rates, duration, chart):
     # Energy from the joint rates and, by differences of positions of order 6, the end-effector's velocity.
     weights = np.array([-1, 9, -45, 0, 45, -9, 1]) / (60 * STEP)
     xi_dot = sum(w * run.xi[k : len(run.xi) - 6 + k] for k, w in enumerate(weights))
-    energy = 0.5 * (ROBOT.zz1 * run.q_dot[3:-3] ** 2).sum(axis=1) + 0.5 * ROBOT.m * (xi_dot**2).sum(axis=1)
+    energy = 0.5 * (ROBOT.zz1 * run.q_dot[3:-3] ** 2).sum(axis=1) + 0.5 * ROBOT.m * (xi_dot**2).sum(
+        axis=1
+    )
     assert energy == pytest.approx(run.energy[0], rel=1e-6)
 
 

@@ -24,10 +24,14 @@ def test_exact_torque_beside_the_singularity(five_bar_numbers):
     assert not needs_little_torque(naive)
     (met,) = five_bar_numbers["lab_task_2"]["meets_type_2"]
     assert naive.crossing == pytest.approx(float(met["t"]), abs=1e-12)
-    assert torque(ROBOT, straight(), float(met["t"]) - 1e-6) == pytest.approx(numbers(met["tau_1us_before"]), rel=1e-6)
+    assert torque(ROBOT, straight(), float(met["t"]) - 1e-6) == pytest.approx(
+        numbers(met["tau_1us_before"]), rel=1e-6
+    )
     # As the inverse of the time: ten times nearer, ten times the torque.
     assert beside_crossing(ROBOT, straight(), 1e-7).peak / naive.peak == pytest.approx(10, rel=1e-3)
-    assert beside_crossing(ROBOT, compliant(ROBOT), 1e-7).peak == pytest.approx(crossing.peak, rel=1e-2)
+    assert beside_crossing(ROBOT, compliant(ROBOT), 1e-7).peak == pytest.approx(
+        crossing.peak, rel=1e-2
+    )
 
 
 def test_the_compliant_motion_is_the_references(five_bar_numbers):
@@ -37,15 +41,21 @@ def test_the_compliant_motion_is_the_references(five_bar_numbers):
         xi = [numbers(data[f"coef_{axis}"]) @ t**powers for axis in "xy"]
         assert reference(t)[0] == pytest.approx(xi, abs=1e-13)
     for case in data["tau_at"]:
-        assert torque(ROBOT, reference, float(case["t"])) == pytest.approx(numbers(case["tau"]), abs=1e-10)
+        assert torque(ROBOT, reference, float(case["t"])) == pytest.approx(
+            numbers(case["tau"]), abs=1e-10
+        )
     grid = np.linspace(0, 4, 2001)
     peak = np.abs(torque(ROBOT, reference, grid[grid != 2.0])).max(axis=0)
     assert peak == pytest.approx(numbers(data["peak_abs_tau_2000pts"]), rel=2e-3)
     for side, name in ((-1, "tau_limit_left"), (1, "tau_limit_right")):
-        assert torque(ROBOT, reference, 2.0 + side * 1e-8) == pytest.approx(numbers(data[name]), abs=1e-7)
+        assert torque(ROBOT, reference, 2.0 + side * 1e-8) == pytest.approx(
+            numbers(data[name]), abs=1e-7
+        )
     # At the singularity itself the torque's limit makes the acceleration that the polynomial has there: none.
     at = fb.ikm(fb.igm(ROBOT, numbers(data["ps"])), numbers(data["vs"]))
-    assert fb.forward_dynamics(at, numbers(data["tau_limit_left"])).xi_ddot == pytest.approx([0, 0], abs=1e-8)
+    assert fb.forward_dynamics(at, numbers(data["tau_limit_left"])).xi_ddot == pytest.approx(
+        [0, 0], abs=1e-8
+    )
 
 
 def crosses(controller, reference):

@@ -16,7 +16,9 @@ def exact_position(t, component):
     size, rate, phase = ("0.3", "0.25"), (3, 4), ("0.4", "1.1")
     q = [mpmath.mpf(s) * mpmath.sin(r * t + mpmath.mpf(f)) for s, r, f in zip(size, rate, phase)]
     bar, half = mpmath.mpf("0.09"), mpmath.mpf("0.059")
-    (x1, y1), (x2, y2) = ((s * half + bar * mpmath.cos(a), bar * mpmath.sin(a)) for s, a in zip((-1, 1), q))
+    (x1, y1), (x2, y2) = (
+        (s * half + bar * mpmath.cos(a), bar * mpmath.sin(a)) for s, a in zip((-1, 1), q)
+    )
     dx, dy = (x2 - x1) / 2, (y2 - y1) / 2
     share = mpmath.sqrt(bar * bar / (dx * dx + dy * dy) - 1)
     return (x1 + dx - share * dy, y1 + dy + share * dx)[component]
@@ -35,7 +37,9 @@ def exact():
 
 
 def rates_are_exact(found, exact):
-    return all(np.abs(rate - true).max() <= OURS * np.abs(true).max() for rate, true in zip(found, exact))
+    return all(
+        np.abs(rate - true).max() <= OURS * np.abs(true).max() for rate, true in zip(found, exact)
+    )
 
 
 def test_rates_against_50_digits(exact):
@@ -46,7 +50,10 @@ def test_rates_against_50_digits(exact):
 
 def test_the_error_is_v_shaped():
     curve = error_curve(ROBOT, STEPS)
-    for error, best, between in ((curve.velocity, 1e-9, (1e-9, 1e-7)), (curve.acceleration, 1e-6, (1e-6, 1e-4))):
+    for error, best, between in (
+        (curve.velocity, 1e-9, (1e-9, 1e-7)),
+        (curve.acceleration, 1e-6, (1e-6, 1e-4)),
+    ):
         k = int(np.argmin(error))
         assert between[0] < STEPS[k] < between[1]
         assert error[k] > best

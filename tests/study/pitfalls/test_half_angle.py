@@ -14,7 +14,9 @@ def exact_q11(xi):
     with mpmath.workdps(50):
         x, y = mpmath.mpf(xi[0]) + mpmath.mpf(ROBOT.d) / 2, mpmath.mpf(xi[1])
         span = x * x + y * y
-        return float(mpmath.atan2(y, x) - mpmath.acos(mpmath.sqrt(span) / (2 * mpmath.mpf(ROBOT.l11))))
+        return float(
+            mpmath.atan2(y, x) - mpmath.acos(mpmath.sqrt(span) / (2 * mpmath.mpf(ROBOT.l11)))
+        )
 
 
 def keeps_its_digits(q11):
@@ -26,7 +28,9 @@ def test_near_b_equals_c():
     assert keeps_its_digits(CASE.dyad)
     assert not keeps_its_digits(CASE.formula)
     lost = np.abs(CASE.formula - CASE.dyad)
-    assert lost[0] < 1e-14 and 1e-10 < lost[7] < 1e-6 and lost[12] > 1e-6  # a digit lost for each digit nearer
+    assert (
+        lost[0] < 1e-14 and 1e-10 < lost[7] < 1e-6 and lost[12] > 1e-6
+    )  # a digit lost for each digit nearer
     assert np.isnan(CASE.formula[-1])
 
 

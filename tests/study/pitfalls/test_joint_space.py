@@ -64,7 +64,9 @@ def test_the_joint_model_is_right_where_it_is_regular():
 
 
 def all_survive(steps):
-    return steps.outcomes(near=1e-6)["right"] == len(steps.step) and bool((np.abs(steps.energy_error) < 1e-7).all())
+    return steps.outcomes(near=1e-6)["right"] == len(steps.step) and bool(
+        (np.abs(steps.energy_error) < 1e-7).all()
+    )
 
 
 def test_every_fixed_step():
@@ -81,4 +83,6 @@ def test_every_fixed_step():
 def test_our_joint_chart_alone_refuses():
     for step in STEPS[::40]:
         with pytest.raises(fb.SingularityError, match="jumps the singularity of the joint chart"):
-            fb.simulate(ROBOT, duration=2.0, start=free_start(ROBOT), step=float(step), chart="joint")
+            fb.simulate(
+                ROBOT, duration=2.0, start=free_start(ROBOT), step=float(step), chart="joint"
+            )

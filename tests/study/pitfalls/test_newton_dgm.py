@@ -9,7 +9,10 @@ from fivebar.study.pitfalls.newton_dgm import far_start, near_singular, newton_d
 
 ROBOT = fb.FiveBar()
 EPS = np.finfo(float).eps
-HOME = (0.8558782490506787, 2.2857144045391147)  # absolute angles of the distal bars, where users start
+HOME = (
+    0.8558782490506787,
+    2.2857144045391147,
+)  # absolute angles of the distal bars, where users start
 SINGULAR = (-0.863378416753482613, 1.02684600098692143)  # Type 2: where the lab's task 2 meets it
 AWAY = np.array([1.0, -1.0]) / np.sqrt(2)
 
@@ -38,7 +41,9 @@ def test_from_a_far_start(poses):
     assert not closes_in_mode_minus_one(poses, found)
     shares = far_start(ROBOT, poses, HOME)
     assert shares.right + shares.other_assembly + shares.diverged == pytest.approx(1)
-    assert shares.right > 0.5  # it is the method as it should be: from a start that is near it works
+    assert (
+        shares.right > 0.5
+    )  # it is the method as it should be: from a start that is near it works
     assert shares.other_assembly > 0.1 and shares.diverged > 0.01
 
 
@@ -46,7 +51,8 @@ def exact_dgm(q):
     with mpmath.workdps(50):
         bar, half = mpmath.mpf(ROBOT.l11), mpmath.mpf(ROBOT.d) / 2
         (x1, y1), (x2, y2) = (
-            (s * half + bar * mpmath.cos(a), bar * mpmath.sin(a)) for s, a in zip((-1, 1), q.tolist())
+            (s * half + bar * mpmath.cos(a), bar * mpmath.sin(a))
+            for s, a in zip((-1, 1), q.tolist())
         )
         dx, dy = (x2 - x1) / 2, (y2 - y1) / 2
         share = mpmath.sqrt(bar * bar / (dx * dx + dy * dy) - 1)

@@ -4,17 +4,29 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.study.pitfalls import crossing, differentiation, energy_drift, joint_space, pictures, redundant, sampled
+from fivebar.study.pitfalls import (
+    crossing,
+    differentiation,
+    energy_drift,
+    joint_space,
+    pictures,
+    redundant,
+    sampled,
+)
 
 ROBOT = fb.FiveBar()
 
 
 def draw_free_motion():
     steps = joint_space.whole_steps(20, 1e-3)
-    attempts = [joint_space.free_motion_by(ROBOT, method, 1e-3) for method in ("RK45", "DOP853", "LSODA")]
+    attempts = [
+        joint_space.free_motion_by(ROBOT, method, 1e-3) for method in ("RK45", "DOP853", "LSODA")
+    ]
     ours = joint_space.free_motion_of_ours(ROBOT, 2e-3)
     naive = joint_space.free_motion_by_steps(ROBOT, steps)
-    return pictures.free_motion(attempts, ours, naive, joint_space.free_motion_of_ours_by_steps(ROBOT, steps[::5]))
+    return pictures.free_motion(
+        attempts, ours, naive, joint_space.free_motion_of_ours_by_steps(ROBOT, steps[::5])
+    )
 
 
 def draw_closure():
@@ -25,7 +37,10 @@ def draw_closure():
 
 
 def draw_energy():
-    drifts = [energy_drift.drift_by("explicit Euler", duration=0.5), energy_drift.drift_of_ours(duration=0.5)]
+    drifts = [
+        energy_drift.drift_by("explicit Euler", duration=0.5),
+        energy_drift.drift_of_ours(duration=0.5),
+    ]
     return pictures.energy(drifts)
 
 
@@ -35,7 +50,9 @@ def draw_crossing():
 
 
 def draw_stability():
-    return pictures.stability([sampled.measure_limit(ROBOT, delay, count=2, resolution=1e-2) for delay in (0, 1)])
+    return pictures.stability(
+        [sampled.measure_limit(ROBOT, delay, count=2, resolution=1e-2) for delay in (0, 1)]
+    )
 
 
 def draw_differentiation():
@@ -43,7 +60,15 @@ def draw_differentiation():
 
 
 @pytest.mark.parametrize(
-    "draw", [draw_free_motion, draw_closure, draw_energy, draw_crossing, draw_stability, draw_differentiation]
+    "draw",
+    [
+        draw_free_motion,
+        draw_closure,
+        draw_energy,
+        draw_crossing,
+        draw_stability,
+        draw_differentiation,
+    ],
 )
 def test_pictures(draw, tmp_path):
     figure = draw()

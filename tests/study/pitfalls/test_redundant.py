@@ -40,7 +40,9 @@ def test_with_baumgarte(drifting):
     with np.errstate(all="ignore"):
         stiff = redundant_motion(ROBOT, free_start(ROBOT), 0.5, STEP, 4000.0)
     assert not stays_closed(stiff.closure)
-    assert not stiff.closure[-1] < 1e-3  # with a rate beyond what the step bears it makes the error grow
+    assert (
+        not stiff.closure[-1] < 1e-3
+    )  # with a rate beyond what the step bears it makes the error grow
 
 
 def test_independent_integration_of_the_free_motion():

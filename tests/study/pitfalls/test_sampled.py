@@ -47,8 +47,12 @@ def test_criteria(delay):
 @pytest.mark.parametrize("delay", DELAYS)
 def test_growth_is_the_spectral_radius(delay):
     s = 1.03 * CRITICALLY_DAMPED[delay]
-    assert growth(ROBOT, s * s, 2 * s, delay) == pytest.approx(spectral_radius(s * s, 2 * s, delay), rel=0.01)
-    assert spectral_radius(CRITICALLY_DAMPED[delay] ** 2, 2 * CRITICALLY_DAMPED[delay], delay) == pytest.approx(1)
+    assert growth(ROBOT, s * s, 2 * s, delay) == pytest.approx(
+        spectral_radius(s * s, 2 * s, delay), rel=0.01
+    )
+    assert spectral_radius(
+        CRITICALLY_DAMPED[delay] ** 2, 2 * CRITICALLY_DAMPED[delay], delay
+    ) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("delay", DELAYS)

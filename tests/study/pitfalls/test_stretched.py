@@ -27,7 +27,9 @@ def test_exactly_stretched(r1, r2, share):
     case = stretch(r1, r2, [0.0])
 
     def is_there(height):
-        return bool(np.isfinite(height).all() and np.abs(height).max() < 4 * np.sqrt(EPS) * (r1 + r2))
+        return bool(
+            np.isfinite(height).all() and np.abs(height).max() < 4 * np.sqrt(EPS) * (r1 + r2)
+        )
 
     assert is_there(case.dyad)
     assert not is_there(case.printed)
@@ -50,7 +52,9 @@ def test_near_stretched_equal_bars_both_lose_the_same_digits():
     """What is lost there is lost in the span itself: ours is better by a small factor only."""
     short = 10.0 ** -np.arange(2, 15, 3)
     case = stretch(0.09, 0.09, short, count=100)
-    ours, printed = (errors(case, height, 0.09, 0.09).max(axis=1) for height in (case.dyad, case.printed))
+    ours, printed = (
+        errors(case, height, 0.09, 0.09).max(axis=1) for height in (case.dyad, case.printed)
+    )
     assert (ours < 1.01 * printed).all() and (printed < 6 * ours).all()
     assert (ours <= EPS * 0.09 / np.sqrt(short)).all()
 

@@ -32,7 +32,8 @@ class Gate:
         top = name.partition(".")[0]
         if top not in self.known and not top.startswith("_sysconfigdata"):
             raise ModuleNotFoundError(
-                f"{top} is not available here: a submission may import the standard library, numpy and scipy", name=name
+                f"{top} is not available here: a submission may import the standard library, numpy and scipy",
+                name=name,
             )
 
 
@@ -60,7 +61,12 @@ def main() -> None:
     def send(message):
         line = dumps(message).encode() + b"\n"
         if len(line) > MOST_LINE:
-            line = dumps({"n": message["n"], "k": "flood", "t": f"an answer of {len(line)} bytes"}).encode() + b"\n"
+            line = (
+                dumps(
+                    {"n": message["n"], "k": "flood", "t": f"an answer of {len(line)} bytes"}
+                ).encode()
+                + b"\n"
+            )
         while line:
             line = line[write(sink, line) :]
 
@@ -90,10 +96,14 @@ def main() -> None:
     siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
     module, trouble, numbers = load(
-        *file, lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}), rewrite=rewrite
+        *file,
+        lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}),
+        rewrite=rewrite,
     )
     trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
-    names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+    names = [
+        name for name, value in vars(module).items() if callable(value) and not name.startswith("_")
+    ]
     send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
 
     while True:
@@ -114,7 +124,10 @@ def main() -> None:
                 send({"n": nonce, "k": "asks", "f": name, "row": plain(row)})
                 return receive()
 
-            for space in (asked, *(sys.modules[own] for own in siblings.sources if own in sys.modules)):
+            for space in (
+                asked,
+                *(sys.modules[own] for own in siblings.sources if own in sys.modules),
+            ):
                 own = vars(space).get(name)
                 if isinstance(own, StandIn):
                     own.ask = ask

@@ -28,11 +28,19 @@ def _plain(value, room, depth):
         return value
     if issubclass(kind, int):
         value = int.__pos__(value)
-        return value if value.bit_length() <= MOST_BITS else _other(kind, f"of {value.bit_length()} bits")
+        return (
+            value
+            if value.bit_length() <= MOST_BITS
+            else _other(kind, f"of {value.bit_length()} bits")
+        )
     numpy = sys.modules.get("numpy")
     if numpy is not None and issubclass(kind, numpy.generic):
         item = value.item()
-        return _plain(item if type(item) in (bool, int, float, complex, str) else float(value), room, depth + 1)
+        return _plain(
+            item if type(item) in (bool, int, float, complex, str) else float(value),
+            room,
+            depth + 1,
+        )
     if issubclass(kind, float):
         return float.__pos__(value)
     if issubclass(kind, complex):
@@ -57,7 +65,11 @@ def _plain(value, room, depth):
         if value.size > room[0]:
             raise OverflowError
         flat = numpy.asarray(value).ravel().tolist()
-        return {"~": "array", "shape": list(value.shape), "data": [_plain(part, room, depth + 1) for part in flat]}
+        return {
+            "~": "array",
+            "shape": list(value.shape),
+            "data": [_plain(part, room, depth + 1) for part in flat],
+        }
     return _other(kind, "")
 
 
@@ -73,7 +85,10 @@ def call(function: Callable, row: list, file: str) -> dict:
         try:
             answer = {"k": "value", "v": plain(value)}
         except OverflowError:
-            answer = {"k": "flood", "t": f"more than {MOST_NUMBERS} numbers, or {DEEPEST} lists in each other"}
+            answer = {
+                "k": "flood",
+                "t": f"more than {MOST_NUMBERS} numbers, or {DEEPEST} lists in each other",
+            }
         del value
     except BaseException as error:
         answer = failure(error, file)

@@ -22,7 +22,10 @@ def confine(settings: dict) -> dict:
     which of the kernel's means were there. Raises OSError where the user cannot be left.
     """
     linux = sys.platform == "linux"
-    sys.path[:] = [*(path for path in sys.path if path != os.path.dirname(__file__)), *settings["paths"]]
+    sys.path[:] = [
+        *(path for path in sys.path if path != os.path.dirname(__file__)),
+        *settings["paths"],
+    ]
     if linux:
         _limit(resource.RLIMIT_AS, settings["memory"], settings["memory"])
     for name, most in (
@@ -33,7 +36,11 @@ def confine(settings: dict) -> dict:
         ("NPROC", 0),
     ):
         _limit(getattr(resource, f"RLIMIT_{name}"), most, most + 1 if name == "CPU" else most)
-    landlock = linux and settings["readable"] is not None and restrict(settings["readable"], settings["listable"])
+    landlock = (
+        linux
+        and settings["readable"] is not None
+        and restrict(settings["readable"], settings["listable"])
+    )
     if settings["uid"] is not None:
         _become(settings["uid"], settings["moved"])
     if linux and settings["parent"] is not None:
@@ -64,7 +71,9 @@ def _become(uid, moved):
         os.setresgid(uid, uid, uid)
         os.setresuid(uid, uid, uid)
     except OSError as error:
-        raise OSError(f"root cannot become the user {uid} ({error.strerror}): grade as a normal user") from None
+        raise OSError(
+            f"root cannot become the user {uid} ({error.strerror}): grade as a normal user"
+        ) from None
 
 
 def _descriptor(path):

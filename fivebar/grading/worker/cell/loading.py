@@ -15,8 +15,16 @@ from collections.abc import Callable
 from answers import failure, plain
 
 FILE = "<student>"
-_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp,
-           ast.GeneratorExp)  # fmt: skip
+_SCOPES = (
+    ast.FunctionDef,
+    ast.AsyncFunctionDef,
+    ast.ClassDef,
+    ast.Lambda,
+    ast.ListComp,
+    ast.SetComp,
+    ast.DictComp,
+    ast.GeneratorExp,
+)
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 _CALCULATORS = {"math", "np", "numpy"}
 _START = re.compile(r"[A-Za-z_@(\[\"']")
@@ -48,7 +56,9 @@ class Siblings:
     trouble: of the first one that had any; numbers: as `load` gives them, of all.
     """
 
-    def __init__(self, sources: dict[str, str], rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree):
+    def __init__(
+        self, sources: dict[str, str], rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree
+    ):
         self.sources, self.constants, self.trouble, self.numbers = sources, {}, None, {}
         self.rewrite = rewrite
 
@@ -61,12 +71,22 @@ class Siblings:
     def exec_module(self, module: types.ModuleType) -> None:
         file, source = f"<{module.__name__}.py>", self.sources[module.__name__]
         trouble, numbers = _run(
-            module, file, source, False, set(), lambda index, line: None, self.constants, self.rewrite
+            module,
+            file,
+            source,
+            False,
+            set(),
+            lambda index, line: None,
+            self.constants,
+            self.rewrite,
         )
         self.numbers |= numbers
         if trouble and not self.trouble:
             line = f", line {trouble['l']}" if trouble.get("l") else ""
-            self.trouble = {"k": trouble["k"], "t": f"{module.__name__}.py{line}: {trouble.get('t', '')}"}
+            self.trouble = {
+                "k": trouble["k"],
+                "t": f"{module.__name__}.py{line}: {trouble.get('t', '')}",
+            }
 
     def forget(self, constants: dict) -> None:
         """Let all be run anew with these constants."""
@@ -93,7 +113,9 @@ def _run(module, file, source, notebook, skip, announce, constants, rewrite):
             code = compile(rewrite(ast.Module([node], [])), file, "exec", flags, dont_inherit=True)
             exec(code, module.__dict__)
         except BaseException as error:
-            trouble = trouble or {"l": node.lineno} | {k: v for k, v in failure(error, file).items() if v is not None}
+            trouble = trouble or {"l": node.lineno} | {
+                k: v for k, v in failure(error, file).items() if v is not None
+            }
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lab_amoro"):
                 _names_of_the_lab(module)
         for name in _stored(node) & vars(module).keys():
@@ -144,7 +166,9 @@ def _pieces(source, file):
     starts = [
         i
         for i, line in enumerate(lines)
-        if _START.match(line) and not _CONTINUED.match(line) and not (i and lines[i - 1].startswith("@"))
+        if _START.match(line)
+        and not _CONTINUED.match(line)
+        and not (i and lines[i - 1].startswith("@"))
     ]
     body = []
     for start, stop in zip(starts, [*starts[1:], len(lines)]):
@@ -158,7 +182,9 @@ def _pieces(source, file):
 
 def _used(body):
     """A notebook's assignments of names that its functions read, or that such an assignment reads."""
-    assignments = [node for node in body if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)]
+    assignments = [
+        node for node in body if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
+    ]
     wanted = set().union(*(_read(node) for node in body if isinstance(node, _SCOPES)))
     used = []
     while new := [node for node in assignments if node not in used and _stored(node) & wanted]:
@@ -170,10 +196,16 @@ def _used(body):
 def _read(node):
     """Names that a statement reads, and that are not its own: arguments, or assigned in it."""
     parts = list(ast.walk(node))
-    names = {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
+    names = {
+        part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
+    }
     own = {part.arg for part in parts if isinstance(part, ast.arg)}
     if isinstance(node, _SCOPES):
-        own |= {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+        own |= {
+            part.id
+            for part in parts
+            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+        }
     return names - own
 
 

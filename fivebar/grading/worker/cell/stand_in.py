@@ -58,12 +58,18 @@ def _filled(form, numbers):
         return type(form)(*parts) if hasattr(form, "_fields") else type(form)(parts)
     numpy = sys.modules.get("numpy")
     if numpy and isinstance(form, numpy.ndarray):
-        return numpy.array([next(numbers) for _ in range(form.size)], float).reshape(form.shape).view(type(form))
+        return (
+            numpy.array([next(numbers) for _ in range(form.size)], float)
+            .reshape(form.shape)
+            .view(type(form))
+        )
     return next(numbers)
 
 
 def _usual(answer):
     """As the statements ask for it: floats and arrays, one alone in no tuple."""
     numpy = sys.modules.get("numpy")
-    parts = tuple(numpy.array(part) if numpy and isinstance(part, list) else part for part in answer)
+    parts = tuple(
+        numpy.array(part) if numpy and isinstance(part, list) else part for part in answer
+    )
     return parts if len(parts) > 1 else parts[0]

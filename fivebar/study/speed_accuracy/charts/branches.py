@@ -24,7 +24,10 @@ START, ASSEMBLY, POSES = (0.0, np.pi / 2), -1, 720
 def poses(degrees: float) -> tuple:
     """Angles (n, 2) of cranks that turn by so much from pose to pose, their exact positions, and the other branch's."""
     q = np.add(START, np.radians(degrees) * np.arange(1, POSES + 1)[:, None])
-    exact, other = ([exact_motion(TURNING, angles, assembly=a)[0] for angles in q] for a in (ASSEMBLY, -ASSEMBLY))
+    exact, other = (
+        [exact_motion(TURNING, angles, assembly=a)[0] for angles in q]
+        for a in (ASSEMBLY, -ASSEMBLY)
+    )
     return q, exact, np.array(other, dtype=float)
 
 
@@ -49,7 +52,10 @@ def in_casadi(jit: bool) -> Callable[..., Attempt]:
     """prepare of the compiled model, all poses by one call."""
 
     def prepare(_, degrees):
-        q, call = poses(degrees)[0], Buffered(compile(TURNING, ["q"], ["xi"], ASSEMBLY, jit=jit).map(POSES))
+        q, call = (
+            poses(degrees)[0],
+            Buffered(compile(TURNING, ["q"], ["xi"], ASSEMBLY, jit=jit).map(POSES)),
+        )
         return Attempt(lambda: call(q)[0].copy(), judged(degrees), POSES)
 
     return prepare

@@ -37,10 +37,11 @@ void run(long count, const fivebar_real *in, fivebar_real *out)
 """
 # Instructions as Python on arrays of the widest numbers that NumPy has.
 WIDE = Language(
-    lambda value: f"wide({value!r})", lambda name, operands: f"{NUMPY.get(name, name)}({', '.join(operands)})",
+    lambda value: f"wide({value!r})",
+    lambda name, operands: f"{NUMPY.get(name, name)}({', '.join(operands)})",
     lambda name, shape, row, column: f"given[{name!r}][:, {row}]",
     lambda name, shape, row, column: f"found[{name!r}][:, {row + shape[0] * column}]",
-)  # fmt: skip
+)
 NUMPY = {"atan2": "arctan2", "fabs": "abs", "fmin": "minimum", "fmax": "maximum"}
 
 
@@ -76,7 +77,11 @@ def printed_function(index: int) -> ca.Function:
     M = ca.diag(ca.vertcat(ROBOT.zz1, ROBOT.zz2)) + ROBOT.m * J.T @ J
     c = ROBOT.m * J.T @ inverse @ ca.vertcat(*bias)
     return ca.Function(
-        "printed", [q, q_dot, assembly], ca.cse([ca.densify(M), c]), ["q", "q_dot", "assembly"], ["M", "c"]
+        "printed",
+        [q, q_dot, assembly],
+        ca.cse([ca.densify(M), c]),
+        ["q", "q_dot", "assembly"],
+        ["M", "c"],
     )
 
 
@@ -88,16 +93,33 @@ def inputs_of(problem: str, knob: float) -> dict[str, np.ndarray]:
     q_dot, q_ddot, away = rng.normal(size=(3, *q.shape))
     q = q.astype(np.float32).astype(float)
     pose = dgm(ROBOT, q, unreachable="nan")
-    good = np.isfinite(pose.q_passive).all(axis=1) & (problem == NEAR or (np.abs(pose.sines) > 0.3).all(axis=0))
+    good = np.isfinite(pose.q_passive).all(axis=1) & (
+        problem == NEAR or (np.abs(pose.sines) > 0.3).all(axis=0)
+    )
     q, q_dot, q_ddot, away = q[good], q_dot[good], q_ddot[good], away[good]
     acc = dkm2(dkm(dgm(ROBOT, q), q_dot), q_ddot)
     pose, ones = acc.rates.pose, np.ones((len(q), 1))
     found = dict(
-        q=q, q_dot=q_dot, q_ddot=q_ddot, xi=pose.xi, xi_dot=acc.rates.xi_dot, xi_ddot=acc.xi_ddot, assembly=-ones,
-        working=pose.working, tau=0.1 * away, q_ref=q + 0.1 * away, q_ref_dot=q_dot, q_ref_ddot=q_ddot,
-        kp=100 * ones * (1, 1), kd=20 * ones * (1, 1), det_A=pose.det_A[:, None],
-    )  # fmt: skip
-    return {name: np.asarray(value, dtype=float).astype(np.float32).astype(float) for name, value in found.items()}
+        q=q,
+        q_dot=q_dot,
+        q_ddot=q_ddot,
+        xi=pose.xi,
+        xi_dot=acc.rates.xi_dot,
+        xi_ddot=acc.xi_ddot,
+        assembly=-ones,
+        working=pose.working,
+        tau=0.1 * away,
+        q_ref=q + 0.1 * away,
+        q_ref_dot=q_dot,
+        q_ref_ddot=q_ddot,
+        kp=100 * ones * (1, 1),
+        kd=20 * ones * (1, 1),
+        det_A=pose.det_A[:, None],
+    )
+    return {
+        name: np.asarray(value, dtype=float).astype(np.float32).astype(float)
+        for name, value in found.items()
+    }
 
 
 @cache
@@ -107,13 +129,22 @@ def exact(problem: str, index: int, knob: float) -> list[np.ndarray]:
     wide = np.longdouble
     given = {name: value.astype(wide) for name, value in known.items()}
     count = len(known["q"])
-    found = {function.name_out(k): np.empty((count, function.numel_out(k)), wide) for k in range(function.n_out())}
+    found = {
+        function.name_out(k): np.empty((count, function.numel_out(k)), wide)
+        for k in range(function.n_out())
+    }
     names = {name: getattr(np, name) for name in ("sqrt", "sin", "cos", "arctan2", "ceil", "abs")}
-    exec("\n".join(statements(function, WIDE)), {}, {**names, "wide": wide, "given": given, "found": found})
+    exec(
+        "\n".join(statements(function, WIDE)),
+        {},
+        {**names, "wide": wide, "given": given, "found": found},
+    )
     return list(found.values())
 
 
-def judged(problem: str, index: int, knob: float, function: ca.Function, precision: type) -> Callable:
+def judged(
+    problem: str, index: int, knob: float, function: ca.Function, precision: type
+) -> Callable:
     """Results (n, all elements) -> largest error of an output, in parts of its largest value; what it took."""
     if precision == np.float64 and np.finfo(np.longdouble).eps > 1e-18:
         raise Failed("no wider numbers here to compare with")
@@ -126,7 +157,11 @@ def judged(problem: str, index: int, knob: float, function: ca.Function, precisi
         columns = np.split(found.astype(np.longdouble), edges, axis=1)
         errors = [np.abs(a - b).max() / np.abs(b).max() for a, b in zip(columns, true)]
         sine = np.median(np.abs(inputs_of(problem, knob)["det_A"]))
-        return {"error": float(max(errors)), "instructions": function.n_instructions(), "det_A": float(sine)}
+        return {
+            "error": float(max(errors)),
+            "instructions": function.n_instructions(),
+            "det_A": float(sine),
+        }
 
     return judge
 
@@ -137,7 +172,10 @@ def in_c(make: Callable[[int], ca.Function], precision: type) -> Callable[..., A
     def prepare(problem, knob):
         text, samples, results, judge = _made(make, precision, problem, knob)
         run = ctypes.CDLL(str(library(text, "chip", (*FLAGS, *PRECISIONS[precision])))).run
-        count, addresses = ctypes.c_long(len(samples)), [ctypes.c_void_p(a.ctypes.data) for a in (samples, results)]
+        count, addresses = (
+            ctypes.c_long(len(samples)),
+            [ctypes.c_void_p(a.ctypes.data) for a in (samples, results)],
+        )
 
         def call():
             run(count, *addresses)
@@ -170,7 +208,9 @@ def _made(make, precision, problem, knob):
     function, known = make(index), inputs_of(problem, knob)
     given = [known[function.name_in(k)] for k in range(function.n_in())]
     samples = np.ascontiguousarray(np.hstack(given), dtype=precision)
-    results = np.empty((len(samples), sum(function.numel_out(k) for k in range(function.n_out()))), precision)
+    results = np.empty(
+        (len(samples), sum(function.numel_out(k) for k in range(function.n_out()))), precision
+    )
     return _looped(function), samples, results, judged(problem, index, knob, function, precision)
 
 
@@ -188,29 +228,61 @@ def _looped(function):
     inputs, start = start, 0
     for k in range(function.n_out()):
         columns = function.size2_out(k)
-        arguments.append(f"(fivebar_real (*)[{columns}])(out + {start})" if columns > 1 else f"out + {start}")
+        arguments.append(
+            f"(fivebar_real (*)[{columns}])(out + {start})" if columns > 1 else f"out + {start}"
+        )
         start += function.numel_out(k)
     return LOOP.format(
-        prelude=PRELUDE, function=to_c(function, "model"), inputs=inputs, outputs=start, arguments=", ".join(arguments)
+        prelude=PRELUDE,
+        function=to_c(function, "model"),
+        inputs=inputs,
+        outputs=start,
+        arguments=", ".join(arguments),
     )
 
 
 def chart() -> Chart:
     places = sorted(range(len(NAMES)), key=lambda index: function_of(index).n_instructions())
-    every, gaps = {REGULAR: tuple(places), NEAR: GAPS[:9]}, {REGULAR: (DIRECT, DYNAMIC), NEAR: GAPS[:9]}
+    every, gaps = (
+        {REGULAR: tuple(places), NEAR: GAPS[:9]},
+        {REGULAR: (DIRECT, DYNAMIC), NEAR: GAPS[:9]},
+    )
     need = ("C compiler",)
     methods = (
         Method("fivebar export, float", OURS, in_c(function_of, np.float32), every, need),
-        Method("fivebar export, double", "double precision", in_c(function_of, np.float64), every, need),
-        Method("formulas as printed, float", "as printed", in_c(printed_function, np.float32), gaps, need),
-        Method("formulas as printed, double", "as printed, double", in_c(printed_function, np.float64), gaps, need),
-        *(
-            Method(f"{name}, ARM with {chip} precision", f"ARM with {chip} precision", on_arm(precision, chip),
-                   {ARM: tuple(places)}, ("ARM compilers",))
-            for chip, name, precision in (("single", "float", np.float32), ("single", "double", np.float64),
-                                          ("double", "float", np.float32), ("double", "double", np.float64))
+        Method(
+            "fivebar export, double", "double precision", in_c(function_of, np.float64), every, need
         ),
-    )  # fmt: skip
+        Method(
+            "formulas as printed, float",
+            "as printed",
+            in_c(printed_function, np.float32),
+            gaps,
+            need,
+        ),
+        Method(
+            "formulas as printed, double",
+            "as printed, double",
+            in_c(printed_function, np.float64),
+            gaps,
+            need,
+        ),
+        *(
+            Method(
+                f"{name}, ARM with {chip} precision",
+                f"ARM with {chip} precision",
+                on_arm(precision, chip),
+                {ARM: tuple(places)},
+                ("ARM compilers",),
+            )
+            for chip, name, precision in (
+                ("single", "float", np.float32),
+                ("single", "double", np.float64),
+                ("double", "float", np.float32),
+                ("double", "double", np.float64),
+            )
+        ),
+    )
     largest = "largest error, in parts of the largest value"
     return Chart(
         name="chip",
@@ -223,11 +295,36 @@ def chart() -> Chart:
         "Right: M and c close to Type 2, where 1 / det A magnifies what the angles' rounding leaves, in any formula. "
         "References are the same instructions in extended precision. As printed: h = sqrt(l² - a²), passive joints "
         "by atan2, A inverted as it stands.",
-        problems={REGULAR: "regular poses", ARM: "regular poses on ARM", NEAR: "dynamic model near Type 2"},
+        problems={
+            REGULAR: "regular poses",
+            ARM: "regular poses on ARM",
+            NEAR: "dynamic model near Type 2",
+        },
         methods=methods,
-        panels=((
-            Panel(REGULAR, "exported functions", ylabel=largest, x="instructions", xlabel="instructions"),
-            Panel(ARM, "as ARM executes them", ylabel=largest, x="executed", xlabel="instructions executed by a call"),
-            Panel(NEAR, "near Type 2", ylabel=largest, x="det_A", xlabel="|det A|, median of the poses", ceiling=10.0),
-        ),),
-    )  # fmt: skip
+        panels=(
+            (
+                Panel(
+                    REGULAR,
+                    "exported functions",
+                    ylabel=largest,
+                    x="instructions",
+                    xlabel="instructions",
+                ),
+                Panel(
+                    ARM,
+                    "as ARM executes them",
+                    ylabel=largest,
+                    x="executed",
+                    xlabel="instructions executed by a call",
+                ),
+                Panel(
+                    NEAR,
+                    "near Type 2",
+                    ylabel=largest,
+                    x="det_A",
+                    xlabel="|det A|, median of the poses",
+                    ceiling=10.0,
+                ),
+            ),
+        ),
+    )

@@ -34,7 +34,9 @@ def _field(mode, gradient=False):
     xi = ca.SX.sym("xi", 2)
     pose = task_pose(ROBOT, (xi[0], xi[1]), mode)
     sine = pose.det_A
-    outputs = [sine, ca.densify(ca.gradient(sine, xi)), ca.vertcat(*pose.sines)] if gradient else [sine]
+    outputs = (
+        [sine, ca.densify(ca.gradient(sine, xi)), ca.vertcat(*pose.sines)] if gradient else [sine]
+    )
     return ca.Function("det_A", [xi], ca.cse(outputs))
 
 
@@ -54,24 +56,38 @@ def off_locus(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndarra
 @lru_cache(maxsize=1)
 def _exact():
     """{mode: points (n, 2) m of its Type-2 loci}, closed form, in the middle between those that are drawn."""
-    middles = [(piece.at((piece.parameters[1:] + piece.parameters[:-1]) / 2), piece.working) for piece in type_2()]
-    return {mode: np.concatenate([points for points, working in middles if mode in working]) for mode in MODES}
+    middles = [
+        (piece.at((piece.parameters[1:] + piece.parameters[:-1]) / 2), piece.working)
+        for piece in type_2()
+    ]
+    return {
+        mode: np.concatenate([points for points, working in middles if mode in working])
+        for mode in MODES
+    }
 
 
 def type_2() -> list:
     """The pieces of Type-2 loci in task space, traced now."""
-    return [p for p in singularity_loci(ROBOT).task if p.type & Singularity.PARALLEL and len(p.points) > 1]
+    return [
+        p
+        for p in singularity_loci(ROBOT).task
+        if p.type & Singularity.PARALLEL and len(p.points) > 1
+    ]
 
 
 def missing(lines: list[np.ndarray], points: np.ndarray) -> np.ndarray:
     """How far points are from the nearest of some polylines, (n,) m."""
     if not lines:
         return np.full(len(points), np.inf)
-    a, b = (np.concatenate([line[part] for line in lines]) for part in (slice(None, -1), slice(1, None)))
+    a, b = (
+        np.concatenate([line[part] for line in lines]) for part in (slice(None, -1), slice(1, None))
+    )
     _, near = cKDTree((a + b) / 2).query(points, k=min(NEIGHBOURS, len(a)))
     near = near.reshape(len(points), -1)
     start, along = a[near], (b - a)[near]
-    share = np.sum((points[:, None] - start) * along, axis=2) / np.maximum(np.sum(along**2, axis=2), 1e-300)
+    share = np.sum((points[:, None] - start) * along, axis=2) / np.maximum(
+        np.sum(along**2, axis=2), 1e-300
+    )
     foot = start + np.clip(share, 0, 1)[..., None] * along
     return np.linalg.norm(points[:, None] - foot, axis=2).min(axis=1)
 
@@ -81,18 +97,28 @@ def judge(drawn: dict) -> dict[str, float]:
     smooth, every = zip(*(off_locus(lines, mode) for mode, lines in drawn.items() if lines))
     lost = max(missing(drawn[mode], points).max() for mode, points in _exact().items())
     smooth = np.concatenate(smooth)
-    return {"rms": np.sqrt(np.mean(smooth**2)), "error": np.concatenate(every).max(), "missing": lost}
+    return {
+        "rms": np.sqrt(np.mean(smooth**2)),
+        "error": np.concatenate(every).max(),
+        "missing": lost,
+    }
 
 
 def lines_of(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
     """The polylines of value 0 on a grid, by Matplotlib's contouring."""
-    return [line for line in contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0) if len(line) > 1]
+    return [
+        line
+        for line in contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0)
+        if len(line) > 1
+    ]
 
 
 def by_numpy(_: str, nodes: int) -> Attempt:
     def call():
         data = singularity_map(ROBOT, shape=(nodes, nodes))
-        return {mode: lines_of(data.x, data.y, layer) for mode, layer in zip(data.modes, data.values)}
+        return {
+            mode: lines_of(data.x, data.y, layer) for mode, layer in zip(data.modes, data.values)
+        }
 
     return Attempt(call, judge)
 
@@ -105,7 +131,10 @@ def by_casadi(jit: bool) -> Callable[..., Attempt]:
         calls = {mode: Buffered(compiled(_field(mode), jit).map(len(grid))) for mode in MODES}
 
         def call():
-            return {mode: lines_of(x, y, run(grid)[0].reshape(nodes, nodes)) for mode, run in calls.items()}
+            return {
+                mode: lines_of(x, y, run(grid)[0].reshape(nodes, nodes))
+                for mode, run in calls.items()
+            }
 
         return Attempt(call, judge)
 
@@ -128,7 +157,9 @@ def chart() -> Chart:
         Method("grid by CasADi VM, contoured", grid, by_casadi(False), NODES, order=2),
         Method("grid by compiled C, contoured", grid, by_casadi(True), NODES, ("C compiler",), 2),
     )
-    common = dict(problem="task", xlabel="time for all four working modes (s)", rounding=1e-16, floor=1e-18)
+    common = dict(
+        problem="task", xlabel="time for all four working modes (s)", rounding=1e-16, floor=1e-18
+    )
     return Chart(
         name="singularity-map",
         title="Type-2 singularity loci: contours of a grid against the closed form",
@@ -140,13 +171,27 @@ def chart() -> Chart:
         step=lambda nodes: 1 / nodes,
         panels=(
             (
-                Panel(y="rms", title="points found, away from Type 1", ylabel="RMS distance from the true locus (m)",
-                      levels=(1e-4, 1e-6, 1e-9), **common),
-                Panel(y="error", title="lines drawn, at worst", ylabel="largest distance from the true locus (m)",
-                      levels=(1e-4, 1e-6, 1e-9), **common),
-                Panel(y="missing", title="what is left out, at worst",
-                      ylabel="largest distance from true locus to drawing (m)", levels=(1e-3, 1e-4, 1e-5),
-                      **common),
+                Panel(
+                    y="rms",
+                    title="points found, away from Type 1",
+                    ylabel="RMS distance from the true locus (m)",
+                    levels=(1e-4, 1e-6, 1e-9),
+                    **common,
+                ),
+                Panel(
+                    y="error",
+                    title="lines drawn, at worst",
+                    ylabel="largest distance from the true locus (m)",
+                    levels=(1e-4, 1e-6, 1e-9),
+                    **common,
+                ),
+                Panel(
+                    y="missing",
+                    title="what is left out, at worst",
+                    ylabel="largest distance from true locus to drawing (m)",
+                    levels=(1e-3, 1e-4, 1e-5),
+                    **common,
+                ),
             ),
         ),
-    )  # fmt: skip
+    )

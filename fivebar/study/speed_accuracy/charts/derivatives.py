@@ -36,7 +36,9 @@ def _exact():
 def judge(found: tuple) -> dict[str, float]:
     """(xi', xi''), (n, 2) at TIMES -> largest errors, in parts of the largest rate."""
     exact, largest = _exact()
-    errors = [[distance(row, at[order]) for row, at in zip(found[order], exact)] for order in (0, 1)]
+    errors = [
+        [distance(row, at[order]) for row, at in zip(found[order], exact)] for order in (0, 1)
+    ]
     return {"velocity": max(errors[0]) / largest[0], "acceleration": max(errors[1]) / largest[1]}
 
 
@@ -53,7 +55,9 @@ def central(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
 def five_points(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Of fourth order."""
     a, b, now, d, e = (position(t + k * step) for k in (-2, -1, 0, 1, 2))
-    return (a - 8 * b + 8 * d - e) / (12 * step), (-a + 16 * b - 30 * now + 16 * d - e) / (12 * step**2)
+    return (a - 8 * b + 8 * d - e) / (12 * step), (-a + 16 * b - 30 * now + 16 * d - e) / (
+        12 * step**2
+    )
 
 
 def backward(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -109,16 +113,31 @@ def chart() -> Chart:
     methods = (
         Method("fivebar: first- and second-order models, NumPy", OURS, by(model)),
         Method("fivebar: the same, CasADi VM", OURS, models_in_casadi(False)),
-        Method("fivebar: the same, compiled C", OURS, models_in_casadi(True), needs=("C compiler",)),
+        Method(
+            "fivebar: the same, compiled C", OURS, models_in_casadi(True), needs=("C compiler",)
+        ),
         Method("CasADi AD of the position, VM", "differentiated by CasADi", automatic(False)),
-        Method("CasADi AD of the position, compiled C", "differentiated by CasADi", automatic(True),
-               needs=("C compiler",)),
-        Method("backward differences (MechAnalyzer eq. 23, 25)", "differences", by(backward), STEPS, order=1),
+        Method(
+            "CasADi AD of the position, compiled C",
+            "differentiated by CasADi",
+            automatic(True),
+            needs=("C compiler",),
+        ),
+        Method(
+            "backward differences (MechAnalyzer eq. 23, 25)",
+            "differences",
+            by(backward),
+            STEPS,
+            order=1,
+        ),
         Method("central differences, 3 points", "differences", by(central), STEPS, order=2),
         Method("central differences, 5 points", "differences", by(five_points), STEPS, order=4),
         Method("complex step", "complex step", by(complex_step), LONE_STEPS, order=2),
-    )  # fmt: skip
-    velocity, acceleration = "largest error of the velocity (relative)", "largest error of the acceleration (relative)"
+    )
+    velocity, acceleration = (
+        "largest error of the velocity (relative)",
+        "largest error of the acceleration (relative)",
+    )
     steps = "step Δt between the positions (s)"
     quantity = dict(problem="swing", rounding=1e-16, ceiling=10.0)
     return Chart(
@@ -132,16 +151,40 @@ def chart() -> Chart:
         step=lambda step: step,
         panels=(
             (
-                Panel(y="velocity", title="velocity", ylabel=velocity, x="knob", xlabel=steps, **quantity),
-                Panel(y="acceleration", title="acceleration", ylabel=acceleration, x="knob", xlabel=steps, **quantity),
+                Panel(
+                    y="velocity",
+                    title="velocity",
+                    ylabel=velocity,
+                    x="knob",
+                    xlabel=steps,
+                    **quantity,
+                ),
+                Panel(
+                    y="acceleration",
+                    title="acceleration",
+                    ylabel=acceleration,
+                    x="knob",
+                    xlabel=steps,
+                    **quantity,
+                ),
             ),
             (
-                Panel(y="velocity", title="velocity, against time", ylabel=velocity,
-                      xlabel="time for velocity and acceleration of one pose (s)", levels=(1e-3, 1e-9, 1e-14),
-                      **quantity),
-                Panel(y="acceleration", title="acceleration, against time", ylabel=acceleration,
-                      xlabel="time for velocity and acceleration of one pose (s)", levels=(1e-3, 1e-9, 1e-14),
-                      **quantity),
+                Panel(
+                    y="velocity",
+                    title="velocity, against time",
+                    ylabel=velocity,
+                    xlabel="time for velocity and acceleration of one pose (s)",
+                    levels=(1e-3, 1e-9, 1e-14),
+                    **quantity,
+                ),
+                Panel(
+                    y="acceleration",
+                    title="acceleration, against time",
+                    ylabel=acceleration,
+                    xlabel="time for velocity and acceleration of one pose (s)",
+                    levels=(1e-3, 1e-9, 1e-14),
+                    **quantity,
+                ),
             ),
         ),
-    )  # fmt: skip
+    )

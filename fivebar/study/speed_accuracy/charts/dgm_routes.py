@@ -62,7 +62,9 @@ def arctg(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
     square = dx * dx + dy * dy
     along = 0.5 + (ROBOT.l12**2 - ROBOT.l22**2) / (2 * square)
     across = sqrt(ROBOT.l12**2 / square - along * along)
-    phi = (math if isinstance(q1, float) else np).atan((along * dy + across * dx) / (along * dx - across * dy))
+    phi = (math if isinstance(q1, float) else np).atan(
+        (along * dy + across * dx) / (along * dx - across * dy)
+    )
     return x1 + ROBOT.l12 * cos(phi), y1 + ROBOT.l12 * sin(phi)
 
 

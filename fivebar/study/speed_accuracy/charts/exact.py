@@ -50,10 +50,12 @@ def exact_motion(
             return (s1 * r2[1] - s2 * r1[1]) / det, (s2 * r1[0] - s1 * r2[0]) / det
 
         xi_dot = solve(*(r[0] * v[0] + r[1] * v[1] for r, v in ((r1, v1), (r2, v2))))
-        xi_ddot = solve(*(
-            r[0] * a[0] + r[1] * a[1] - (xi_dot[0] - v[0]) ** 2 - (xi_dot[1] - v[1]) ** 2
-            for r, v, a in ((r1, v1, a1), (r2, v2, a2))
-        ))  # fmt: skip
+        xi_ddot = solve(
+            *(
+                r[0] * a[0] + r[1] * a[1] - (xi_dot[0] - v[0]) ** 2 - (xi_dot[1] - v[1]) ** 2
+                for r, v, a in ((r1, v1, a1), (r2, v2, a2))
+            )
+        )
     return xi, xi_dot, xi_ddot
 
 

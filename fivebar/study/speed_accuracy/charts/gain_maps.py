@@ -46,11 +46,19 @@ def figure(result: Result) -> Figure:
         for k, panel in enumerate(row):
             left = k * (LEFT + WIDTH + RIGHT + BAR) + LEFT
             axes = made.add_axes((left / width, top / height, WIDTH / width, HEIGHT / height))
-            bar = made.add_axes(((left + WIDTH + 0.1) / width, top / height, 0.13 / width, HEIGHT / height))
+            bar = made.add_axes(
+                ((left + WIDTH + 0.1) / width, top / height, 0.13 / width, HEIGHT / height)
+            )
             _map(made, axes, bar, result, panel)
         top -= BELOW
     made.text(
-        EDGE / width, 1.3 * EDGE / height, "\n".join(verdict), fontsize=8.5, va="bottom", linespacing=1.3, color=INK
+        EDGE / width,
+        1.3 * EDGE / height,
+        "\n".join(verdict),
+        fontsize=8.5,
+        va="bottom",
+        linespacing=1.3,
+        color=INK,
     )
     return made
 
@@ -60,13 +68,24 @@ def _map(made, axes, bar, result, panel):
     kind = panel.problem.split("-")[0]
     if kind == "growth":
         reach = (1.0, 0.3)[delay]
-        colours, label = dict(cmap="PuOr_r", vmin=1 - reach, vmax=1 + reach), "factor per sample, simulated"
+        colours, label = (
+            dict(cmap="PuOr_r", vmin=1 - reach, vmax=1 + reach),
+            "factor per sample, simulated",
+        )
     else:
-        colours, label = dict(cmap="cividis_r", vmin=1.0, vmax=6.0), "angles' deviation over the noise's, simulated"
+        colours, label = (
+            dict(cmap="cividis_r", vmin=1.0, vmax=6.0),
+            "angles' deviation over the noise's, simulated",
+        )
     edges = (np.linspace(0, high, side_of(panel.problem) + 1) for high in WINDOWS[delay])
     image = axes.pcolormesh(*edges, _grid(result, panel.problem), **colours)
     if lost := result.of(panel.problem, status="failed"):
-        axes.plot(*np.transpose([gains(panel.problem, row["knob"]) for row in lost]), "x", color="#999999", ms=4)
+        axes.plot(
+            *np.transpose([gains(panel.problem, row["knob"]) for row in lost]),
+            "x",
+            color="#999999",
+            ms=4,
+        )
     x, y = (np.linspace(1e-6, high, FINE) for high in WINDOWS[delay])
     field = np.array([[min(exact(a, b, delay), 99.0) for a in x] for b in y])
     styles = dict(colors=[INK], linewidths=1.6)
@@ -74,7 +93,9 @@ def _map(made, axes, bar, result, panel):
         axes.contour(x, y, field, [1.0], **styles)
         lines = axes.contour(x, y, field, [0.5, 0.8], colors=[INK], linewidths=1.0, linestyles="--")
     else:
-        lines = axes.contour(x, y, np.where(field > 90, np.nan, field), LEVELS["noise"], colors=[INK], linewidths=1.1)
+        lines = axes.contour(
+            x, y, np.where(field > 90, np.nan, field), LEVELS["noise"], colors=[INK], linewidths=1.1
+        )
         axes.contour(x, y, field, [90.0], **styles)
     axes.clabel(lines, fontsize=7.5, fmt="%g")
     axes.set(xlim=(0, x[-1]), ylim=(0, y[-1]))
@@ -95,7 +116,10 @@ def _grid(result, problem):
         values[int(row["knob"])] = row["value"]
     for row in [*result.of(problem), *result.of(problem, status="failed")]:
         measured[int(row["knob"])] = True
-    wide, known = np.pad(values.reshape(side, side), 1, constant_values=np.nan), measured.reshape(side, side)
+    wide, known = (
+        np.pad(values.reshape(side, side), 1, constant_values=np.nan),
+        measured.reshape(side, side),
+    )
     around = np.stack([wide[:-2, 1:-1], wide[2:, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:]])
     found = np.isfinite(around)
     mean = np.where(found, around, 0.0).sum(axis=0) / np.maximum(found.sum(axis=0), 1)
@@ -104,7 +128,9 @@ def _grid(result, problem):
 
 
 def _holds(problem, row):
-    return row["value"] < 1 if problem.startswith("growth") else True  # it grows less than the run is long
+    return (
+        row["value"] < 1 if problem.startswith("growth") else True
+    )  # it grows less than the run is long
 
 
 def _compared(result):
@@ -113,8 +139,14 @@ def _compared(result):
     for problem, (words, *_) in PROBLEMS.items():
         rows, lost = result.of(problem), result.of(problem, status="failed")
         if rows:
-            off = np.array([abs(row["value"] / row["exact"] - 1) for row in rows if row["exact"] < NEVER])
-            wrong = [abs(row["radius"] - 1) for row in rows if (row["radius"] < 1) != _holds(problem, row)]
+            off = np.array(
+                [abs(row["value"] / row["exact"] - 1) for row in rows if row["exact"] < NEVER]
+            )
+            wrong = [
+                abs(row["radius"] - 1)
+                for row in rows
+                if (row["radius"] < 1) != _holds(problem, row)
+            ]
             astray = sum(row["word"] != "grows" for row in lost)
             yield words, len(rows) + len(lost), len(wrong) + astray, max(wrong, default=0.0), off
 
@@ -130,7 +162,13 @@ def caption(result: Result) -> str:
 
 def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
     """The numbers behind the caption, a row for each map."""
-    head = ["problem", "pairs of gains", "disagree about stability", "values differ by, median (%)", "at most (%)"]
+    head = [
+        "problem",
+        "pairs of gains",
+        "disagree about stability",
+        "values differ by, median (%)",
+        "at most (%)",
+    ]
     rows = [
         [words, str(pairs), str(apart), f"{100 * np.median(off):.2g}", f"{100 * off.max():.2g}"]
         for words, pairs, apart, _, off in _compared(result)

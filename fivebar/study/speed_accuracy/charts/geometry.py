@@ -35,8 +35,13 @@ if TYPE_CHECKING:
 
 POSES, BATCH = 100, 10**6
 TOLERANCES = tuple(10.0**-k for k in (1, 2, 3, 4, 6, 8, 10, 12, 14))
-GAPS = tuple(10.0**-k for k in np.arange(1, 11.1, 0.5))  # how much shorter the span is than both distal bars
-WARM, COLD = (0.05, -0.04), (math.pi / 3, 2 * math.pi / 3)  # rad: off the solution; wherever the solution is
+GAPS = tuple(
+    10.0**-k for k in np.arange(1, 11.1, 0.5)
+)  # how much shorter the span is than both distal bars
+WARM, COLD = (
+    (0.05, -0.04),
+    (math.pi / 3, 2 * math.pi / 3),
+)  # rad: off the solution; wherever the solution is
 WRONG = 0.25  # of the way to the other assembly mode's pose: a result as far off is of another branch, or of none
 
 
@@ -46,8 +51,14 @@ def poses(problem: str, gap: float | None = None) -> tuple:
     rng = np.random.default_rng(20)
     if problem == "singular":
         # Span between the elbows a little shorter than both bars: the right elbow on two circles.
-        q1, span = rng.uniform(-np.pi, np.pi, 4000), (ROBOT.l12 + ROBOT.l22) - gap * (ROBOT.l12 + ROBOT.l22)
-        x, y = ROBOT.l11 * np.cos(q1) - ROBOT.d, ROBOT.l11 * np.sin(q1)  # left elbow from the right base
+        q1, span = (
+            rng.uniform(-np.pi, np.pi, 4000),
+            (ROBOT.l12 + ROBOT.l22) - gap * (ROBOT.l12 + ROBOT.l22),
+        )
+        x, y = (
+            ROBOT.l11 * np.cos(q1) - ROBOT.d,
+            ROBOT.l11 * np.sin(q1),
+        )  # left elbow from the right base
         square = x * x + y * y
         with np.errstate(invalid="ignore"):
             along = (square + ROBOT.l21**2 - span**2) / (2 * square)
@@ -61,8 +72,16 @@ def poses(problem: str, gap: float | None = None) -> tuple:
         good &= np.abs(pose.det_A) > 0.3
     q = q[good][:POSES]
     pose = dgm(ROBOT, q, ASSEMBLY)
-    exact, other = ([exact_motion(ROBOT, angles, assembly=a)[0] for angles in q] for a in (ASSEMBLY, -ASSEMBLY))
-    return q, exact, np.array(other, dtype=float), pose.q + pose.q_passive, 1 / singularity_margins(pose).sigma_min.A
+    exact, other = (
+        [exact_motion(ROBOT, angles, assembly=a)[0] for angles in q] for a in (ASSEMBLY, -ASSEMBLY)
+    )
+    return (
+        q,
+        exact,
+        np.array(other, dtype=float),
+        pose.q + pose.q_passive,
+        1 / singularity_margins(pose).sigma_min.A,
+    )
 
 
 def judged(problem: str, gap: float | None = None) -> Callable[..., dict[str, float]]:
@@ -148,7 +167,9 @@ def newton(warm: bool) -> Callable[..., Attempt]:
                 raise Failed(f"diverged in {np.mean([not pose.converged for pose in found]):.0%}")
             return judge([pose.xi for pose in found])
 
-        return Attempt(lambda: [newton_dgm(ROBOT, *pair, tolerance) for pair in pairs], judge_converged, len(q))
+        return Attempt(
+            lambda: [newton_dgm(ROBOT, *pair, tolerance) for pair in pairs], judge_converged, len(q)
+        )
 
     return prepare
 
@@ -157,7 +178,10 @@ def scipy_root(problem: str, knob: float) -> Attempt:
     """SciPy's root with its defaults (hybr), warm start, xtol the knob."""
     gap, xtol = (knob, 1e-14) if problem == "singular" else (None, knob)
     q, _, _, phi, _ = poses(problem, gap)
-    jobs, judge = list(zip([elbows(*row) for row in q.tolist()], (phi + WARM).tolist())), judged(problem, gap)
+    jobs, judge = (
+        list(zip([elbows(*row) for row in q.tolist()], (phi + WARM).tolist())),
+        judged(problem, gap),
+    )
     l1, l2 = ROBOT.l12, ROBOT.l22
 
     def solve(ends, start):
@@ -185,9 +209,16 @@ def chart() -> Chart:
         Method("fivebar: CasADi VM", OURS, in_casadi(False), single),
         Method("fivebar: CasADi, compiled C", OURS, in_casadi(True), single, machine),
         Method("C loop by hand (the limit)", LIMIT, c_loop, single, machine),
-        Method("closed form as printed (AMORO eq. 1-3)", "closed forms", closed(printed), everywhere),
+        Method(
+            "closed form as printed (AMORO eq. 1-3)", "closed forms", closed(printed), everywhere
+        ),
         Method("tangent half-angle", "closed forms", closed(tangent_half_angle), everywhere),
-        Method("equivalent four-bar (MechAnalyzer eq. 17-21)", "closed forms", closed(equivalent_four_bar), everywhere),
+        Method(
+            "equivalent four-bar (MechAnalyzer eq. 17-21)",
+            "closed forms",
+            closed(equivalent_four_bar),
+            everywhere,
+        ),
         Method("arctg angles (vector method eq. 9)", "closed forms", closed(arctg), single),
         Method("Newton, warm start", "iterations", newton(True), iterated),
         Method("Newton, cold start", "iterations", newton(False), {"one": TOLERANCES}),
@@ -202,16 +233,36 @@ def chart() -> Chart:
         "loop in C is called once for all poses. Right: the same error where the distal bars approach one line "
         "(Type 2), against 1/σ, the amplification of joint errors there; the dotted line is what rounding of the "
         "given angles alone must cost.",
-        problems={"one": "one pose at a time", "batch": "10⁶ poses at once", "singular": "near Type 2"},
+        problems={
+            "one": "one pose at a time",
+            "batch": "10⁶ poses at once",
+            "singular": "near Type 2",
+        },
         methods=methods,
         panels=(
             (
-                Panel("one", "one pose at a time, called from Python", ylabel=size, xlabel="time per pose (s)",
-                      levels=(1e-3, 1e-9, 1e-15)),
-                Panel("batch", "10⁶ poses at once", ylabel=size, xlabel="time per pose (s)", levels=(1e-12, 1e-15)),
-                Panel("singular", "near a Type-2 singularity", ylabel=size, x="inverse_sigma",
-                      xlabel="1 / σ, σ the smallest singular value of A (no unit)",
-                      guide=(ROBOT.l12 * EPS, "1/σ × rounding of a bar's length")),
+                Panel(
+                    "one",
+                    "one pose at a time, called from Python",
+                    ylabel=size,
+                    xlabel="time per pose (s)",
+                    levels=(1e-3, 1e-9, 1e-15),
+                ),
+                Panel(
+                    "batch",
+                    "10⁶ poses at once",
+                    ylabel=size,
+                    xlabel="time per pose (s)",
+                    levels=(1e-12, 1e-15),
+                ),
+                Panel(
+                    "singular",
+                    "near a Type-2 singularity",
+                    ylabel=size,
+                    x="inverse_sigma",
+                    xlabel="1 / σ, σ the smallest singular value of A (no unit)",
+                    guide=(ROBOT.l12 * EPS, "1/σ × rounding of a bar's length"),
+                ),
             ),
         ),
-    )  # fmt: skip
+    )

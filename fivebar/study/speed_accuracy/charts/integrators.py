@@ -21,7 +21,7 @@ from .motions import DURATION, MOTIONS, ROBOT
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ....models.charts import Bars, Task
+    from ....models.charts import BarAngles, Task
     from .motions import DrivenMotion, FreeMotion
 
 ALPHA = 10.0  # 1/s, Baumgarte's
@@ -32,7 +32,10 @@ RUNNING = np.sqrt(2.0)  # from one number of steps to the next
 
 def counts(first: float, last: float) -> tuple[int, ...]:
     """Whole numbers of steps, each about sqrt 2 times the one before."""
-    return tuple(int(round(first * RUNNING**k)) for k in range(int(np.log(last / first) / np.log(RUNNING) + 1.5)))
+    return tuple(
+        int(round(first * RUNNING**k))
+        for k in range(int(np.log(last / first) / np.log(RUNNING) + 1.5))
+    )
 
 
 def judged(problem: str) -> Callable[..., dict[str, float]]:
@@ -82,10 +85,15 @@ def by_scipy(solver: str) -> Callable[..., Attempt]:
 
         def judge(found):
             if not found.success:
-                raise Failed("gives up" if found.evaluations < MOST_EVALUATIONS else "comes to no end")
+                raise Failed(
+                    "gives up" if found.evaluations < MOST_EVALUATIONS else "comes to no end"
+                )
             return read(found.states[-1])
 
-        return Attempt(lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST_EVALUATIONS), judge)
+        return Attempt(
+            lambda: adaptive(slope, state, times, solver, rtol, 1e-3 * rtol, MOST_EVALUATIONS),
+            judge,
+        )
 
     return prepare
 
@@ -99,16 +107,27 @@ def by_casadi(plugin: str) -> Callable[..., Attempt]:
         x = ca.SX.sym("x", 4)
         slope = model_functions(ROBOT, Joint())[0](x, ca.DM.zeros(2), [int(mode) for mode in modes])
         options = (
-            {"reltol": knob, "abstol": 1e-3 * knob, "max_num_steps": 100_000, "show_eval_warnings": False}
+            {
+                "reltol": knob,
+                "abstol": 1e-3 * knob,
+                "max_num_steps": 100_000,
+                "show_eval_warnings": False,
+            }
             if plugin == "cvodes"
             else {
                 "number_of_finite_elements": int(knob),
                 "interpolation_order": 3,
                 "rootfinder": "newton",
-                "rootfinder_options": {"abstol": 1e-15, "abstolStep": 1e-16, "error_on_fail": False},
+                "rootfinder_options": {
+                    "abstol": 1e-15,
+                    "abstolStep": 1e-16,
+                    "error_on_fail": False,
+                },
             }
         )
-        integrator = ca.integrator("integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options)
+        integrator = ca.integrator(
+            "integrator", plugin, {"x": x, "ode": slope}, 0.0, DURATION, options
+        )
         begin = np.array([*c, *c_dot])
 
         def judge_end(found):
@@ -127,7 +146,11 @@ def _seen(chart, state, modes):
 
 
 def fixed_steps(
-    motion: FreeMotion | DrivenMotion, chart: Bars | Joint | Task, method: str, count: int, jit: bool
+    motion: FreeMotion | DrivenMotion,
+    chart: BarAngles | Joint | Task,
+    method: str,
+    count: int,
+    jit: bool,
 ) -> tuple[Callable, list[int]]:
     """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but the end; modes."""
     c, c_dot, modes = chart.coordinates(motion.begin())
@@ -194,29 +217,89 @@ def chart() -> Chart:
     by_hand, few, many = counts(100, 3200), counts(8, 256), counts(25, 6400)
     python, casadi, dae = "fixed steps, Python", "CasADi's integrators", "redundant DAE"
     methods = (
-        Method("fivebar: order 8, four bars, compiled", OURS, ours("auto", "dop8", True), few, compiler, 8),
+        Method(
+            "fivebar: order 8, four bars, compiled",
+            OURS,
+            ours("auto", "dop8", True),
+            few,
+            compiler,
+            8,
+        ),
         Method("fivebar: order 8, four bars, VM", OURS, ours("auto", "dop8", False), few, (), 8),
-        Method("fivebar: order 8, task chart, compiled", OURS, ours("task", "dop8", True), few, compiler, 8),
-        Method("fivebar: order 8, joint chart, compiled", OURS, ours("joint", "dop8", True), few, compiler, 8),
-        Method("fivebar: RK4, four bars, compiled", OURS, ours("auto", "rk4", True), many, compiler, 4),
-        Method("fivebar.simulate: steps of order 8", OURS, ours_in_full(in_steps), counts(16, 1024), (), 8),
-        Method("fivebar.simulate: tolerance, 2000 rows", OURS, ours_in_full(to_tolerance), tolerances[:-1]),
+        Method(
+            "fivebar: order 8, task chart, compiled",
+            OURS,
+            ours("task", "dop8", True),
+            few,
+            compiler,
+            8,
+        ),
+        Method(
+            "fivebar: order 8, joint chart, compiled",
+            OURS,
+            ours("joint", "dop8", True),
+            few,
+            compiler,
+            8,
+        ),
+        Method(
+            "fivebar: RK4, four bars, compiled", OURS, ours("auto", "rk4", True), many, compiler, 4
+        ),
+        Method(
+            "fivebar.simulate: steps of order 8",
+            OURS,
+            ours_in_full(in_steps),
+            counts(16, 1024),
+            (),
+            8,
+        ),
+        Method(
+            "fivebar.simulate: tolerance, 2000 rows",
+            OURS,
+            ours_in_full(to_tolerance),
+            tolerances[:-1],
+        ),
         Method("explicit Euler, Python", python, stepped(explicit_euler), by_hand, order=1),
-        Method("semi-implicit Euler, Python", python, stepped(semi_implicit_euler), by_hand, order=1),
+        Method(
+            "semi-implicit Euler, Python", python, stepped(semi_implicit_euler), by_hand, order=1
+        ),
         Method("RK4, Python", python, stepped(rk4), counts(50, 800), order=4),
         Method("SciPy DOP853, Python model", "SciPy", by_scipy("DOP853"), tolerances),
-        Method("SciPy Radau, Python model", "SciPy", by_scipy("Radau"), tolerances[:7]),  # tighter, it takes seconds
+        Method(
+            "SciPy Radau, Python model", "SciPy", by_scipy("Radau"), tolerances[:7]
+        ),  # tighter, it takes seconds
         Method("SciPy LSODA, Python model", "SciPy", by_scipy("LSODA"), tolerances),
         Method("CasADi CVODES", casadi, by_casadi("cvodes"), tolerances),
-        Method("CasADi collocation, Radau of degree 3", casadi, by_casadi("collocation"), counts(8, 128), order=5),
-        Method("redundant DAE, RK4, Python", dae, redundant(lambda step: 0.0), counts(50, 800), order=4),
-        Method("redundant DAE, Baumgarte 10/s", dae, redundant(lambda step: ALPHA), counts(50, 800), order=4),
-        Method("redundant DAE, Baumgarte 1/step", dae, redundant(lambda step: 1 / step), counts(50, 800), order=2),
+        Method(
+            "CasADi collocation, Radau of degree 3",
+            casadi,
+            by_casadi("collocation"),
+            counts(8, 128),
+            order=5,
+        ),
+        Method(
+            "redundant DAE, RK4, Python", dae, redundant(lambda step: 0.0), counts(50, 800), order=4
+        ),
+        Method(
+            "redundant DAE, Baumgarte 10/s",
+            dae,
+            redundant(lambda step: ALPHA),
+            counts(50, 800),
+            order=4,
+        ),
+        Method(
+            "redundant DAE, Baumgarte 1/step",
+            dae,
+            redundant(lambda step: 1 / step),
+            counts(50, 800),
+            order=2,
+        ),
     )
     error, length = "end-effector's error after 2 s (m)", "largest error of a bar's length (m)"
     levels, time = (1e-3, 1e-6, 1e-9, 1e-12), "time for 2 s of motion (s)"
     regular, grazing, through = (
-        Panel(p, motion.words, ylabel=error, xlabel=time, levels=levels, ceiling=LOST) for p, motion in MOTIONS.items()
+        Panel(p, motion.words, ylabel=error, xlabel=time, levels=levels, ceiling=LOST)
+        for p, motion in MOTIONS.items()
     )
     bars = Panel(
         through.problem,

@@ -47,12 +47,18 @@ def from_home(*q_dot: float) -> Callable[[Robot], Rates]:
 
 MOTIONS = {
     "regular": FreeMotion(
-        "regular motion", from_home(-0.3, 1.1), (-0.07056483037979482713031, 0.0864695450628668164328)
+        "regular motion",
+        from_home(-0.3, 1.1),
+        (-0.07056483037979482713031, 0.0864695450628668164328),
     ),
     "grazing": FreeMotion(
-        "motion that grazes Type 2", from_home(1.0, -1.728), (-0.06751875805022503989051, -0.03602829464741189173294)
+        "motion that grazes Type 2",
+        from_home(1.0, -1.728),
+        (-0.06751875805022503989051, -0.03602829464741189173294),
     ),
-    "through": FreeMotion("motion through Type 2", free_start, (0.008761892391526353677414, 0.1480740333256244810279)),
+    "through": FreeMotion(
+        "motion through Type 2", free_start, (0.008761892391526353677414, 0.1480740333256244810279)
+    ),
 }
 
 
@@ -70,11 +76,15 @@ def swinging(t: float) -> tuple:
 
 DRIVEN = {
     "forced": DrivenMotion(
-        "driven by (0.02, −0.016) cos 2πt N m", from_home(0.0, 0.0),
-        (-0.4412563579119373769925, 0.4231774641911981802441), swinging,
+        "driven by (0.02, −0.016) cos 2πt N m",
+        from_home(0.0, 0.0),
+        (-0.4412563579119373769925, 0.4231774641911981802441),
+        swinging,
     ),
     "through": DrivenMotion(
-        "free motion through Type 2", free_start,
-        (0.7014519181150669347598, 2.416130451821391023409), MOTIONS["through"].torque,
+        "free motion through Type 2",
+        free_start,
+        (0.7014519181150669347598, 2.416130451821391023409),
+        MOTIONS["through"].torque,
     ),
-}  # fmt: skip
+}

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from ....base.backend import wrap
-from ....models.charts import Bars, Joint
+from ....models.charts import BarAngles, Joint
 from ....models.compiled import Buffered, compiled
 from ....models.geometry import dgm
 from ....simulation.simulate import simulate
@@ -63,7 +63,7 @@ def ours(jit: bool) -> Callable[..., Attempt]:
 
     def prepare(problem, count):
         judge = judged(problem)
-        call, _ = fixed_steps(DRIVEN[problem], Bars(), "dop8", count, jit)
+        call, _ = fixed_steps(DRIVEN[problem], BarAngles(), "dop8", count, jit)
         return Attempt(call, lambda end: judge(read_bars(end[:4])))
 
     return prepare
@@ -75,7 +75,12 @@ def in_joints(problem: str, count: int) -> Attempt:
     call, modes = fixed_steps(DRIVEN[problem], Joint(), "dop8", count, True)
 
     def judge_end(end):
-        return judge((end[:2], _gap(end[:2], dgm(ROBOT, np.nan_to_num(end[:2]), modes[0], unreachable="nan").xi)))
+        return judge(
+            (
+                end[:2],
+                _gap(end[:2], dgm(ROBOT, np.nan_to_num(end[:2]), modes[0], unreachable="nan").xi),
+            )
+        )
 
     return Attempt(call, judge_end)
 
@@ -105,9 +110,13 @@ def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
 
         one = ca.Function("step", [state, t], ca.cse([runge_kutta("dop8", step, state, slope)]))
         start = ca.MX.sym("start", 8)
-        whole = ca.Function("redundant", [start], [one.fold(count)(start, step * ca.DM(range(count)).T)])
+        whole = ca.Function(
+            "redundant", [start], [one.fold(count)(start, step * ca.DM(range(count)).T)]
+        )
         call, begin = Buffered(compiled(whole, jit)), redundant_state(motion.begin())
-        return Attempt(lambda: call(begin)[0], lambda end: judge((end[2:4].copy(), _gap(end[2:4], end[:2]))))
+        return Attempt(
+            lambda: call(begin)[0], lambda end: judge((end[2:4].copy(), _gap(end[2:4], end[:2])))
+        )
 
     return prepare
 
@@ -126,9 +135,14 @@ def lsoda(problem: str, rtol: float) -> Attempt:
         if not found.success:
             raise Failed("gives up")
         end = found.states[-1][:2]
-        return judge((end, _gap(end, dgm(ROBOT, np.nan_to_num(end), int(modes[0]), unreachable="nan").xi)))
+        return judge(
+            (end, _gap(end, dgm(ROBOT, np.nan_to_num(end), int(modes[0]), unreachable="nan").xi))
+        )
 
-    return Attempt(lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol), judge_end)
+    return Attempt(
+        lambda: adaptive(slope, np.array([*c, *c_dot]), times, "LSODA", rtol, 1e-3 * rtol),
+        judge_end,
+    )
 
 
 def simulator(make: Callable, alone: bool = False, read: Callable = read) -> Callable[..., Attempt]:
@@ -162,7 +176,7 @@ def read_springs(found: tuple) -> tuple:
 
 
 def read_bars(a: np.ndarray) -> tuple:
-    pose = Bars().rates(ROBOT, tuple(a.tolist()), (0.0,) * 4, (0, 0)).pose
+    pose = BarAngles().rates(ROBOT, tuple(a.tolist()), (0.0,) * 4, (0, 0)).pose
     return pose.q, _gap(pose.q, pose.xi)
 
 
@@ -176,9 +190,19 @@ def pinocchio_by(method: str, loop: Callable = pinocchio_run) -> Callable:
 
 def simulated() -> tuple[Method, ...]:
     """Methods of the motions: ours, the same equations otherwise, the simulators."""
-    few, tuned, tolerances = counts(6, 128), tuple(25 * 2**k for k in range(9)), tuple(10.0**-k for k in range(3, 13))
+    few, tuned, tolerances = (
+        counts(6, 128),
+        tuple(25 * 2**k for k in range(9)),
+        tuple(10.0**-k for k in range(3, 13)),
+    )
     dense = tuple(sorted({*few, *counts(7, 108)}))  # where curves lie close to each other
-    compiler, pin, mj, drake, exu = ("C compiler",), ("pinocchio",), ("mujoco",), ("pydrake",), ("exudyn",)
+    compiler, pin, mj, drake, exu = (
+        ("C compiler",),
+        ("pinocchio",),
+        ("mujoco",),
+        ("pydrake",),
+        ("exudyn",),
+    )
     in_c, in_cxx = ("mujoco", "C compiler"), ("pinocchio", "Pinocchio's headers", "C++ compiler")
     trap, through = {"forced": tuned}, {"through": tolerances[:-1]}
     return (
@@ -187,45 +211,132 @@ def simulated() -> tuple[Method, ...]:
         Method("fivebar: joint chart, order 8, compiled", OURS, in_joints, dense, compiler, 8),
         Method("fivebar.simulate as it comes", OURS, ours_in_full(lambda _: {}), {"through": (0,)}),
         Method("fivebar.simulate with a tolerance", OURS, ours_in_full(to_tolerance), through),
-        Method("redundant KKT, order 8, compiled", SAME, redundant_compiled(True), dense, compiler, 8),
+        Method(
+            "redundant KKT, order 8, compiled", SAME, redundant_compiled(True), dense, compiler, 8
+        ),
         Method("redundant KKT, order 8, VM", SAME, redundant_compiled(False), few, (), 8),
-        Method("heyoka, Taylor series, C++ loop", "heyoka", simulator(heyoka_run, read=read_bars),
-               tuple(10.0**-k for k in range(2, 17)), ("heyoka",)),
+        Method(
+            "heyoka, Taylor series, C++ loop",
+            "heyoka",
+            simulator(heyoka_run, read=read_bars),
+            tuple(10.0**-k for k in range(2, 17)),
+            ("heyoka",),
+        ),
         Method("SciPy LSODA on the closed form", "SciPy", lsoda, tolerances),
-        Method("Pinocchio, semi-implicit Euler, Python", "Pinocchio",
-               simulator(pinocchio_by("semi-implicit Euler")), counts(200, 6400), pin, 1),
-        Method("Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), few, pin, 8),
-        Method("Pinocchio, order 8, C++ loop", "Pinocchio", simulator(pinocchio_by("dop8", pinocchio_native)),
-               few, in_cxx, 8),
-        Method("Pinocchio, RK4, C++ loop", "Pinocchio", simulator(pinocchio_by("rk4", pinocchio_native)),
-               counts(25, 3200), in_cxx, 4),
-        Method("MuJoCo as it comes, torque held, Python", "MuJoCo", in_mujoco(), counts(200, 6400), mj),
-        Method("MuJoCo as it comes, torque held, C loop", "MuJoCo", in_mujoco(in_c=True),
-               counts(200, 6400), in_c),
-        Method("MuJoCo tuned, RK4, torque by callback, Python", "MuJoCo", in_mujoco(tuned=True), tuned, mj),
-        Method("MuJoCo tuned, RK4, C loop and torque", "MuJoCo", in_mujoco(tuned=True, in_c=True),
-               tuned, in_c),
-        Method("MuJoCo tuned, but the torque held over a step", "MuJoCo", in_mujoco(tuned=True, held=True),
-               trap, mj),
-        Method("MuJoCo tuned, but tied by a body of 1 mg", "MuJoCo", in_mujoco(tuned=True, light=True),
-               trap, mj),
-        Method("Drake as it comes, C++ loop", "Drake", simulator(drake_as_it_comes),
-               counts(100, 3200), drake, 1),
-        Method("Drake tuned, bushing, C++ loop", "Drake", simulator(drake_bushing), tuple(DRAKE_BUSHINGS), drake),
-        Method("Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), few, drake, 8),
-        Method("Drake's matrices, without the Python loop", "Drake", simulator(drake_by_hand, alone=True),
-               few, drake, 8),
-        Method("Exudyn as it comes, C++ loop", "Exudyn",
-               simulator(exudyn_as_it_comes, read=tuple), counts(50, 6400), exu, 2),
-        Method("Exudyn tuned, stiff springs, C++ loop", "Exudyn", simulator(exudyn_springs, read=read_springs),
-               tuple(EXUDYN_SPRINGS), exu),
-    )  # fmt: skip
+        Method(
+            "Pinocchio, semi-implicit Euler, Python",
+            "Pinocchio",
+            simulator(pinocchio_by("semi-implicit Euler")),
+            counts(200, 6400),
+            pin,
+            1,
+        ),
+        Method(
+            "Pinocchio, order 8, Python", "Pinocchio", simulator(pinocchio_by("dop8")), few, pin, 8
+        ),
+        Method(
+            "Pinocchio, order 8, C++ loop",
+            "Pinocchio",
+            simulator(pinocchio_by("dop8", pinocchio_native)),
+            few,
+            in_cxx,
+            8,
+        ),
+        Method(
+            "Pinocchio, RK4, C++ loop",
+            "Pinocchio",
+            simulator(pinocchio_by("rk4", pinocchio_native)),
+            counts(25, 3200),
+            in_cxx,
+            4,
+        ),
+        Method(
+            "MuJoCo as it comes, torque held, Python", "MuJoCo", in_mujoco(), counts(200, 6400), mj
+        ),
+        Method(
+            "MuJoCo as it comes, torque held, C loop",
+            "MuJoCo",
+            in_mujoco(in_c=True),
+            counts(200, 6400),
+            in_c,
+        ),
+        Method(
+            "MuJoCo tuned, RK4, torque by callback, Python",
+            "MuJoCo",
+            in_mujoco(tuned=True),
+            tuned,
+            mj,
+        ),
+        Method(
+            "MuJoCo tuned, RK4, C loop and torque",
+            "MuJoCo",
+            in_mujoco(tuned=True, in_c=True),
+            tuned,
+            in_c,
+        ),
+        Method(
+            "MuJoCo tuned, but the torque held over a step",
+            "MuJoCo",
+            in_mujoco(tuned=True, held=True),
+            trap,
+            mj,
+        ),
+        Method(
+            "MuJoCo tuned, but tied by a body of 1 mg",
+            "MuJoCo",
+            in_mujoco(tuned=True, light=True),
+            trap,
+            mj,
+        ),
+        Method(
+            "Drake as it comes, C++ loop",
+            "Drake",
+            simulator(drake_as_it_comes),
+            counts(100, 3200),
+            drake,
+            1,
+        ),
+        Method(
+            "Drake tuned, bushing, C++ loop",
+            "Drake",
+            simulator(drake_bushing),
+            tuple(DRAKE_BUSHINGS),
+            drake,
+        ),
+        Method(
+            "Drake's matrices, order 8, Python", "Drake", simulator(drake_by_hand), few, drake, 8
+        ),
+        Method(
+            "Drake's matrices, without the Python loop",
+            "Drake",
+            simulator(drake_by_hand, alone=True),
+            few,
+            drake,
+            8,
+        ),
+        Method(
+            "Exudyn as it comes, C++ loop",
+            "Exudyn",
+            simulator(exudyn_as_it_comes, read=tuple),
+            counts(50, 6400),
+            exu,
+            2,
+        ),
+        Method(
+            "Exudyn tuned, stiff springs, C++ loop",
+            "Exudyn",
+            simulator(exudyn_springs, read=read_springs),
+            tuple(EXUDYN_SPRINGS),
+            exu,
+        ),
+    )
 
 
 def on(problems: Iterable[str], methods: Iterable[Method]) -> tuple[Method, ...]:
     """The methods, tried on these problems only."""
     return tuple(
-        m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs)) for m in methods
+        m if isinstance(m.knobs, dict) else replace(m, knobs=dict.fromkeys(problems, m.knobs))
+        for m in methods
     )
 
 
@@ -254,21 +365,40 @@ def chart() -> Chart:
         methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
         step=lambda count: DURATION / count,
         apart=(SAME,),
-        panels=(*(
-            tuple(
-                Panel(
-                    p, motion.words, xlabel="time for 2 s of motion (s)", levels=levels.get(row["y"], ()),
-                    rounding=ROUNDING[p], **row,
+        panels=(
+            *(
+                tuple(
+                    Panel(
+                        p,
+                        motion.words,
+                        xlabel="time for 2 s of motion (s)",
+                        levels=levels.get(row["y"], ()),
+                        rounding=ROUNDING[p],
+                        **row,
+                    )
+                    for p, motion in DRIVEN.items()
                 )
-                for p, motion in DRIVEN.items()
-            )
-            for row in rows
-        ), (
-            Panel(POSITIONS, TURNING, ylabel="largest error of a position (m)", xlabel="time of a pose (s)",
-                  levels=(1e-9,), ceiling=1e-3),
-            Panel(POSITIONS, "branches, by the turn between poses", y="wrong",
-                  ylabel="share of wrong branches (none: 0.001)", x="knob",
-                  xlabel="turn of the cranks from pose to pose (°)", floor=1e-3),
-        )),
+                for row in rows
+            ),
+            (
+                Panel(
+                    POSITIONS,
+                    TURNING,
+                    ylabel="largest error of a position (m)",
+                    xlabel="time of a pose (s)",
+                    levels=(1e-9,),
+                    ceiling=1e-3,
+                ),
+                Panel(
+                    POSITIONS,
+                    "branches, by the turn between poses",
+                    y="wrong",
+                    ylabel="share of wrong branches (none: 0.001)",
+                    x="knob",
+                    xlabel="turn of the cranks from pose to pose (°)",
+                    floor=1e-3,
+                ),
+            ),
+        ),
         limit=300.0,  # the loop around Pinocchio is compiled once, half a minute of a free core
-    )  # fmt: skip
+    )

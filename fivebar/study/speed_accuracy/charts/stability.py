@@ -11,7 +11,10 @@ from ...pitfalls.sampled import exact_noise_gain, growth, noise_gain, spectral_r
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 ROBOT = FiveBar()
-SIDES = {"growth": 29, "noise": 15}  # points of a side; odd, so that every other point is a chessboard
+SIDES = {
+    "growth": 29,
+    "noise": 15,
+}  # points of a side; odd, so that every other point is a chessboard
 WINDOWS = {0: (4.5, 2.45), 1: (0.3, 1.1)}  # Kp h^2 and Kd h up to these, by samples of delay
 NEVER = 1e9  # for the gain of noise where nothing is stable
 PROBLEMS = {
@@ -48,7 +51,13 @@ def simulated(problem: str, index: int) -> Attempt:
         true = exact(p, q, delay)
         if np.isinf(value):
             raise Failed("grows" if np.isinf(true) else "grows where it should not")
-        return {"p": p, "q": q, "value": value, "exact": min(true, NEVER), "radius": spectral_radius(p, q, delay)}
+        return {
+            "p": p,
+            "q": q,
+            "value": value,
+            "exact": min(true, NEVER),
+            "radius": spectral_radius(p, q, delay),
+        }
 
     return Attempt(call, judge, times=lambda: np.array(spent))
 
@@ -64,7 +73,9 @@ def chart() -> Chart:
         "exact gains; crosses: it does not hold.",
         problems={problem: words[0] for problem, words in PROBLEMS.items()},
         methods=(Method("simulated robot", OURS, simulated, knobs),),
-        panels=tuple(tuple(Panel(f"{kind}-{d}", PROBLEMS[f"{kind}-{d}"][0], y="value") for d in (0, 1))
-                     for kind in ("growth", "noise")),
+        panels=tuple(
+            tuple(Panel(f"{kind}-{d}", PROBLEMS[f"{kind}-{d}"][0], y="value") for d in (0, 1))
+            for kind in ("growth", "noise")
+        ),
         picture="gain_maps",
-    )  # fmt: skip
+    )

@@ -23,10 +23,22 @@ if TYPE_CHECKING:
 QUIET = {"print_iter": False, "print_header": False, "print_info": False}
 TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}
 SOLVERS = {  # CasADi's names, and the options that they need to be quiet and exact
-    "daqp": {}, "qrqp": QUIET, "qpoases": {"printLevel": "none"}, "osqp": {"osqp": {"verbose": False, **TIGHT}},
-    "proxqp": {"proxqp": {"eps_abs": 1e-9}}, "piqp": {}, "ipqp": QUIET, "highs": {"highs": {"output_flag": False}},
-}  # fmt: skip
-BANDWIDTHS = (5.0, 10.0, 20.0, 40.0, 80.0)  # 1/s: kp is its square, kd twice it, per unit of inertia
+    "daqp": {},
+    "qrqp": QUIET,
+    "qpoases": {"printLevel": "none"},
+    "osqp": {"osqp": {"verbose": False, **TIGHT}},
+    "proxqp": {"proxqp": {"eps_abs": 1e-9}},
+    "piqp": {},
+    "ipqp": QUIET,
+    "highs": {"highs": {"output_flag": False}},
+}
+BANDWIDTHS = (
+    5.0,
+    10.0,
+    20.0,
+    40.0,
+    80.0,
+)  # 1/s: kp is its square, kd twice it, per unit of inertia
 HORIZONS = (5, 10, 20, 40)  # stages
 WARM_UP = 5  # steps that are not counted
 FALLBACKS = 0.01  # of the steps: with more of them it is not the tracker that tracks
@@ -56,7 +68,9 @@ def tracked(controller_of: Callable) -> Callable[..., Attempt]:
             run, log = result
             figures = compare({"run": run}).figures["run"]
             if log is not None and np.count_nonzero(log.status) > FALLBACKS * len(log.status):
-                raise Failed(f"QP fails in {np.count_nonzero(log.status) / len(log.status):.0%} of the steps")
+                raise Failed(
+                    f"QP fails in {np.count_nonzero(log.status) / len(log.status):.0%} of the steps"
+                )
             return {"error": figures["rms_error_m"], "largest": figures["max_error_m"]}
 
         return Attempt(call, judge, times=lambda: np.array(times[WARM_UP:]))
@@ -77,7 +91,9 @@ def pd(chosen: Case, bandwidth: float) -> PD:
 
 def predictive(solver: str) -> Callable:
     def controller_of(chosen, horizon):
-        tracker = Tracker(chosen.model, int(horizon), torque_limit=chosen.options.get("torque_limit"))
+        tracker = Tracker(
+            chosen.model, int(horizon), torque_limit=chosen.options.get("torque_limit")
+        )
         tracker.qp = QP(2 * int(horizon), 0, solver, SOLVERS[solver])
         return tracker
 
@@ -88,9 +104,18 @@ def chart() -> Chart:
     mpc = "MPC by another QP solver"
     methods = (
         Method("fivebar.Tracker: MPC, QP by DAQP", OURS, tracked(predictive("daqp")), HORIZONS),
-        Method("computed torque, clipped at the limit", "no horizon", tracked(computed_torque), BANDWIDTHS),
+        Method(
+            "computed torque, clipped at the limit",
+            "no horizon",
+            tracked(computed_torque),
+            BANDWIDTHS,
+        ),
         Method("PD", "no horizon", tracked(pd), BANDWIDTHS),
-        *(Method(f"MPC, QP by {name}", mpc, tracked(predictive(name)), HORIZONS) for name in SOLVERS if name != "daqp"),
+        *(
+            Method(f"MPC, QP by {name}", mpc, tracked(predictive(name)), HORIZONS)
+            for name in SOLVERS
+            if name != "daqp"
+        ),
     )
     problems = {
         "task-1": "no limit, exact model",
@@ -108,9 +133,15 @@ def chart() -> Chart:
         methods=methods,
         panels=(
             tuple(
-                Panel(p, words, ylabel="RMS error of the end-effector (m)", xlabel="time of a control step (s)",
-                      levels=(2e-2, 5e-3) if p == "torque-limit" else (1e-3, 1e-4, 1e-5, 1e-6), ceiling=ASTRAY)
+                Panel(
+                    p,
+                    words,
+                    ylabel="RMS error of the end-effector (m)",
+                    xlabel="time of a control step (s)",
+                    levels=(2e-2, 5e-3) if p == "torque-limit" else (1e-3, 1e-4, 1e-5, 1e-6),
+                    ceiling=ASTRAY,
+                )
                 for p, words in problems.items()
             ),
         ),
-    )  # fmt: skip
+    )

@@ -14,7 +14,12 @@ import numpy as np
 EMULATOR = "qemu-arm"
 # Compiler and flags: a chip whose hardware knows single precision alone (a Cortex-M4F), and one that knows double too.
 CHIPS = {
-    "single": ("arm-linux-gnueabi-gcc", "-march=armv7-a", "-mfloat-abi=softfp", "-mfpu=fpv4-sp-d16"),
+    "single": (
+        "arm-linux-gnueabi-gcc",
+        "-march=armv7-a",
+        "-mfloat-abi=softfp",
+        "-mfpu=fpv4-sp-d16",
+    ),
     "double": ("arm-linux-gnueabihf-gcc", "-march=armv7-a", "-mfpu=vfpv3-d16"),
 }
 PACKAGES = "gcc-arm-linux-gnueabi libc6-dev-armel-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user"
@@ -44,8 +49,8 @@ def lacks_arm() -> str | None:
 @cache
 def _one_by_one():
     """The emulator's option to log each instruction as it comes, which has another name since its version 8."""
-    said = subprocess.run([EMULATOR, "--help"], capture_output=True, text=True).stdout
-    return "-one-insn-per-tb" if "one-insn-per-tb" in said else "-singlestep"
+    notes = subprocess.run([EMULATOR, "--help"], capture_output=True, text=True).stdout
+    return "-one-insn-per-tb" if "one-insn-per-tb" in notes else "-singlestep"
 
 
 class OnArm:
@@ -77,4 +82,6 @@ class OnArm:
 
     def _run(self, samples, times=1, *options):
         command = [EMULATOR, *options, str(self.program), str(times)]
-        return subprocess.run(command, input=samples.tobytes(), capture_output=True, check=True).stdout
+        return subprocess.run(
+            command, input=samples.tobytes(), capture_output=True, check=True
+        ).stdout

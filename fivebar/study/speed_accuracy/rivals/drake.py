@@ -50,7 +50,9 @@ def plant_of(step: float, bushing: tuple[float, float] | None = None, ball: bool
 
     tips = []
     for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT)):
-        proximal = plant.AddRigidBody(f"proximal{k}", SpatialInertia(1.0, np.zeros(3), UnitInertia(zz, zz, zz)))
+        proximal = plant.AddRigidBody(
+            f"proximal{k}", SpatialInertia(1.0, np.zeros(3), UnitInertia(zz, zz, zz))
+        )
         point = UnitInertia(0.0, l2 * l2, l2 * l2)
         distal = plant.AddRigidBody(f"distal{k}", SpatialInertia(HALF, [l2, 0, 0], point))
         for name, frame, body in (
@@ -65,10 +67,16 @@ def plant_of(step: float, bushing: tuple[float, float] | None = None, ball: bool
         stiffness, ratio = bushing
         damping = 2 * ratio * np.sqrt(stiffness * HALF / 2)  # of half against half
         push, drag = [stiffness, stiffness, 0], [damping, damping, 0]
-        plant.AddForceElement(LinearBushingRollPitchYaw(*tips, np.zeros(3), np.zeros(3), push, drag))
+        plant.AddForceElement(
+            LinearBushingRollPitchYaw(*tips, np.zeros(3), np.zeros(3), push, drag)
+        )
     if ball:
         plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
-        ends = [point for tip, (_, _, l2, _) in zip(tips, legs_of(ROBOT)) for point in (tip.body(), [l2, 0, 0])]
+        ends = [
+            point
+            for tip, (_, _, l2, _) in zip(tips, legs_of(ROBOT))
+            for point in (tip.body(), [l2, 0, 0])
+        ]
         plant.AddBallConstraint(*ends)
     plant.Finalize()
     return plant, tips
@@ -88,7 +96,10 @@ def _simulated(motion, plant, prepare):
     simulator = Simulator(builder.Build())
     prepare(simulator)
     whole = simulator.get_mutable_context()
-    context, start = plant.GetMyMutableContextFromRoot(whole), np.concatenate(joints(motion.begin()))
+    context, start = (
+        plant.GetMyMutableContextFromRoot(whole),
+        np.concatenate(joints(motion.begin())),
+    )
 
     def run():
         whole.SetTime(0.0)
@@ -102,7 +113,9 @@ def _simulated(motion, plant, prepare):
 
 def drake_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None]:
     """A discrete plant with a ball constraint, as its documentation has it for closed loops: order 1, torque held."""
-    return _simulated(motion, plant_of(DURATION / count, ball=True)[0], lambda simulator: None), None
+    return _simulated(
+        motion, plant_of(DURATION / count, ball=True)[0], lambda simulator: None
+    ), None
 
 
 def drake_bushing(
@@ -134,10 +147,11 @@ def drake_by_hand(motion: DrivenMotion, count: int) -> tuple[Callable, Callable]
         plant.SetVelocities(context, v)
         tips = velocities, second, zero, first, world
         return (
-            plant.CalcMassMatrix(context), plant.CalcBiasTerm(context),
+            plant.CalcMassMatrix(context),
+            plant.CalcBiasTerm(context),
             plant.CalcJacobianTranslationalVelocity(context, *tips),
             plant.CalcBiasTranslationalAcceleration(context, *tips),
-        )  # fmt: skip
+        )
 
     def acceleration(t, q, v):
         mass, bias, jacobian, drift = terms(q, v)

@@ -50,21 +50,37 @@ def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None
     def body(place, angle, velocity, rate, mass, inertia):
         nodes.append(
             system.AddNode(
-                item.NodeRigidBody2D(referenceCoordinates=[*place, angle], initialVelocities=[*velocity, rate])
+                item.NodeRigidBody2D(
+                    referenceCoordinates=[*place, angle], initialVelocities=[*velocity, rate]
+                )
             )
         )
-        return system.AddObject(item.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=nodes[-1]))
+        return system.AddObject(
+            item.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=nodes[-1])
+        )
 
     def joint(*places):
-        markers = [system.AddMarker(item.MarkerBodyPosition(bodyNumber=n, localPosition=[x, 0, 0])) for n, x in places]
+        markers = [
+            system.AddMarker(item.MarkerBodyPosition(bodyNumber=n, localPosition=[x, 0, 0]))
+            for n, x in places
+        ]
         system.AddObject(item.ObjectJointRevolute2D(markerNumbers=markers))
 
     for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT)):
         angles, rates = np.cumsum(q[2 * k : 2 * k + 2]), np.cumsum(w[2 * k : 2 * k + 2])
         arms = np.array([l1, l2]) * np.exp(1j * angles)
         end, end_rate = base + arms.sum(), (1j * rates * arms).sum()
-        proximal = body((base, 0.0), angles[0], (0.0, 0.0), rates[0], 1.0, zz)  # at its pivot: the mass is at rest
-        distal = body((end.real, end.imag), angles[1], (end_rate.real, end_rate.imag), rates[1], ROBOT.m / 2, 1e-13)
+        proximal = body(
+            (base, 0.0), angles[0], (0.0, 0.0), rates[0], 1.0, zz
+        )  # at its pivot: the mass is at rest
+        distal = body(
+            (end.real, end.imag),
+            angles[1],
+            (end_rate.real, end_rate.imag),
+            rates[1],
+            ROBOT.m / 2,
+            1e-13,
+        )
         joint((ground, base), (proximal, 0.0))
         joint((proximal, l1), (distal, -l2))
         tips.append((distal, 0.0))
@@ -73,7 +89,11 @@ def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None
             return [0.0, 0.0, float(motion.torque(t)[k])]
 
         where = system.AddMarker(item.MarkerBodyRigid(bodyNumber=proximal))
-        system.AddLoad(item.LoadTorqueVector(markerNumber=where, loadVector=[0, 0, 1], loadVectorUserFunction=torque))
+        system.AddLoad(
+            item.LoadTorqueVector(
+                markerNumber=where, loadVector=[0, 0, 1], loadVectorUserFunction=torque
+            )
+        )
     joint(*tips)
     system.Assemble()
     settings = _settings(count)
@@ -81,9 +101,12 @@ def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None
     def run():
         container.GetSystem(0).SolveDynamic(settings)
         (_, _, q1), (x1, y1, _), (_, _, q2), (x2, y2, _) = (
-            np.add(system.GetNodeOutput(n, exudyn.OutputVariableType.Coordinates),
-                   system.GetNode(n)["referenceCoordinates"]) for n in nodes
-        )  # fmt: skip
+            np.add(
+                system.GetNodeOutput(n, exudyn.OutputVariableType.Coordinates),
+                system.GetNode(n)["referenceCoordinates"],
+            )
+            for n in nodes
+        )
         return np.array([q1, q2]), np.hypot(x2 - x1, y2 - y1)
 
     return run, None
@@ -104,7 +127,9 @@ def exudyn_springs(
     container, start = exudyn.SystemContainer(), motion.begin()
     system = container.AddSystem()
     tip = system.AddNode(
-        item.NodePoint2D(referenceCoordinates=list(start.pose.xi), initialVelocities=list(start.xi_dot))
+        item.NodePoint2D(
+            referenceCoordinates=list(start.pose.xi), initialVelocities=list(start.xi_dot)
+        )
     )
     system.AddObject(item.ObjectMassPoint2D(mass=ROBOT.m, nodeNumber=tip))
     end, nodes, waves = system.AddMarker(item.MarkerNodePosition(nodeNumber=tip)), [tip], []
@@ -113,10 +138,16 @@ def exudyn_springs(
     def wave(mbs, t, load):
         return exudyn.symbolic.cos(6.283185307179586 * t) * load
 
-    legs = zip(legs_of(ROBOT), start.pose.q, start.q_dot, motion.torque(0.0))  # torque: times cos 2 pi t
+    legs = zip(
+        legs_of(ROBOT), start.pose.q, start.q_dot, motion.torque(0.0)
+    )  # torque: times cos 2 pi t
     for (base, l1, l2, zz), q, w, amplitude in legs:
-        node = system.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[q], initialVelocities=[w]))
-        arm = system.AddObject(item.ObjectRotationalMass1D(inertia=zz, nodeNumber=node, referencePosition=[base, 0, 0]))
+        node = system.AddNode(
+            item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[q], initialVelocities=[w])
+        )
+        arm = system.AddObject(
+            item.ObjectRotationalMass1D(inertia=zz, nodeNumber=node, referencePosition=[base, 0, 0])
+        )
         elbow = system.AddMarker(item.MarkerBodyPosition(bodyNumber=arm, localPosition=[l1, 0, 0]))
         system.AddObject(
             item.ObjectConnectorSpringDamper(
@@ -124,7 +155,9 @@ def exudyn_springs(
             )
         )
         where = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-        load = system.AddLoad(item.LoadCoordinate(markerNumber=where, load=amplitude, loadUserFunction=wave))
+        load = system.AddLoad(
+            item.LoadCoordinate(markerNumber=where, load=amplitude, loadUserFunction=wave)
+        )
         waves.append(CreateSymbolicUserFunction(system, wave, "loadUserFunction", load))
         system.SetLoadParameter(load, "loadUserFunction", waves[-1])
         nodes.append(node)

@@ -31,7 +31,10 @@ def accelerations(hy, a: tuple, w: tuple, torque: tuple) -> list:
         legs.append((s, c, right, mass / z * s**2, l2, z))
     (_, _, r1, k1, *_), (_, _, r2, k2, *_) = legs
     determinant = sine**2 + (k1 + k2) + k1 * k2
-    forces = ((1.0 + k2) * r1 - cosine * r2) / determinant, ((1.0 + k1) * r2 - cosine * r1) / determinant
+    forces = (
+        ((1.0 + k2) * r1 - cosine * r2) / determinant,
+        ((1.0 + k1) * r2 - cosine * r1) / determinant,
+    )
     found = []
     for k, (s, c, _, _, l2, z) in enumerate(legs):
         own = (torque[k] - mass * s * forces[k]) / z

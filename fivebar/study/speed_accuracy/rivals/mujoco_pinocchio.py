@@ -41,7 +41,9 @@ def legs_of(robot: FiveBar) -> tuple[tuple, tuple]:
 def joints(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     """(q11, q12, q21, q22) and their rates: the order of the trees below."""
     q, passive, w, turning = rates.pose.q, rates.pose.q_passive, rates.q_dot, rates.q_passive_dot
-    return np.array([q[0], passive[0], q[1], passive[1]]), np.array([w[0], turning[0], w[1], turning[1]])
+    return np.array([q[0], passive[0], q[1], passive[1]]), np.array(
+        [w[0], turning[0], w[1], turning[1]]
+    )
 
 
 def read(q: np.ndarray) -> tuple[np.ndarray, float]:
@@ -54,7 +56,12 @@ def read(q: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def mujoco_run(
-    motion: DrivenMotion, count: int, tuned: bool = False, held: bool = False, light: bool = False, in_c: bool = False
+    motion: DrivenMotion,
+    count: int,
+    tuned: bool = False,
+    held: bool = False,
+    light: bool = False,
+    in_c: bool = False,
 ) -> tuple[Callable, None]:
     """call () -> final joints, of the exported robot. tuned: as exported, RK4, torques at every stage; else MuJoCo's
     own settings and Euler's method with the torque set before each step.
@@ -73,7 +80,11 @@ def mujoco_run(
         text = text.replace("</worldbody>", LIGHT_BODY.format(x=x, y=y) + "</worldbody>")
     model = mujoco.MjModel.from_xml_string(text)
     if not tuned:
-        model.opt.integrator, model.opt.iterations, model.opt.tolerance = mujoco.mjtIntegrator.mjINT_EULER, 100, 1e-8
+        model.opt.integrator, model.opt.iterations, model.opt.tolerance = (
+            mujoco.mjtIntegrator.mjINT_EULER,
+            100,
+            1e-8,
+        )
         model.eq_solref[:], model.eq_solimp[:] = ITS_OWN
     data = mujoco.MjData(model)
     q, q_dot = joints(motion.begin())
@@ -117,7 +128,9 @@ def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callab
     model, tips = pin.Model(), []
     for k, (base, l1, l2, zz) in enumerate(legs_of(ROBOT)):
         first = model.addJoint(0, pin.JointModelRZ(), _at(pin, base), f"q{k}")
-        model.appendBodyToJoint(first, pin.Inertia(0.0, np.zeros(3), zz * np.eye(3)), pin.SE3.Identity())
+        model.appendBodyToJoint(
+            first, pin.Inertia(0.0, np.zeros(3), zz * np.eye(3)), pin.SE3.Identity()
+        )
         second = model.addJoint(first, pin.JointModelRZ(), _at(pin, l1), f"passive{k}")
         half = pin.Inertia(ROBOT.m / 2, np.array([l2, 0, 0]), np.zeros((3, 3)))
         model.appendBodyToJoint(second, half, pin.SE3.Identity())
@@ -134,7 +147,9 @@ def pinocchio_run(motion: DrivenMotion, count: int, method: str) -> tuple[Callab
 
     def acceleration(t, q, v):
         torque[0], torque[2] = motion.torque(t)
-        return pin.constraintDynamics(model, data, q, v, torque, constraints, datas, settings).copy()
+        return pin.constraintDynamics(
+            model, data, q, v, torque, constraints, datas, settings
+        ).copy()
 
     start = joints(motion.begin())
 
@@ -154,7 +169,9 @@ def _at(pin, x):
     return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
 
 
-def runge_kutta(method: str, acceleration: Callable, count: int, h: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+def runge_kutta(
+    method: str, acceleration: Callable, count: int, h: float, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
     """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
     a, b, c = tableau(method)
     for k in range(count):

@@ -121,10 +121,16 @@ extern "C" void run(void *robot, double *q, double *v, const double *amplitude, 
 """
 # As Pinocchio's own build files have them: most of its code is in its library, and not compiled anew.
 DEFINED = (
-    "-DNDEBUG", "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION", "-DPINOCCHIO_WITH_COLLISION",
-    "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
-    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12", "-O2", "-w",
-)  # fmt: skip
+    "-DNDEBUG",
+    "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
+    "-DPINOCCHIO_WITH_COLLISION",
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
+    "-O2",
+    "-w",
+)
 POINTER = ctypes.POINTER(ctypes.c_double)
 
 
@@ -132,7 +138,12 @@ def cxx_compiler() -> str | None:
     """The system's C++ compiler, None if there is none, or where wheels' libraries are not linked to as on Linux."""
     if sys.platform != "linux":
         return None
-    return os.environ.get("CXX") or shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+    return (
+        os.environ.get("CXX")
+        or shutil.which("c++")
+        or shutil.which("g++")
+        or shutil.which("clang++")
+    )
 
 
 def lacks_headers() -> str | None:
@@ -147,7 +158,11 @@ def _prefix():
     """Where the wheels of cmeel put headers and libraries."""
     found = find_spec("pinocchio")
     places = (parent / "cmeel.prefix" for parent in Path(found.origin).parents) if found else ()
-    own = (parent for parent in Path(found.origin).parents if parent.name == "cmeel.prefix") if found else ()
+    own = (
+        (parent for parent in Path(found.origin).parents if parent.name == "cmeel.prefix")
+        if found
+        else ()
+    )
     return next((place for place in (*own, *places) if place.is_dir()), None)
 
 
@@ -172,7 +187,11 @@ def _pinocchio():
 
     prefix = _prefix()
     folders = prefix / "include", prefix / "include" / "eigen3"
-    flags = *DEFINED, *(f"-I{each}" for each in folders), *_linked(prefix / "lib", "pinocchio_default")
+    flags = (
+        *DEFINED,
+        *(f"-I{each}" for each in folders),
+        *_linked(prefix / "lib", "pinocchio_default"),
+    )
     found = ctypes.CDLL(str(library(PINOCCHIO, pinocchio.__version__, flags, cxx_compiler())))
     found.make.restype = ctypes.c_void_p
     return found
@@ -201,7 +220,9 @@ def mujoco_loop(
     return call
 
 
-def pinocchio_loop(motion: DrivenMotion, count: int, method: str, start: tuple, legs: tuple) -> Callable:
+def pinocchio_loop(
+    motion: DrivenMotion, count: int, method: str, start: tuple, legs: tuple
+) -> Callable:
     """call () -> final joints (4,) of Pinocchio's constraintDynamics from start (q, v), by a loop in C++.
 
     method: of `steps.tableau`; legs: as `legs_of` gives them.

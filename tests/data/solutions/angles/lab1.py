@@ -34,5 +34,7 @@ def dgm_passive(q11, q21, assembly_mode):
     for base, l1, q in ((-d / 2, l11, q11), (d / 2, l21, q21)):
         X, Y = x - base, y
         # the end-effector in the frame of the proximal bar
-        angles.append(math.atan2(-X * math.sin(q) + Y * math.cos(q), X * math.cos(q) + Y * math.sin(q) - l1))
+        angles.append(
+            math.atan2(-X * math.sin(q) + Y * math.cos(q), X * math.cos(q) + Y * math.sin(q) - l1)
+        )
     return tuple(angles)

@@ -34,7 +34,10 @@ def ikm2(q11, q12, q21, q22, q11D, q12D, q21D, q22D, xDD, yDD):
 
 def dkm2_passive(q11, q12, q21, q22, q11D, q12D, q21D, q22D, q11DD, q21DD, xDD, yDD):
     found = []
-    for q1, q2, q1D, q1DD, l1, l2 in ((q11, q12, q11D, q11DD, l11, l12), (q21, q22, q21D, q21DD, l21, l22)):
+    for q1, q2, q1D, q1DD, l1, l2 in (
+        (q11, q12, q11D, q11DD, l11, l12),
+        (q21, q22, q21D, q21DD, l21, l22),
+    ):
         # the acceleration of the end-effector across the distal bar, less the elbow's
         across = -xDD * math.sin(q1 + q2) + yDD * math.cos(q1 + q2)
         elbow = l1 * (math.cos(q2) * q1DD + math.sin(q2) * q1D * q1D)

@@ -28,7 +28,9 @@ def dgm(q11, q21, assembly_mode):
 
 def igm(x, y, gamma1, gamma2):
     q = np.zeros(2)
-    for i, (base, l1, l2, gamma) in enumerate([(-d / 2, l11, l12, gamma1), (d / 2, l21, l22, gamma2)]):
+    for i, (base, l1, l2, gamma) in enumerate(
+        [(-d / 2, l11, l12, gamma1), (d / 2, l21, l22, gamma2)]
+    ):
         s = np.array([[x - base], [y]])
         n = np.linalg.norm(s)
         along = (n**2 + l1**2 - l2**2) / (2 * n)

@@ -19,7 +19,11 @@ def u(q):
 def margins(q11, q12, q21, q22):
     A = np.array([u(q11 + q12), u(q21 + q22)])
     return np.array(
-        [u(q11)[0] * A[0, 1] - u(q11)[1] * A[0, 0], np.linalg.det(np.array([u(q21), A[1]])), np.linalg.det(A)]
+        [
+            u(q11)[0] * A[0, 1] - u(q11)[1] * A[0, 0],
+            np.linalg.det(np.array([u(q21), A[1]])),
+            np.linalg.det(A),
+        ]
     )
 
 

@@ -83,7 +83,9 @@ def meeting(x0, y0, x1, y1):
     with np.errstate(invalid="ignore"):
         f = determinant(start + s * way)
         k = np.argmax(~(f * f[0] > 0)) - 1
-        return bisect(lambda x: determinant(start + x * way) * f[0] > 0, s[k], s[k + 1]), 1 if np.isnan(f[k + 1]) else 2
+        return bisect(
+            lambda x: determinant(start + x * way) * f[0] > 0, s[k], s[k + 1]
+        ), 1 if np.isnan(f[k + 1]) else 2
 
 
 def meets(x0, y0, x1, y1, duration):

@@ -104,7 +104,10 @@ def fit(rows):
     """Rows (t, order, (x, y)) of the polynomial's conditions -> coefficients of x and of y."""
     n = len(rows)
     P = np.array(
-        [np.polynomial.polynomial.polyder(np.eye(n), order).T @ t ** np.arange(n - order) for t, order, _ in rows]
+        [
+            np.polynomial.polynomial.polyder(np.eye(n), order).T @ t ** np.arange(n - order)
+            for t, order, _ in rows
+        ]
     )
     c = np.linalg.solve(P, np.array([value for *_, value in rows]))
     return c[:, 0], c[:, 1]

@@ -6,8 +6,12 @@ OWN = 0.0903702, 0.0890830, 0.0909648, 0.0908877, 0.1175280
 
 def elbows(p, q):
     q = np.asarray(q)
-    left = np.stack([-p[4] / 2 + p[0] * np.cos(q[..., 0] + p[5]), p[0] * np.sin(q[..., 0] + p[5])], axis=-1)
-    right = np.stack([p[4] / 2 + p[2] * np.cos(q[..., 1] + p[6]), p[2] * np.sin(q[..., 1] + p[6])], axis=-1)
+    left = np.stack(
+        [-p[4] / 2 + p[0] * np.cos(q[..., 0] + p[5]), p[0] * np.sin(q[..., 0] + p[5])], axis=-1
+    )
+    right = np.stack(
+        [p[4] / 2 + p[2] * np.cos(q[..., 1] + p[6]), p[2] * np.sin(q[..., 1] + p[6])], axis=-1
+    )
     return left, right
 
 
@@ -39,10 +43,17 @@ def calibrate(q, xi):
     q, xi = np.array(q), np.array(xi)
 
     def off(p):
-        return np.concatenate([np.linalg.norm(xi - elbow, axis=1) - p[bar] for elbow, bar in zip(elbows(p, q), (1, 3))])
+        return np.concatenate(
+            [
+                np.linalg.norm(xi - elbow, axis=1) - p[bar]
+                for elbow, bar in zip(elbows(p, q), (1, 3))
+            ]
+        )
 
     start = [0.09] * 4 + [0.118, 0, 0]
-    return least_squares(off, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=[0.1] * 5 + [1] * 2).x
+    return least_squares(
+        off, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=[0.1] * 5 + [1] * 2
+    ).x
 
 
 def own_robot():
